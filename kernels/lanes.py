@@ -1,0 +1,129 @@
+"""The entry point: many cells, each integrated until its ending is known, in SIMD lanes and in parallel.
+
+A worker owns a chunk of cells and LANES trajectories at a time, side by side in memory; the loop over lanes is
+innermost, so that the compiler turns it into full-width vector code. When the cell of a lane has ended, the next cell
+of the chunk takes the lane over: no lane waits for a slower neighbour. Lanes never exchange a number, every lane
+loop has the same fixed length, and the step follows from the cell alone, so a cell's bits do not depend on threads,
+chunks, order or neighbours.
+"""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from kernels import rows as at
+from kernels.cell import AFRESH, BEGUN, DONE, begin, examine
+from kernels.disk import CONTRACT
+from kernels.rk4 import lane_step
+
+#: Cells that one task of the parallel loop owns: long enough that filling and draining the lanes costs little.
+CHUNK = 2048
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _advance(lanes):
+    """One step of every lane; returns non-zero when some lane has something to be examined."""
+    event = 0
+    for lane in range(at.LANES):
+        # every load comes before the first store: only so can the compiler prove that the lanes are independent
+        C = lanes[at.C + lane]
+        h = lanes[at.STEP_UNIFORM + lane] + lanes[at.STEP_GRADED + lane] * C
+        heading, lowest, end = lanes[at.HEADING + lane], lanes[at.LEAST_C + lane], lanes[at.END + lane]
+        t = lanes[at.TIME + lane] + h
+        S, C, T, w, o, s = lane_step(
+            lanes[at.S + lane], C, lanes[at.T + lane], lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane],
+            lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane], h,
+        )  # fmt: skip
+        lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
+        lanes[at.O_RATE + lane], lanes[at.S_RATE + lane], lanes[at.TIME + lane] = o, s, t
+        # "not >=" rather than "<", so that a NaN is an event too
+        event |= int(heading * w < 0.0) | int(not (C >= lowest)) | int(t >= end)
+    return event
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _occurred(lanes, lane):
+    return (
+        lanes[at.HEADING + lane] * lanes[at.W + lane] < 0.0
+        or not (lanes[at.C + lane] >= lanes[at.LEAST_C + lane])
+        or lanes[at.TIME + lane] >= lanes[at.END + lane]
+    )
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _rest(lanes, lane):
+    """Park a lane that has no cell: its step is zero and nothing can occur in it."""
+    for row in range(0, at.SIZE, at.LANES):
+        lanes[row + lane] = 0.0
+    lanes[at.C + lane] = 1.0
+    lanes[at.END + lane] = math.inf
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _fill(lane, following, stop, starts, settings, lanes, measures, counts):
+    """Give the lane the next cell that needs integration; returns (its cell or -1, the cell that follows)."""
+    while following < stop:
+        cell = following
+        following += 1
+        if begin(cell, lane, starts, settings, lanes, measures, counts) == BEGUN:
+            return cell, following
+    _rest(lanes, lane)
+    return -1, following
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _integrate_chunk(start, stop, starts, settings, measures, counts):
+    lanes = np.zeros(at.SIZE)
+    cells = np.full(at.LANES, -1)
+    begun = np.zeros(at.LANES, np.int64)
+    following = start
+    live = 0
+    for lane in range(at.LANES):
+        cells[lane], following = _fill(lane, following, stop, starts, settings, lanes, measures, counts)
+        live += int(cells[lane] >= 0)
+    passed = 0
+    while live > 0:
+        passed += 1
+        if _advance(lanes) == 0:
+            continue
+        for lane in range(at.LANES):
+            if not _occurred(lanes, lane):
+                continue
+            outcome = examine(
+                cells[lane], lane, passed - begun[lane], starts, settings, lanes, measures, counts
+            )
+            if outcome == AFRESH:
+                begun[lane] = passed
+            elif outcome == DONE:
+                begun[lane] = passed
+                cells[lane], following = _fill(
+                    lane, following, stop, starts, settings, lanes, measures, counts
+                )
+                live -= int(cells[lane] < 0)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT, parallel=True)
+def integrate(starts, settings, measures, counts):
+    """Integrate every cell until its ending is known.
+
+    Parameters
+    ----------
+    starts : float64[7, n]
+        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha [1], radius [m], gravity [m/s^2].
+    settings : float64[4]
+        duration [s]; step [s], 0 for the engine's own choice; fall_tilt [rad]; tolerance on extreme tilts [rad].
+    measures : float64[6, n], written
+        Rows: least and greatest tilt [rad], fall time [s], nutation period [s], relative energy drift [1], estimated
+        error of the extreme tilts [rad]. NaN where a measure does not exist.
+    counts : int32[3, n], written
+        Rows: ending (`kernels.endings`), steps of the accepted integration, refinements of the step.
+
+    Notes
+    -----
+    Never raises. The cost of a cell is known only by integrating it, so chunks are handed out one at a time
+    (`numba.parallel_chunksize`, set by the caller).
+    """
+    n = starts.shape[1]
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        _integrate_chunk(chunk * CHUNK, min(n, (chunk + 1) * CHUNK), starts, settings, measures, counts)

@@ -1,0 +1,96 @@
+"""Steady motions of the rolling disk, and when they are stable (all in physical units).
+
+For a circling disk tilt, precession rate and roll rate are constant; small oscillations about it obey
+d'' + k d = 0. The functions are plain arithmetic on scalars and work on NumPy arrays as well.
+"""
+
+import numpy as np
+
+
+def steady_roll_rate(tilt, precession_rate, alpha, radius, gravity):
+    """Roll rate [rad/s] that keeps the tilt constant at a given precession rate.
+
+    Parameters
+    ----------
+    tilt : float or array
+        Constant tilt [rad].
+    precession_rate : float or array
+        Precession rate [rad/s]. Where it is zero no roll rate holds a tilt up, and the result is not finite.
+    alpha, radius, gravity : float or array
+        Mass distribution [1], radius [m], gravity [m/s^2].
+
+    Returns
+    -------
+    float or array
+
+    Notes
+    -----
+    The tilt equation with zero acceleration: with p = precession rate,
+    -(4 g sin(tilt) + (2+alpha) R p^2 sin(2 tilt)) / (4 (1+alpha) R p cos(tilt)).
+    """
+    push = 4.0 * gravity * np.sin(tilt) + (2.0 + alpha) * radius * precession_rate**2 * np.sin(2.0 * tilt)
+    return -push / (4.0 * (1.0 + alpha) * radius * precession_rate * np.cos(tilt))
+
+
+def stability_coefficient(tilt, precession_rate, roll_rate, alpha, radius, gravity):
+    """Coefficient k [rad^2/s^2] of small oscillations about a steady motion: stable where k > 0.
+
+    sqrt(k) is the nutation frequency of the disturbed motion, sqrt(-k) its growth rate. Parameters as in
+    `steady_roll_rate`. Source: linearised tilt equation along Chaplygin's integrals,
+    (2+alpha) k = -2 (g/R) cos(tilt) + (2+alpha) p^2 + (6+2 alpha) p f sin(tilt) + 4 (1+alpha) f^2.
+    """
+    p, f = precession_rate, roll_rate
+    pull = -2.0 * gravity / radius * np.cos(tilt)
+    mixed = (6.0 + 2.0 * alpha) * p * f * np.sin(tilt)
+    return (pull + (2.0 + alpha) * p**2 + mixed + 4.0 * (1.0 + alpha) * f**2) / (2.0 + alpha)
+
+
+def fall_rate_squared(alpha, radius, gravity):
+    """Square [rad^2/s^2] of the rate at which the upright disk without any spin begins to fall: 2g/[(2+alpha)R]."""
+    return 2.0 * gravity / ((2.0 + alpha) * radius)
+
+
+def critical_roll_rate_squared(alpha, radius, gravity):
+    """Square [rad^2/s^2] of the roll rate above which upright rolling is stable: g/[2(1+alpha)R]."""
+    return gravity / (2.0 * (1.0 + alpha) * radius)
+
+
+def critical_precession_rate_squared(alpha, radius, gravity):
+    """Square [rad^2/s^2] of the precession rate above which upright spinning is stable: 2g/[(2+alpha)R]."""
+    return fall_rate_squared(alpha, radius, gravity)
+
+
+def marginal_precession_rates(tilt, coefficient, alpha, radius, gravity):
+    """Precession rates [rad/s] of the steady motions at one tilt whose stability coefficient has a given value.
+
+    Parameters
+    ----------
+    tilt : array
+        Constant tilt [rad], not 0.
+    coefficient : float or array
+        The wanted k [rad^2/s^2]; 0 gives the boundary of stability.
+    alpha, radius, gravity : float or array
+
+    Returns
+    -------
+    (slow, fast) : arrays
+        The smaller and the larger positive precession rate; NaN where no steady motion has that coefficient. The
+        slow branch joins rolling, the fast one spinning, as the tilt goes to zero.
+
+    Notes
+    -----
+    With P = p^2, `steady_roll_rate` gives p f = -(a + b P); inserted into `stability_coefficient` and multiplied by P
+    the condition is a quadratic in P.
+    """
+    C, S = np.cos(tilt), np.sin(tilt)
+    a = gravity * S / ((1.0 + alpha) * radius * C)
+    b = (2.0 + alpha) * S / (2.0 * (1.0 + alpha))
+    mixed, rolling = (6.0 + 2.0 * alpha) * S, 4.0 * (1.0 + alpha)
+    A = (2.0 + alpha) - mixed * b + rolling * b * b
+    B = -2.0 * gravity / radius * C - (2.0 + alpha) * coefficient - mixed * a + 2.0 * rolling * a * b
+    D = rolling * a * a
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(B * B - 4.0 * A * D)
+        large = (-B + root) / (2.0 * A)
+        # the product of the roots is D/A: no cancellation in the small one
+        return np.sqrt(D / (A * large)), np.sqrt(large)
