@@ -54,7 +54,9 @@ def _first_step(state, constants, tolerance):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _write(cell, ending, least, greatest, fall_time, period, drift, gauge, steps, refinements, measures, counts):
+def _write(
+    cell, ending, least, greatest, fall_time, period, drift, gauge, steps, refinements, measures, counts
+):
     measures[0, cell] = least
     measures[1, cell] = greatest
     measures[2, cell] = fall_time
@@ -97,9 +99,17 @@ def begin(cell, lane, starts, settings, lanes, measures, counts):
     if not end / scale <= _MOST_STEPS:
         _write_at_once(cell, UNRESOLVED, math.nan, math.nan, math.nan, measures, counts)
         return DONE
-    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants
+    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = (
+        constants
+    )
     lanes[at.LEAST_C + lane], lanes[at.END + lane] = math.cos(settings[2]), end
-    lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = S, C, w, o, s
+    (
+        lanes[at.S_0 + lane],
+        lanes[at.C_0 + lane],
+        lanes[at.W_0 + lane],
+        lanes[at.O_RATE_0 + lane],
+        lanes[at.S_RATE_0 + lane],
+    ) = S, C, w, o, s
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
     lanes[at.STEP + lane], lanes[at.REFINED + lane], lanes[at.UNIT + lane] = scale, 0.0, unit
     _set_off(lane, tilt, acceleration, settings[1] > 0.0, lanes)
@@ -109,9 +119,17 @@ def begin(cell, lane, starts, settings, lanes, measures, counts):
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _set_off(lane, tilt, acceleration, uniform, lanes):
     """Place the lane at the cell's start, with the step scale that it holds."""
-    lanes[at.S + lane], lanes[at.C + lane], lanes[at.W + lane] = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
+    lanes[at.S + lane], lanes[at.C + lane], lanes[at.W + lane] = (
+        lanes[at.S_0 + lane],
+        lanes[at.C_0 + lane],
+        lanes[at.W_0 + lane],
+    )
     lanes[at.T + lane] = lanes[at.S_0 + lane] / lanes[at.C_0 + lane]
-    lanes[at.O_RATE + lane], lanes[at.S_RATE + lane], lanes[at.TIME + lane] = lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane], 0.0
+    lanes[at.O_RATE + lane], lanes[at.S_RATE + lane], lanes[at.TIME + lane] = (
+        lanes[at.O_RATE_0 + lane],
+        lanes[at.S_RATE_0 + lane],
+        0.0,
+    )
     lanes[at.STEP_UNIFORM + lane] = lanes[at.STEP + lane] if uniform else 0.0
     lanes[at.STEP_GRADED + lane] = 0.0 if uniform else lanes[at.STEP + lane]
     w = lanes[at.W_0 + lane]
@@ -130,7 +148,13 @@ def _loss(state, alpha, steps, lane, lanes):
     others do not. Rounding alone moves each of them by about eps*sqrt(steps); that much says nothing of the step.
     """
     S, C, T, w, o, s = state
-    S0, C0, w0, o0, s0 = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
+    S0, C0, w0, o0, s0 = (
+        lanes[at.S_0 + lane],
+        lanes[at.C_0 + lane],
+        lanes[at.W_0 + lane],
+        lanes[at.O_RATE_0 + lane],
+        lanes[at.S_RATE_0 + lane],
+    )
     change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
     loss = abs(change) + abs((S - 1.0) * (S + 1.0) + C * C) + abs(T * C - S)
     return max(0.0, loss - _EPS * math.sqrt(steps + 4.0) * (1.0 + lanes[at.ENERGY_0 + lane])), change
@@ -139,8 +163,20 @@ def _loss(state, alpha, steps, lane, lanes):
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _event(lane, fall_tilt, lanes):
     """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
-    state = (lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane])
-    constants = (lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane])
+    state = (
+        lanes[at.S + lane],
+        lanes[at.C + lane],
+        lanes[at.T + lane],
+        lanes[at.W + lane],
+        lanes[at.O_RATE + lane],
+        lanes[at.S_RATE + lane],
+    )
+    constants = (
+        lanes[at.I_TILT + lane],
+        lanes[at.I_ROLL + lane],
+        lanes[at.I_SPIN + lane],
+        lanes[at.I_INVERSE + lane],
+    )
     t, end = lanes[at.TIME + lane], lanes[at.END + lane]
     longest = 2.0 * (lanes[at.STEP_UNIFORM + lane] + lanes[at.STEP_GRADED + lane] * abs(state[1]))
     there, elapsed, ending = state, 0.0, HORIZON
@@ -186,10 +222,24 @@ def _refine(cell, lane, error, starts, settings, lanes):
         shrink = _SMALLEST_SHRINK
     lanes[at.STEP + lane] *= min(0.5, shrink)
     lanes[at.REFINED + lane] += 1.0
-    if lanes[at.REFINED + lane] > _MOST_REFINEMENTS or lanes[at.END + lane] / lanes[at.STEP + lane] > _MOST_STEPS:
+    if (
+        lanes[at.REFINED + lane] > _MOST_REFINEMENTS
+        or lanes[at.END + lane] / lanes[at.STEP + lane] > _MOST_STEPS
+    ):
         return False
-    constants = (lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane])
-    S, C, w, o, s = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
+    constants = (
+        lanes[at.I_TILT + lane],
+        lanes[at.I_ROLL + lane],
+        lanes[at.I_SPIN + lane],
+        lanes[at.I_INVERSE + lane],
+    )
+    S, C, w, o, s = (
+        lanes[at.S_0 + lane],
+        lanes[at.C_0 + lane],
+        lanes[at.W_0 + lane],
+        lanes[at.O_RATE_0 + lane],
+        lanes[at.S_RATE_0 + lane],
+    )
     acceleration = tilt_acceleration((S, C, S / C, w, o, s), constants)
     _set_off(lane, starts[0, cell], acceleration, settings[1] > 0.0, lanes)
     return True
@@ -198,7 +248,12 @@ def _refine(cell, lane, error, starts, settings, lanes):
 @njit(error_model="numpy", fastmath=CONTRACT)
 def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
     """Find out what occurred in a lane: GOES_ON, AFRESH (the same cell with a smaller step) or DONE (written)."""
-    constants = (lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane])
+    constants = (
+        lanes[at.I_TILT + lane],
+        lanes[at.I_ROLL + lane],
+        lanes[at.I_SPIN + lane],
+        lanes[at.I_INVERSE + lane],
+    )
     ending, state, t = _event(lane, settings[2], lanes)
     loss, change = _loss(state, starts[4, cell], steps, lane, lanes)
     error = _estimated_error(ending, state, loss, constants)

@@ -103,7 +103,7 @@ def _integrate_chunk(start, stop, starts, settings, measures, counts):
                 live -= int(cells[lane] < 0)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, parallel=True)
+@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
 def integrate(starts, settings, measures, counts):
     """Integrate every cell until its ending is known.
 

@@ -1,0 +1,78 @@
+# Sourced by scripts/test and scripts/atlas. It sets `checkout` (the project's folder) and `python` (the interpreter
+# of its virtual environment); prepare_environment [EXTRA] makes that environment ready. Runs in bash 3.2 and later.
+
+checkout=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) || exit 1
+python=$checkout/.venv/bin/python
+# What is known of the environment: "ready EXTRA FINGERPRINT", or "making" from the first file until it is whole.
+# No such file: somebody else's environment, which is added to; it is replaced only where its Python does not run.
+state_file=$checkout/.venv/eulerdisk-state
+
+prepare_environment() {
+    local extra=${1:-none} state
+    state=$(cat "$state_file" 2>/dev/null)
+    is_ready "$extra" "$state" && return
+
+    echo "Setting up $checkout/.venv (minutes the first time, nothing after that) ..." >&2
+    if [ "$state" = making ] || ! "$python" -c '' 2>/dev/null; then
+        make_environment || exit
+    else
+        rm -f -- "$state_file"
+        "$python" -m pip --version >/dev/null 2>&1 || "$python" -m ensurepip >/dev/null || exit
+    fi
+    install_project "$extra" || exit
+    printf 'ready %s %s\n' "$extra" "$(fingerprint)" >"$state_file"
+}
+
+# An environment with the test extra also serves whoever wants none.
+is_ready() {
+    local extra=$1 state=$2 now
+    now=$(fingerprint 2>/dev/null) || return
+    [ "$state" = "ready $extra $now" ] || [ "$state" = "ready test $now" ]
+}
+
+# Changes whenever the install has to be done again; the folder is part of it because an editable install points there.
+fingerprint() {
+    "$python" -c '
+import hashlib, pathlib, platform, sys
+project = pathlib.Path(sys.argv[1])
+print(hashlib.sha256((project / "pyproject.toml").read_bytes()).hexdigest(), platform.python_version(), project)
+' "$checkout"
+}
+
+make_environment() {
+    local base
+    base=$(find_python) || return
+    rm -rf -- "$checkout/.venv"
+    mkdir -- "$checkout/.venv" && echo making >"$state_file" || return
+    "$base" -m venv "$checkout/.venv" && return
+    echo "The virtual environment $checkout/.venv could not be made with $base; see above." >&2
+    return 1
+}
+
+find_python() {
+    local candidate candidates=(python3.13 python3.12 python3.11 python3)
+    [ -z "${PYTHON:-}" ] || candidates=("$PYTHON")
+    for candidate in "${candidates[@]}"; do
+        # Asked to run, not only looked up: a version manager's placeholder exists and fails.
+        if "$candidate" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then
+            printf '%s\n' "$candidate"
+            return
+        fi
+    done
+    {
+        echo "No usable Python found. The project needs Python 3.11 or newer, with its venv and pip modules."
+        echo "Tried: ${candidates[*]}."
+        echo "Install one (Debian and Ubuntu keep venv in a package of its own, python3-venv), or name one:"
+        echo "    PYTHON=/path/to/python3 $0"
+    } >&2
+    return 2
+}
+
+install_project() {
+    local target=$checkout log=$checkout/.venv/eulerdisk-install.log
+    [ "$1" = none ] || target="$checkout[$1]"
+    "$python" -m pip install --quiet --disable-pip-version-check --no-input --editable "$target" >"$log" 2>&1 && return
+    cat -- "$log" >&2
+    echo "The install into $checkout/.venv failed; pip's words are above. Mend the cause and run the command again." >&2
+    return 1
+}

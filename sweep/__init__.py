@@ -1,0 +1,57 @@
+"""Stability atlases of a disk rolling without slip.
+
+``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; see `__all__` for the rest.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import kernels
+
+__version__ = "0.1.0"
+
+if getattr(kernels, "MARK", None) != "eulerdisk":
+    raise ImportError(
+        f"`import kernels` found another distribution's package at {kernels.__file__}. eulerdisk owns the import "
+        "names `sweep` and `kernels`: install it in an environment of its own."
+    )
+
+if TYPE_CHECKING:
+    from sweep.atlas import run as run
+    from sweep.axes import Range as Range
+    from sweep.axes import Values as Values
+    from sweep.criterion import Criterion as Criterion
+    from sweep.errors import RequestError as RequestError
+    from sweep.reclassify import reclassify as reclassify
+    from sweep.spec import SweepSpec as SweepSpec
+    from sweep.store import open_atlas as open_atlas
+    from sweep.store import run_to_file as run_to_file
+    from sweep.store import save as save
+
+# Loaded when first used: reading a request must not wait for numba and xarray.
+_HOME = {
+    "Criterion": "sweep.criterion",
+    "Range": "sweep.axes",
+    "RequestError": "sweep.errors",
+    "SweepSpec": "sweep.spec",
+    "Values": "sweep.axes",
+    "open_atlas": "sweep.store",
+    "reclassify": "sweep.reclassify",
+    "run": "sweep.atlas",
+    "run_to_file": "sweep.store",
+    "save": "sweep.store",
+}
+
+__all__ = ["__version__", *_HOME]  # noqa: PLE0604  # every name is text
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its home."""
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'sweep' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(__all__)

@@ -1,0 +1,226 @@
+"""What an atlas consists of: its variables and attributes, and the xarray.Dataset made of computed blocks."""
+
+import json
+import os
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.blocks import BLOCK_CELLS, chunk_shape
+from sweep.boundary import Edge, edges
+from sweep.compiled import kernel_hash
+from sweep.runner import Block, run_blocks
+from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
+from sweep.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Version of the layout of the file; a reader refuses what is newer than it knows.
+FORMAT = 1
+
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+
+#: zlib level: 4 and more cost several times the time for a few per cent of the size.
+COMPRESSION = 1
+
+_SUMMARY = (
+    "Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every start of a "
+    "grid the extreme tilts of the motion, integrated with RK4 until they are final, and the verdict of a criterion."
+)
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One variable of an atlas before it has values: name, dimensions, type and CF attributes."""
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    attributes: Mapping[str, Any]
+
+    @property
+    def fill(self) -> float | None:
+        """Value that stands for "missing" in a file: measured floats only, never coordinates or flags."""
+        return FILL if self.dtype.startswith("f") and self.name not in PARAMETERS else None
+
+
+def cell_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the variables that have one value per cell."""
+    fixed = " ".join(name for name in PARAMETERS if name not in spec.axes and name not in _computed(spec))
+    method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
+    shared = method | {"coordinates": fixed}
+    declared = []
+    for name, quantity in [*VARIABLES.items(), *((name, PARAMETERS[name]) for name in _computed(spec))]:
+        attributes = {**quantity.attributes(), **shared}
+        if quantity.flags is None:
+            attributes["ancillary_variables"] = "ending"
+        declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
+    return declared
+
+
+def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
+    """Return the variables of one edge of the unstable band, in the order of the fields of `Edge`."""
+    dims = tuple(name for name in spec.axes if name != axis)
+    return [
+        Declaration(quantity.name, dims, quantity.dtype, quantity.attributes())
+        for quantity in boundary_quantities(axis, edge).values()
+    ]
+
+
+def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
+    """Return the axes with their values, and the fixed parameters as scalars."""
+    found = []
+    for name in (*spec.axes, *(name for name in PARAMETERS if name not in spec.axes)):
+        if name in _computed(spec):
+            continue
+        value = getattr(spec, name)
+        values = value.array() if name in spec.axes else np.array(value)
+        dims = (name,) if name in spec.axes else ()
+        found.append((Declaration(name, dims, "f8", PARAMETERS[name].attributes()), values))
+    return found
+
+
+def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
+    """Return the global attributes: what it is, how it was made, and all that is needed to make it again.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    command : str
+        What the user ran, for the history.
+    """
+    from importlib.metadata import version
+
+    import sweep
+
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    moment = time.gmtime(int(epoch) if epoch else None)
+    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", moment)
+    settings = {name: getattr(spec, name) for name in SETTINGS}
+    return {
+        "Conventions": CONVENTIONS,
+        "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
+        "summary": _SUMMARY,
+        "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
+        "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
+        "history": _ascii(f"{now} {command}"),
+        "date_created": now,
+        "eulerdisk_format": np.int32(FORMAT),
+        "criterion": str(spec.criterion),
+        **{name: value for name, value in settings.items()},
+        "method": spec.method,
+        "sweep_spec": spec.canonical(),
+        "sweep_fingerprint": spec.fingerprint(),
+        "kernel_hash": kernel_hash(),
+        "versions": json.dumps(
+            {name: version(name) for name in ("numba", "llvmlite", "numpy", "xarray", "netCDF4")},
+            sort_keys=True,
+        ),
+    }
+
+
+def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Dataset":
+    """Return the atlas of a spec from its computed blocks.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    blocks : iterable of Block
+        All cells, in any order.
+    command : str
+        What the user ran, for the history.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions: the spec's axes in order. See `schema.VARIABLES` for the variables; their encoding is that of the
+        file profile, so that ``to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")`` writes an atlas.
+    """
+    import xarray as xr
+
+    declared = cell_declarations(spec)
+    flat = {each.name: np.zeros(spec.size, each.dtype) for each in declared}
+    for block in blocks:
+        for name, column in block.columns.items():
+            flat[name][block.span.start : block.span.stop] = column
+    stability = flat["stability"].reshape(spec.shape)
+    return xr.Dataset(
+        {each.name: _variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+        | edge_variables(spec, stability),
+        {each.name: _variable(each, values, spec) for each, values in coordinates(spec)},
+        global_attributes(spec, command),
+    )
+
+
+def spec_of(dataset: "xr.Dataset") -> SweepSpec:
+    """Return the spec that an atlas was made from."""
+    return SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+
+
+def edge_values(line: Edge) -> list[npt.NDArray[np.float64]]:
+    """Return the arrays of an edge in the order of `edge_declarations`."""
+    return [line.measured, line.halfwidth, line.predicted, line.critical]
+
+
+def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
+    """Return the variables of all edges that a grid of verdicts, of the spec's shape, has."""
+    return {
+        each.name: _variable(each, values, spec)
+        for (axis, edge), line in edges(spec, stability).items()
+        for each, values in zip(edge_declarations(spec, axis, edge), edge_values(line), strict=True)
+    }
+
+
+def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS) -> "xr.Dataset":
+    """Compute the atlas of a spec in memory.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+        Threads to use; all that this process may use if not given.
+    block_cells : int
+        Cells computed at a time. Neither this nor `threads` changes a bit of the result.
+
+    Returns
+    -------
+    xarray.Dataset
+        As in `assemble`.
+
+    Raises
+    ------
+    RequestError
+        If `threads` or `block_cells` is out of range.
+    """
+    return assemble(spec, run_blocks(spec, threads=threads, block_cells=block_cells), "sweep.run")
+
+
+def _computed(spec: SweepSpec) -> tuple[str, ...]:
+    return ("roll_rate",) if spec.circling else ()
+
+
+def _variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+    import xarray as xr
+
+    encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}
+    if declared.dims == spec.axes and spec.axes:
+        encoding |= {
+            "zlib": True,
+            "complevel": COMPRESSION,
+            "shuffle": True,
+            "chunksizes": chunk_shape(spec.shape),
+        }
+    attributes = dict(declared.attributes)
+    if "coordinates" in attributes:
+        # xarray keeps this one attribute among the encoding
+        encoding["coordinates"] = attributes.pop("coordinates")
+    return xr.Variable(declared.dims, values, attributes, encoding)
+
+
+def _ascii(text: str) -> str:
+    return text.encode("ascii", "backslashreplace").decode("ascii")

@@ -1,0 +1,173 @@
+"""The axes of a grid: evenly spaced values, and values given one by one."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.errors import RequestError, shown
+
+Array = npt.NDArray[np.float64]
+
+_SPACINGS = ("linear", "log")
+
+#: Neighbours closer than this, relative to the larger end, could come out equal after rounding.
+_CLOSEST = 1e-12
+
+#: Nearer to the largest float, the steps between the ends overflow.
+_LARGEST = 1e300
+
+
+@dataclass(frozen=True)
+class Range:
+    """Evenly spaced values from `start` to `stop`, both included exactly.
+
+    Parameters
+    ----------
+    start, stop : float
+        The ends, start < stop (equal if `count` is 1), in SI.
+    count : int
+        Number of values, at least 1.
+    spacing : {"linear", "log"}
+        Evenly in the value, or in its logarithm.
+
+    Raises
+    ------
+    RequestError
+        If the range is reversed, empty, not finite, too fine to tell its values apart, or logarithmic and not
+        positive.
+    """
+
+    start: float
+    stop: float
+    count: int
+    spacing: str = "linear"
+
+    def __post_init__(self) -> None:
+        """Refuse what is not an increasing sequence of finite numbers."""
+        if isinstance(self.count, bool) or not isinstance(self.count, int | np.integer):
+            self._refuse(
+                "the count of a range is a whole number",
+                "give how many values the range has, as in 0.5:6:400",
+            )
+        start, stop = _floats((self.start, self.stop))
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "stop", stop)
+        object.__setattr__(self, "count", int(self.count))
+        self._check_ends()
+        self._check_spacing()
+
+    def _check_ends(self) -> None:
+        if not max(abs(self.start), abs(self.stop)) <= _LARGEST or math.isnan(self.stop):
+            self._refuse("the ends of a range are finite and below 1e300", "give ends below that")
+        if self.count < 1:
+            self._refuse("count >= 1", "give how many values the range has, as in 0.5:6:400")
+        if self.start > self.stop:
+            self._refuse("a range goes up: start < stop", "put the smaller end first")
+        if self.count == 1 and self.start != self.stop:
+            self._refuse(
+                "both ends are included, so one value is both ends",
+                "give a count of 2 or more, or one number",
+            )
+
+    def _check_spacing(self) -> None:
+        if self.spacing not in _SPACINGS:
+            self._refuse("the spacing is linear or log", "write start:stop:count or start:stop:count:log")
+        if self.spacing == "log" and self.start <= 0.0:
+            self._refuse("a logarithmic range starts above 0", "start above 0, or leave out :log")
+        if self.count > 1 and not self._finest() > _CLOSEST:
+            self._refuse(
+                "neighbouring values differ by more than 1e-12 of the larger end",
+                "widen it or lower the count",
+            )
+
+    def _finest(self) -> float:
+        gaps = self.count - 1
+        if self.spacing == "log":
+            return (math.log(self.stop) - math.log(self.start)) / gaps
+        largest = max(abs(self.start), abs(self.stop))
+        return (self.stop / largest - self.start / largest) / gaps if largest > 0.0 else 0.0
+
+    def _refuse(self, rule: str, do: str) -> NoReturn:
+        raise RequestError("not a range of values", rule, str(self), do)
+
+    def __len__(self) -> int:
+        """Return the number of values."""
+        return self.count
+
+    def __str__(self) -> str:
+        """Return the range as it is written in a request, in SI."""
+        return f"{self.start!r}:{self.stop!r}:{self.count}" + (":log" if self.spacing == "log" else "")
+
+    def ends(self) -> Array:
+        """Return the smallest and the largest value, shape (2,)."""
+        return np.array([self.start, self.stop])
+
+    def array(self) -> Array:
+        """Return the values, shape (count,), float64, increasing, in SI; the ends are exact."""
+        if self.spacing == "log":
+            return np.geomspace(self.start, self.stop, self.count)
+        return np.linspace(self.start, self.stop, self.count)
+
+
+@dataclass(frozen=True)
+class Values:
+    """Values given one by one.
+
+    Parameters
+    ----------
+    values : tuple of float
+        At least one, finite, strictly increasing, in SI.
+
+    Raises
+    ------
+    RequestError
+        If there is none, or they are not finite or not strictly increasing.
+    """
+
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is not an increasing sequence of finite numbers."""
+        object.__setattr__(self, "values", _floats(self.values))
+        if not self.values:
+            self._refuse("a list has at least one value", "give a value")
+        if not all(map(math.isfinite, self.values)):
+            self._refuse("the values of a list are finite", "leave out nan and inf")
+        if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
+            self._refuse(
+                "a list is strictly increasing: it becomes a coordinate", "sort it and leave out repetitions"
+            )
+
+    def _refuse(self, rule: str, do: str) -> NoReturn:
+        raise RequestError("not a list of values", rule, shown(self.values), do)
+
+    def __len__(self) -> int:
+        """Return the number of values."""
+        return len(self.values)
+
+    def __str__(self) -> str:
+        """Return the list as it is written in a request, in SI."""
+        text = ",".join(map(repr, self.values))
+        return text if len(self.values) > 1 else text + ","
+
+    def ends(self) -> Array:
+        """Return the smallest and the largest value, shape (2,)."""
+        return np.array([self.values[0], self.values[-1]])
+
+    def array(self) -> Array:
+        """Return the values, shape (n,), float64, increasing, in SI."""
+        return np.array(self.values)
+
+
+def _floats(numbers: Iterable[float]) -> tuple[float, ...]:
+    try:
+        # + 0.0 turns -0.0 into 0.0, so that equal axes also read the same.
+        return tuple(float(number) + 0.0 for number in numbers)
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise RequestError(
+            "not a sequence of numbers", "an axis holds numbers in SI", shown(numbers), "give numbers"
+        ) from problem

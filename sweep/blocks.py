@@ -1,0 +1,69 @@
+"""How a grid is cut: chunks of the file, which the grid alone decides, and blocks of computation, any size."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+#: Cells of a chunk at most: half a megabyte per double-precision variable.
+CHUNK_CELLS = 2**16
+
+#: Cells of a block unless the caller says otherwise: some tenths of a second of work.
+BLOCK_CELLS = 2**17
+
+
+@dataclass(frozen=True)
+class Span:
+    """Cells `start` to `stop` (exclusive) of a grid in C order."""
+
+    start: int
+    stop: int
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return self.stop - self.start
+
+
+def chunk_shape(shape: tuple[int, ...], cells: int = CHUNK_CELLS) -> tuple[int, ...]:
+    """Return the shape of the chunks of a grid: every chunk is one contiguous run of cells in C order.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Number of values along each axis.
+    cells : int
+        Cells of a chunk at most.
+
+    Returns
+    -------
+    tuple of int
+        Whole trailing axes, a share of one axis, and 1 along the axes before it.
+    """
+    chunk: list[int] = []
+    room = cells
+    for n in reversed(shape):
+        # as even as the axis allows, so that the last chunk is not a sliver
+        share = math.ceil(n / math.ceil(n / room)) if room > 1 else 1
+        chunk.insert(0, share)
+        room = room // share if share == n else 1
+    return tuple(chunk)
+
+
+def chunks(shape: tuple[int, ...], cells: int = CHUNK_CELLS) -> Iterator[tuple[Span, tuple[slice, ...]]]:
+    """Yield the chunks of a grid in C order: the span of cells and the slice along each axis."""
+    shares = chunk_shape(shape, cells)
+    counts = [math.ceil(n / share) for n, share in zip(shape, shares, strict=True)]
+    start = 0
+    for number in range(math.prod(counts)):
+        slices = []
+        for n, share, count in zip(reversed(shape), reversed(shares), reversed(counts), strict=True):
+            number, place = divmod(number, count)
+            slices.append(slice(place * share, min(n, (place + 1) * share)))
+        stop = start + math.prod(part.stop - part.start for part in slices)
+        yield Span(start, stop), tuple(reversed(slices))
+        start = stop
+
+
+def blocks(size: int, cells: int = BLOCK_CELLS) -> Iterator[Span]:
+    """Yield the blocks in which the `size` cells of a grid are computed, `cells` at a time."""
+    for start in range(0, size, cells):
+        yield Span(start, min(size, start + cells))

@@ -1,0 +1,58 @@
+"""The starts of a grid's cells, as arrays."""
+
+import numpy as np
+
+from kernels.steady import steady_roll_rate
+from sweep.axes import Range, Values
+from sweep.blocks import Span
+from sweep.criterion import perturbation_scale
+from sweep.schema import PARAMETERS, Array
+from sweep.spec import SweepSpec
+
+
+def starts(spec: SweepSpec, span: Span) -> dict[str, Array]:
+    """Return the parameters of the cells of a span.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    span : Span
+        Cells in C order.
+
+    Returns
+    -------
+    dict of str to float64 array, shape (len(span),)
+        Every parameter of `schema.PARAMETERS`, in SI. A steady roll rate that does not exist is not finite.
+    """
+    cells = np.arange(span.start, span.stop)
+    places = dict(zip(spec.axes, np.unravel_index(cells, spec.shape), strict=True)) if spec.axes else {}
+    values: dict[str, Array] = {}
+    for name in PARAMETERS:
+        given = getattr(spec, name)
+        if isinstance(given, Range | Values):
+            values[name] = given.array()[places[name]]
+        elif not isinstance(given, str):
+            values[name] = np.full(len(span), given)
+    if spec.circling:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values["roll_rate"] = steady_roll_rate(
+                *(values[name] for name in ("tilt", "precession_rate", "alpha", "radius", "gravity"))
+            )
+    return {name: values[name] for name in PARAMETERS}
+
+
+def steady_tilt(spec: SweepSpec, cells: dict[str, Array]) -> Array:
+    """Return the tilt [rad] of the motion that each cell disturbs: its own tilt if circling, else upright."""
+    return cells["tilt"] if spec.circling else np.zeros_like(cells["tilt"])
+
+
+def scale(spec: SweepSpec, cells: dict[str, Array]) -> Array:
+    """Return the scale [rad] of the perturbation in each cell."""
+    return perturbation_scale(
+        cells["tilt"],
+        cells["tilt_rate"],
+        steady_tilt(spec, cells),
+        cells["alpha"],
+        cells["radius"],
+        cells["gravity"],
+    )

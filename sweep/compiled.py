@@ -1,0 +1,60 @@
+"""The compiled kernels: found on disk under a key made of their sources, or compiled and put there.
+
+Numba's own key for cached code sees only the file of the function itself: after an edit in another file the old
+arithmetic would go on being run. So the folder of the cache is named after the hash of all kernel sources.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import kernels
+
+
+@lru_cache
+def kernel_hash() -> str:
+    """Return the SHA-256, in hexadecimal, of all kernel sources."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(kernels.__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def cache_folder() -> Path:
+    """Return the folder of the compiled kernels: under $EULERDISK_CACHE_DIR, or the user's cache folder."""
+    import llvmlite
+    import numba
+    import platformdirs
+
+    root = os.environ.get("EULERDISK_CACHE_DIR") or platformdirs.user_cache_dir("eulerdisk", appauthor=False)
+    return Path(root) / f"{kernel_hash()[:16]}-numba{numba.__version__}-llvmlite{llvmlite.__version__}"
+
+
+@lru_cache
+def integrate() -> Callable[..., None]:
+    """Return `kernels.lanes.integrate`, cached on disk where the cache folder can be written."""
+    from kernels.lanes import integrate as kernel
+
+    _cache_on_disk(kernel)
+    return kernel  # type: ignore[no-any-return]  # numba is untyped
+
+
+def _cache_on_disk(kernel: Any) -> None:
+    import numba
+
+    if numba.config.DISABLE_JIT:
+        return
+    folder = cache_folder()
+    before = numba.config.CACHE_DIR
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        numba.config.CACHE_DIR = str(folder)
+        kernel.enable_caching()
+    except (OSError, RuntimeError):
+        # an unwritable cache costs the compilation of this process, nothing else
+        return
+    finally:
+        numba.config.CACHE_DIR = before

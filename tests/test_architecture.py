@@ -1,0 +1,107 @@
+"""The layout is checked by a machine: import contracts, sizes, names, and what loading a request loads."""
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import grimp
+import pytest
+from importlinter.api import read_configuration
+from importlinter.cli import lint_imports
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+PYPROJECT = str(CHECKOUT / "pyproject.toml")
+CONTRACTS = {contract["id"]: contract for contract in read_configuration(PYPROJECT)["contracts_options"]}
+SOURCES = sorted(
+    path for folder in ("kernels", "sweep", "scripts", "tests") for path in (CHECKOUT / folder).rglob("*.py")
+)
+DRAWERS = {"utils", "util", "common", "helpers", "helper", "core", "misc", "lib", "tools"}
+HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", "typer", "rich"}
+
+
+def named(path: Path) -> str:
+    """Return the path as the project's own pages spell it."""
+    return str(path.relative_to(CHECKOUT))
+
+
+def top_level_imports(path: Path) -> Iterator[str]:
+    """Yield the distribution-level name of everything that a file of kernels imports, at whatever depth."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "kernels" if node.level else str(node.module).partition(".")[0]
+
+
+def loaded_after(statement: str) -> set[str]:
+    """Return the top-level modules that a fresh interpreter holds after the statement."""
+    report = f"import sys; {statement}; print(*{{name.partition('.')[0] for name in sys.modules}})"
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", report],
+        cwd=CHECKOUT,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize("contract", CONTRACTS)
+def test_import_contract(
+    contract: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    """Every import contract of pyproject.toml is kept."""
+    monkeypatch.chdir(CHECKOUT)
+    status = lint_imports(PYPROJECT, limit_to_contracts=(contract,), no_cache=True, no_logo=True)
+    if status != 0:
+        pytest.fail(capsys.readouterr().out, pytrace=False)
+
+
+def test_package_stands_in_no_cycle() -> None:
+    """No module that imports the package itself is imported by it, not even inside a function."""
+    # The contracts compare siblings; the package is the parent of all, so they do not see it.
+    graph = grimp.build_graph("sweep", exclude_type_checking_imports=True, cache_dir=None)
+    importers = graph.find_modules_that_directly_import("sweep")
+    assert [module for module in sorted(importers) if graph.chain_exists("sweep", module)] == []
+
+
+@pytest.mark.parametrize("path", sorted((CHECKOUT / "kernels").rglob("*.py")), ids=named)
+def test_kernels_import_arithmetic_only(path: Path) -> None:
+    """A kernel module imports math, numpy, numba and other kernels, nothing else."""
+    assert set(top_level_imports(path)) <= {"math", "numpy", "numba", "kernels"}
+
+
+@pytest.mark.parametrize("path", sorted((CHECKOUT / "kernels").rglob("*.py")), ids=named)
+def test_kernels_never_raise(path: Path) -> None:
+    """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    assert not [node.lineno for node in nodes if isinstance(node, (ast.Raise, ast.Assert))]
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=named)
+def test_file_fits_in_the_head(path: Path) -> None:
+    """No Python file is longer than 300 lines."""
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=named)
+def test_path_says_what_it_is_for(path: Path) -> None:
+    """No module or folder is a drawer for everything."""
+    parts = {part.strip("_") for part in path.relative_to(CHECKOUT).with_suffix("").parts}
+    assert parts & DRAWERS == set()
+
+
+@pytest.mark.parametrize("module", CONTRACTS["light-request"]["source_modules"])
+def test_request_loads_light(module: str) -> None:
+    """Reading a request loads neither the compiler nor the libraries of files, figures and units."""
+    assert loaded_after(f"import {module}") & HEAVY == set()
+
+
+def test_command_line_loads_light() -> None:
+    """The command line answers --help without the compiler, the file libraries and the figures."""
+    assert loaded_after("import sweep.cli") & (HEAVY - {"typer", "rich"}) == set()

@@ -1,0 +1,127 @@
+"""What users install: both packages, the presets, one version, one command; scripts that explain themselves."""
+
+import email
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import sweep
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+COMMANDS = ("scripts/atlas", "scripts/test", ".ci/run")
+
+
+def succeeded(*command: str | Path, **options: object) -> str:
+    """Return what a command printed, or fail with all that it said."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    """Return the wheel, built from the checkout without a network and without writing into the checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = ("hatchling", "build", "--target", "wheel", "--directory", folder)
+    succeeded(sys.executable, "-m", *build, cwd=CHECKOUT)
+    (built,) = folder.glob("*.whl")
+    with zipfile.ZipFile(built) as archive:
+        yield archive
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: zipfile.ZipFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder that holds what the wheel would install."""
+    folder = tmp_path_factory.mktemp("installed")
+    wheel.extractall(folder)
+    return folder
+
+
+def metadata(wheel: zipfile.ZipFile, name: str) -> str:
+    """Return one file of the wheel's own description."""
+    (path,) = (path for path in wheel.namelist() if path.endswith(f".dist-info/{name}"))
+    return wheel.read(path).decode()
+
+
+def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
+    """The wheel contains every module and preset of sweep and kernels, and no test, script or cache."""
+    expected = {
+        path.relative_to(CHECKOUT).as_posix()
+        for package in ("sweep", "kernels")
+        for pattern in ("*.py", "*.toml")
+        for path in (CHECKOUT / package).rglob(pattern)
+    }
+    assert {path for path in wheel.namelist() if ".dist-info/" not in path} == expected
+
+
+@pytest.mark.parametrize("preset", ["rolling", "spinning", "circling"])
+def test_wheel_holds_preset(wheel: zipfile.ZipFile, preset: str) -> None:
+    """Each preset travels with the package, byte for byte."""
+    path = f"sweep/presets/{preset}.toml"
+    assert wheel.read(path) == (CHECKOUT / path).read_bytes()
+
+
+def test_version_has_one_source(wheel: zipfile.ZipFile) -> None:
+    """The wheel's version is the one that sweep states."""
+    assert email.message_from_string(metadata(wheel, "METADATA"))["Version"] == sweep.__version__
+
+
+def test_metadata(wheel: zipfile.ZipFile) -> None:
+    """The distribution is called eulerdisk, wants Python 3.11 or newer and carries its licence."""
+    fields = email.message_from_string(metadata(wheel, "METADATA"))
+    assert (fields["Name"], fields["Requires-Python"], fields["License-Expression"]) == (
+        "eulerdisk",
+        ">=3.11",
+        "BSD-3-Clause",
+    )
+    assert metadata(wheel, "licenses/LICENSE") == (CHECKOUT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_command_is_called_eulerdisk(wheel: zipfile.ZipFile) -> None:
+    """One console script, eulerdisk, leads to sweep.cli.main."""
+    written = metadata(wheel, "entry_points.txt").strip()
+    assert written == "[console_scripts]\neulerdisk = sweep.cli:main"
+
+
+def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
+    """The entry point of the installed files, not of the checkout, answers --help in any folder."""
+    entry = "import sys; from sweep import __file__, cli; print(__file__); sys.exit(cli.main())"
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    said = succeeded(sys.executable, "-c", entry, "--help", cwd=tmp_path, env=environment)
+    assert Path(said.splitlines()[0]) == installed / "sweep" / "__init__.py"
+    assert "Usage" in said
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_script_is_executable(command: str) -> None:
+    """The commands of the README and of CI may be run as they lie in the checkout."""
+    assert (CHECKOUT / command).stat().st_mode & stat.S_IXUSR
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_script_asks_for_a_usable_python(command: str, tmp_path: Path) -> None:
+    """Without Python 3.11 a script exits with 2, says what it needs, what it tried and what to do."""
+    checkout = tmp_path / "a check out"
+    for folder in ("scripts", ".ci"):
+        shutil.copytree(CHECKOUT / folder, checkout / folder)
+    placeholder = tmp_path / "python3"
+    placeholder.write_text("#!/bin/sh\nexit 127\n")
+    placeholder.chmod(0o755)
+    done = subprocess.run(
+        [checkout / command],
+        env={**os.environ, "PYTHON": str(placeholder)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "Python 3.11 or newer" in done.stderr
+    assert str(placeholder) in done.stderr
+    assert "PYTHON=/path/to/python3" in done.stderr
+    assert not (checkout / ".venv").exists()
