@@ -276,8 +276,9 @@ def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
     unit = lanes[at.UNIT + lane]
     fall_time = unit * t if ending == FELL else math.nan
     period = 2.0 * unit * (t - lanes[at.FIRST_TURN + lane]) if ending == BOUNDED else math.nan
+    drift = abs(change) / lanes[at.ENERGY_0 + lane]
     _write(
-        cell, ending, lanes[at.LEAST + lane], lanes[at.GREATEST + lane], fall_time, period, abs(change) / lanes[at.ENERGY_0 + lane],
+        cell, ending, lanes[at.LEAST + lane], lanes[at.GREATEST + lane], fall_time, period, drift,
         lanes[at.ERROR + lane], steps, refinements, measures, counts,
     )  # fmt: skip
     return DONE

@@ -32,8 +32,10 @@ def _advance(lanes):
         heading, lowest, end = lanes[at.HEADING + lane], lanes[at.LEAST_C + lane], lanes[at.END + lane]
         t = lanes[at.TIME + lane] + h
         S, C, T, w, o, s = lane_step(
-            lanes[at.S + lane], C, lanes[at.T + lane], lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane],
-            lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane], h,
+            lanes[at.S + lane], C, lanes[at.T + lane],
+            lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane],
+            lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane], lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane],
+            h,
         )  # fmt: skip
         lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
         lanes[at.O_RATE + lane], lanes[at.S_RATE + lane], lanes[at.TIME + lane] = o, s, t

@@ -42,7 +42,7 @@ _HOME = {
     "save": "sweep.store",
 }
 
-__all__ = ["__version__", *_HOME]  # noqa: PLE0604  # every name is text
+__all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:

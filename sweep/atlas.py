@@ -101,7 +101,6 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     moment = time.gmtime(int(epoch) if epoch else None)
     now = time.strftime("%Y-%m-%dT%H:%M:%SZ", moment)
-    settings = {name: getattr(spec, name) for name in SETTINGS}
     return {
         "Conventions": CONVENTIONS,
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
@@ -112,7 +111,7 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
         "date_created": now,
         "eulerdisk_format": np.int32(FORMAT),
         "criterion": str(spec.criterion),
-        **{name: value for name, value in settings.items()},
+        **{name: getattr(spec, name) for name in SETTINGS},
         "method": spec.method,
         "sweep_spec": spec.canonical(),
         "sweep_fingerprint": spec.fingerprint(),

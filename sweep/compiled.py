@@ -36,10 +36,11 @@ def cache_folder() -> Path:
 @lru_cache
 def integrate() -> Callable[..., None]:
     """Return `kernels.lanes.integrate`, cached on disk where the cache folder can be written."""
-    from kernels.lanes import integrate as kernel
+    from kernels import lanes
 
+    kernel: Callable[..., None] = lanes.integrate
     _cache_on_disk(kernel)
-    return kernel  # type: ignore[no-any-return]  # numba is untyped
+    return kernel
 
 
 def _cache_on_disk(kernel: Any) -> None:

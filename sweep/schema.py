@@ -81,7 +81,7 @@ _DERIVED = Tolerance(
     1e-9, 2e-3, "two tilts 2e-8 rad apart, over the smallest start of the presets, 1.7e-5 rad"
 )
 _BOUNDARY = Tolerance(
-    0.0, 2.6e-3, "a verdict on the edge can move it by one cell: 2/399 rad/s of 2 rad/s in the presets"
+    0.0, 1.3e-3, "a verdict on the edge can move it by one cell: 2/800 rad/s of 2 rad/s in the presets"
 )
 _GAUGE = Tolerance(1e-8, 0.0, "made of rounding: a gauge matters by its size, not by its digits")
 _COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across a step's end")

@@ -85,14 +85,15 @@ def _upright_edges(spec: SweepSpec, given: dict[str, Array], axis: str) -> tuple
     if other is None or np.any(given[other] != 0.0):
         return None
     alpha, radius, gravity = (given[name] for name in ("alpha", "radius", "gravity"))
-    squared = critical_roll_rate_squared if axis == "roll_rate" else critical_precession_rate_squared
     reach = np.minimum(limit(spec, given), spec.fall_tilt)
     outward = np.where(given["tilt"] < 0.0, -1.0, 1.0)
     predicted = _turning_rate(given, outward * reach, axis)
     # a kicked disk swings to both sides, a released one only away from its start
     both = np.fmax(predicted, _turning_rate(given, -outward * reach, axis))
     predicted = np.where(given["tilt_rate"] != 0.0, both, predicted)
-    return np.sqrt(squared(alpha, radius, gravity)), predicted
+    if axis == "roll_rate":
+        return np.sqrt(critical_roll_rate_squared(alpha, radius, gravity)), predicted
+    return np.sqrt(critical_precession_rate_squared(alpha, radius, gravity)), predicted
 
 
 def _turning_rate(given: dict[str, Array], tilt: Array, axis: str) -> Array:

@@ -96,13 +96,13 @@ def test_changes_keep_the_place_of_an_axis(spec_file):
     [
         (
             "rolling",
-            {"roll_rate": (2, 4, 400), "tilt": (0.001, 5, 200)},
+            {"roll_rate": (2, 4, 801), "tilt": (0.001, 5, 200)},
             {"precession_rate": 0.0},
             "departure:5deg",
         ),
         (
             "spinning",
-            {"precession_rate": (3, 6, 400), "tilt": (0.001, 5, 200)},
+            {"precession_rate": (3, 6, 801), "tilt": (0.001, 5, 200)},
             {"roll_rate": 0.0},
             "departure:5deg",
         ),

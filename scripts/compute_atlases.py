@@ -1,0 +1,43 @@
+"""Compute the rolling, spinning and circling atlases, draw their boundaries and print the critical rates."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import sweep
+from sweep import plots
+from sweep.progress import reporting
+from sweep.report import critical_table
+
+PRESETS = ("rolling", "spinning", "circling")
+
+
+def main() -> None:
+    """Write NAME.nc for every preset and boundaries.png into the output folder."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--output", "-o", type=Path, default=Path("atlas-out"), help="folder (default: atlas-out)"
+    )
+    folder = parser.parse_args().output
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in PRESETS:
+        with reporting() as progress:
+            # the folder is this script's own: what an earlier run left there is replaced
+            sweep.run_to_file(
+                sweep.SweepSpec.preset(name),
+                folder / f"{name}.nc",
+                overwrite=True,
+                command="scripts/atlas",
+                progress=progress,
+            )
+    datasets = [sweep.open_atlas(folder / f"{name}.nc") for name in PRESETS]
+    plots.save(plots.figure(datasets), folder / "boundaries.png")
+    print(critical_table(datasets))
+    print(f"\nwritten to {folder}/: {', '.join(f'{name}.nc' for name in PRESETS)}, boundaries.png")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except sweep.RequestError as error:
+        sys.exit(f"scripts/atlas: {error}")

@@ -1,0 +1,5 @@
+"""``python -m sweep`` is ``eulerdisk``."""
+
+from sweep.cli import main
+
+main()

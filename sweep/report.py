@@ -1,0 +1,197 @@
+"""An atlas in words and tables, for a person to read."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kernels.steady import steady_roll_rate
+from sweep.atlas import spec_of
+from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
+from sweep.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def describe(dataset: "xr.Dataset") -> str:
+    """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
+    spec = spec_of(dataset)
+    lines = [
+        dataset.attrs["title"],
+        "",
+        f"grid        {' x '.join(map(str, spec.shape)) or 'one cell'} = {spec.size} cells",
+        *_axis_lines(spec),
+        f"fixed       {_fixed(dataset, spec)}",
+        f"criterion   unstable if the tilt leaves its steady value by {_criterion(spec)}, or the disk falls",
+        f"method      {spec.method}, {_settings(spec)}",
+        "",
+        *_counts(dataset, "ending"),
+        *_counts(dataset, "stability"),
+        "",
+        f"peak tilt   {_range(dataset['peak_tilt'], 'deg')}",
+        f"errors      extreme tilts within {_most(dataset['tilt_error'])} rad, "
+        f"energy drift at most {_most(dataset['energy_drift'])} (both estimated in every cell)",
+        *_boundary_lines(dataset, spec),
+        "",
+        f"made        {dataset.attrs['history']}",
+        f"by          {dataset.attrs['source']}; fingerprint {dataset.attrs['sweep_fingerprint'][:16]}",
+    ]
+    return "\n".join(lines)
+
+
+def boundary_table(dataset: "xr.Dataset") -> str:
+    """Return the measured boundary beside the lines of theory, one row per value of the other axes."""
+    spec = spec_of(dataset)
+    tables = [
+        "\n".join(_edge_rows(dataset, spec, lower + axis)) for axis, lower in _found_edges(dataset, spec)
+    ]
+    return "\n\n".join(tables) or "This atlas has no boundary: no rate is among its axes."
+
+
+def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
+    """Return rate^2 R/g at the boundary, at the smallest tilt that has one: measured, predicted, and the limit.
+
+    The limit is that of vanishing perturbation and vanishing tilt: 1/[2(1+alpha)] for the roll rate, 2/(2+alpha) for
+    the precession rate.
+    """
+    rows = [["atlas", "at tilt", "rate^2 R/g of", "measured", "predicted by", "", "analytic limit"]]
+    for dataset in datasets:
+        spec = spec_of(dataset)
+        for axis, lower in _found_edges(dataset, spec):
+            rows += _critical_rows(dataset, spec, axis, lower)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
+
+
+def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, lower: str) -> Iterator[list[str]]:
+    measured = dataset[f"boundary_{lower}{axis}"]
+    if "tilt" not in measured.dims or measured.ndim != 1:
+        return
+    known = np.flatnonzero(np.isfinite(measured.values))
+    if not known.size:
+        return
+    row = {"tilt": int(known[0])}
+    tilt = float(dataset["tilt"][row])
+    names = (f"boundary_{lower}{axis}", f"boundary_{lower}{axis}_halfwidth", f"predicted_{lower}{axis}")
+    rate, halfwidth, predicted = (float(dataset[name][row]) for name in names)
+    shown = "roll_rate" if lower and spec.circling else axis
+    low, middle, high, theory = (
+        _scaled_square(dataset, tilt, value, shown != axis)
+        for value in (rate - halfwidth, rate, rate + halfwidth, predicted)
+    )
+    alpha = float(dataset["alpha"])
+    limit = 1.0 / (2.0 * (1.0 + alpha)) if shown == "roll_rate" else 2.0 / (2.0 + alpha)
+    yield [
+        dataset.attrs["title"].split(":")[0],
+        f"{np.degrees(tilt):.3g} deg",
+        shown,
+        f"{middle:.5f} +- {abs(high - low) / 2:.5f}",
+        str(spec.criterion),
+        f"{theory:.5f}",
+        f"{limit:.5f}",
+    ]
+
+
+def _scaled_square(dataset: "xr.Dataset", tilt: float, rate: float, as_roll_rate: bool) -> float:
+    radius, gravity = float(dataset["radius"]), float(dataset["gravity"])
+    if as_roll_rate:
+        rate = float(steady_roll_rate(tilt, rate, float(dataset["alpha"]), radius, gravity))
+    return rate**2 * radius / gravity
+
+
+def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[str]:
+    names = [f"boundary_{edge}", f"boundary_{edge}_halfwidth", f"predicted_{edge}", f"critical_{edge}"]
+    others = dataset[names[0]].dims
+    units = dataset[names[0]].attrs["units"]
+    heads = [*(f"{name} [{_shown_units(PARAMETERS[str(name)])}]" for name in others)]
+    yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3]])
+    stacked = [dataset[name].values.reshape(-1) for name in names]
+    places = np.indices(dataset[names[0]].shape).reshape(len(others), -1).T
+    for place, *values in zip(places, *stacked, strict=True):
+        at = [
+            f"{dataset[name].values[i] * PARAMETERS[str(name)].plot_scale:<{len(head)}.6g}"
+            for name, i, head in zip(others, place, heads, strict=True)
+        ]
+        yield "  ".join([*at, *(f"{value:.6f}" if np.isfinite(value) else "-" for value in values)])
+
+
+def _found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
+    for axis in spec.axes:
+        for lower in ("", "lower_"):
+            if f"boundary_{lower}{axis}" in dataset:
+                yield axis, lower
+
+
+def _axis_lines(spec: SweepSpec) -> Iterator[str]:
+    for name in spec.axes:
+        quantity, axis = PARAMETERS[name], getattr(spec, name)
+        low, high = axis.ends() * quantity.plot_scale
+        spacing = getattr(axis, "spacing", "listed")
+        yield f"  {name:<17} {low:.6g} to {high:.6g} {_shown_units(quantity)}, {len(axis)} values, {spacing}"
+
+
+def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
+    parts = []
+    for name, quantity in PARAMETERS.items():
+        if name not in spec.axes and name in dataset.coords:
+            parts.append(
+                f"{name} {float(dataset[name]) * quantity.plot_scale:.6g} {_shown_units(quantity)}".strip()
+            )
+    return ", ".join(parts) + (", roll_rate steady (computed per cell)" if spec.circling else "")
+
+
+def _criterion(spec: SweepSpec) -> str:
+    if spec.criterion.kind == "departure":
+        return f"more than {np.degrees(spec.criterion.limit):.6g} deg"
+    return f"more than {spec.criterion.limit:.6g} times the perturbation"
+
+
+def _settings(spec: SweepSpec) -> str:
+    parts = []
+    for name, quantity in SETTINGS.items():
+        value = getattr(spec, name)
+        text = value if isinstance(value, str) else f"{value:.6g} {quantity.units}"
+        parts.append(f"{name} {text}")
+    return ", ".join(parts)
+
+
+def _counts(dataset: "xr.Dataset", name: str) -> Iterator[str]:
+    codes = dataset[name].values
+    flags = VARIABLES[name].flags or {}
+    found = [(int((codes == code).sum()), word) for code, word in flags.items()]
+    yield f"{name:<12}" + ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
+
+
+def _range(values: "xr.DataArray", units: str) -> str:
+    known = values.values[np.isfinite(values.values)]
+    if not known.size:
+        return "no cell has one"
+    low, high = np.degrees([known.min(), known.max()])
+    return f"{low:.6g} to {high:.6g} {units}"
+
+
+def _most(values: "xr.DataArray") -> str:
+    known = values.values[np.isfinite(values.values)]
+    return f"{known.max():.1e}" if known.size else "-"
+
+
+def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+    for axis, lower in _found_edges(dataset, spec):
+        rate = dataset[f"boundary_{lower}{axis}"].values
+        halfwidth: Any = dataset[f"boundary_{lower}{axis}_halfwidth"].values
+        count = int(np.isfinite(rate).sum())
+        side = "below" if lower else "above"
+        if count:
+            yield (
+                f"boundary    stable {side} {axis} {np.nanmin(rate):.6g} to {np.nanmax(rate):.6g} rad s-1, "
+                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {rate.size} rows"
+            )
+        else:
+            yield f"boundary    no change of verdict along {axis} ({side})"
+
+
+def _shown_units(quantity: Any) -> str:
+    return "deg" if quantity.units == "rad" else "" if quantity.units == "1" else str(quantity.units)
