@@ -23,8 +23,8 @@ CHUNK = 2048
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _advance(lanes):
-    """One step of every lane; returns non-zero when some lane has something to be examined."""
-    event = 0
+    """One step of every lane; returns a word whose bit n says that something occurred in lane n."""
+    events = 0
     for lane in range(at.LANES):
         # every load comes before the first store: only so can the compiler prove that the lanes are independent
         C = lanes[at.C + lane]
@@ -40,17 +40,8 @@ def _advance(lanes):
         lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
         lanes[at.O_RATE + lane], lanes[at.S_RATE + lane], lanes[at.TIME + lane] = o, s, t
         # "not >=" rather than "<", so that a NaN is an event too
-        event |= int(heading * w < 0.0) | int(not (C >= lowest)) | int(t >= end)
-    return event
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _occurred(lanes, lane):
-    return (
-        lanes[at.HEADING + lane] * lanes[at.W + lane] < 0.0
-        or not (lanes[at.C + lane] >= lanes[at.LEAST_C + lane])
-        or lanes[at.TIME + lane] >= lanes[at.END + lane]
-    )
+        events |= (int(heading * w < 0.0) | int(not (C >= lowest)) | int(t >= end)) << lane
+    return events
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -87,10 +78,11 @@ def _integrate_chunk(start, stop, starts, settings, measures, counts):
     passed = 0
     while live > 0:
         passed += 1
-        if _advance(lanes) == 0:
+        events = _advance(lanes)
+        if events == 0:
             continue
         for lane in range(at.LANES):
-            if not _occurred(lanes, lane):
+            if (events >> lane) & 1 == 0:
                 continue
             outcome = examine(
                 cells[lane], lane, passed - begun[lane], starts, settings, lanes, measures, counts
