@@ -46,7 +46,7 @@ def lane_step(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse, h):
         S + h * S3, C + h * C3, T + h * T3, w + h * w3, o + h * o3, s + h * s3,
         i_tilt, i_roll, i_spin, i_inverse,
     )  # fmt: skip
-    sixth = h / 6.0
+    sixth = h * (1.0 / 6.0)  # a division would cost a tenth of the step
     return (
         S + sixth * (S1 + 2.0 * (S2 + S3) + S4),
         C + sixth * (C1 + 2.0 * (C2 + C3) + C4),

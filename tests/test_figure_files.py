@@ -1,0 +1,100 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+import sweep
+from sweep import plots
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return a small atlas whose figure has everything: hatching, both edges, a strip."""
+    spec = sweep.SweepSpec.preset("circling")
+    return sweep.run(spec.replace(tilt="1deg:30deg:20", precession_rate="0.05:5:31", duration="3s"))
+
+
+@pytest.mark.parametrize(
+    ("ending", "magic"), [("png", b"\x89PNG\r\n"), ("pdf", b"%PDF-1."), ("svg", b"<?xml")]
+)
+def test_same_atlas_same_bytes(atlas, tmp_path, monkeypatch, ending, magic):
+    """A figure drawn twice, on two days, gives the same file, and nothing beside it."""
+    for name, day in (("first", "0"), ("second", "86400")):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", day)
+        plots.save(plots.figure([atlas]), tmp_path / f"{name}.{ending}")
+    first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("first", "second"))
+    assert first.startswith(magic)
+    assert first == second
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"first.{ending}", f"second.{ending}"]
+
+
+def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
+    """A figure that cannot be drawn to the end leaves what was there, and no part of itself."""
+    path = tmp_path / "figure.png"
+    path.write_text("old")
+    drawn = plots.figure([atlas])
+
+    def fail(unfinished, **_):
+        Path(unfinished).write_text("half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(drawn, "savefig", fail)
+    with pytest.raises(sweep.RequestError, match="disk full"):
+        plots.save(drawn, path)
+    assert [each.name for each in tmp_path.iterdir()] == ["figure.png"]
+    assert path.read_text() == "old"
+
+
+@pytest.mark.parametrize("name", ["figure.jpg", "figure", "figure.png.gz"])
+def test_unknown_format(name):
+    """A name with another ending is refused before anything is computed; the message lists the endings."""
+    with pytest.raises(sweep.RequestError, match=r"\.png, \.pdf, \.svg"):
+        plots.check_format(name)
+
+
+def test_ending_may_be_capital():
+    """The case of the ending does not matter."""
+    assert plots.check_format("FIGURE.PNG") == "png"
+
+
+def test_missing_folder(atlas, tmp_path):
+    """A folder that does not exist is named in the refusal."""
+    with pytest.raises(sweep.RequestError, match=r"no such folder.*absent.*mkdir -p"):
+        plots.save(plots.figure([atlas]), tmp_path / "absent" / "figure.png")
+
+
+def test_no_global_state(atlas):
+    """Drawing neither loads pyplot nor leaves a changed setting behind."""
+    before = dict(matplotlib.rcParams)
+    plots.figure([atlas])
+    assert dict(matplotlib.rcParams) == before
+    script = "import sys, sweep; from sweep import plots; print('matplotlib.pyplot' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=CHECKOUT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "False"
+
+
+def test_script_draws_what_it_is_given(atlas, tmp_path):
+    """scripts/plot_boundaries.py draws atlas files into one figure; a bad request ends with 2 and a message."""
+    sweep.save(atlas, tmp_path / "rolling.nc")
+    command = [
+        sys.executable,
+        str(CHECKOUT / "scripts" / "plot_boundaries.py"),
+        str(tmp_path / "rolling.nc"),
+        "-o",
+    ]
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    done = subprocess.run([*command, str(tmp_path / "b.png")], env=environment, check=False)
+    assert done.returncode == 0
+    assert (tmp_path / "b.png").stat().st_size > 10_000
+    refused = subprocess.run(
+        [*command, "b.jpg"], env=environment, check=False, capture_output=True, text=True
+    )
+    assert refused.returncode == 2
+    assert "not a format of figures" in refused.stderr

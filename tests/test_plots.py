@@ -1,0 +1,300 @@
+import math
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.container import ErrorbarContainer
+
+import sweep
+from sweep import plots
+from sweep.drawing import MOST_POINTS
+from sweep.schema import UNSTABLE
+
+# physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
+G_OVER_3R = 6.54
+FOUR_G_OVER_5R = 15.696
+
+ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:41", tilt="0.01deg:4deg:30:log")
+SPINNING = sweep.SweepSpec.preset("spinning").replace(precession_rate="3:6:41", tilt="0.01deg:4deg:30:log")
+CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:30", precession_rate="0.05:5:41")
+LINE = ROLLING.replace(tilt="0.1deg")
+
+
+@pytest.fixture(scope="module")
+def atlases():
+    """Return a small atlas of every preset."""
+    return {
+        "rolling": sweep.run(ROLLING),
+        "spinning": sweep.run(SPINNING),
+        "circling": sweep.run(CIRCLING),
+    }
+
+
+@pytest.fixture(scope="module")
+def panels(atlases):
+    """Return the axes of a figure of every preset: the map and the strip."""
+    return {name: plots.figure([atlas]).axes for name, atlas in atlases.items()}
+
+
+def line(axes, start):
+    """Return x and y of the line whose label starts so."""
+    found = [each for each in axes.get_lines() if str(each.get_label()).startswith(start)]
+    return found[0].get_xydata().T
+
+
+def points(axes):
+    """Return the error bars of an axes: (x, y, ends of the bars) of each set of points."""
+    sets = [each for each in axes.containers if isinstance(each, ErrorbarContainer)]
+    return [(*each[0].get_data(), np.array(each[2][0].get_segments())[:, :, 1].T) for each in sets]
+
+
+def words(axes):
+    """Return the texts of an axes and its legend."""
+    legend = axes.get_legend()
+    inside = [text.get_text() for text in axes.texts]
+    return inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
+
+
+def said_in(drawn):
+    """Return all texts and legends of a figure."""
+    return [each for axes in drawn.axes for each in words(axes)]
+
+
+def map_and_strip(axes):
+    """Return the map, the strip below it and the second axis of a figure of one panel."""
+    top, twin = (each for each in axes if each.bbox.y0 == axes[0].bbox.y0 and "peak" not in each.get_ylabel())
+    strip = next(each for each in axes if "analytic" in each.get_ylabel())
+    return top, strip, twin
+
+
+@pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
+def test_axes_say_quantity_and_unit(panels, name):
+    """Tilt is in degrees, the squared rate in rad2 s-2 and in g/R, the colour bar in degrees."""
+    top, strip, twin = map_and_strip(panels[name])
+    rate = "roll rate" if name == "rolling" else "precession rate"
+    assert strip.get_xlabel() == r"tilt $\theta_0$ (deg)"
+    assert top.get_ylabel().startswith(f"{rate} squared")
+    assert top.get_ylabel().endswith(r"(rad$^2$ s$^{-2}$)")
+    assert twin.get_ylabel().endswith("R/g$")
+    assert panels[name][-1].get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
+
+
+@pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
+def test_second_axis_is_the_first_in_units_of_g_over_r(panels, name):
+    """Every height of the map reads rate^2 on one side and rate^2 R/g on the other."""
+    top, _, twin = map_and_strip(panels[name])
+    heights = np.linspace(0.0, 1.0, 7)
+
+    def reads(axes):
+        to_data = axes.transAxes + axes.transData.inverted()
+        return to_data.transform(np.column_stack((np.zeros(7), heights)))[:, 1]
+
+    # the transforms go through pixels and back
+    np.testing.assert_allclose(reads(twin), reads(top) * 0.5 / 9.81, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "formula"),
+    [("rolling", G_OVER_3R, "$g/3R$"), ("spinning", FOUR_G_OVER_5R, "$4g/5R$")],
+)
+def test_analytic_line_lies_where_linear_theory_puts_it(panels, name, expected, formula):
+    """The line of the uniform disk is level at g/3R (rolling) or 4g/5R (spinning), and says so."""
+    top, strip, _ = map_and_strip(panels[name])
+    np.testing.assert_allclose(line(top, "analytic")[1], expected, rtol=1e-12)
+    assert formula in words(top)
+    assert f"analytic: {formula}" in words(strip)
+
+
+@pytest.mark.parametrize(
+    ("spec", "alpha", "formula"),
+    [
+        (ROLLING, 1.0, "$g/4R$"),
+        (SPINNING, 1.0, "$2g/3R$"),
+        (ROLLING, 0.4, r"$g/[2(1{+}\alpha)R]$"),
+        (SPINNING, 0.4, r"$2g/[(2{+}\alpha)R]$"),
+    ],
+)
+def test_formula_follows_alpha(spec, alpha, formula):
+    """The hoop has its own fractions of g/R, any other disk the general expression."""
+    drawn = plots.figure([sweep.run(spec.replace(alpha=alpha, tilt="0.1deg:1deg:3"))])
+    assert f"analytic: {formula}" in said_in(drawn)
+
+
+def test_boundary_is_the_atlas_s(atlases, panels):
+    """Points and bars are the squares of the bracket's middle and ends, at the tilts of the grid in degrees."""
+    atlas = atlases["rolling"]
+    rate, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
+    has = np.isfinite(rate)
+    [(x, y, bars)] = points(map_and_strip(panels["rolling"])[0])
+    shown = np.isin(np.degrees(atlas["tilt"].values[has]), x)
+    assert 10 < len(x) <= MOST_POINTS
+    assert shown.sum() == len(x)
+    np.testing.assert_allclose(y, rate[has][shown] ** 2, rtol=1e-14)
+    np.testing.assert_allclose(bars[0], ((rate - half)[has][shown]) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(bars[1], ((rate + half)[has][shown]) ** 2, rtol=1e-12)
+
+
+def test_points_are_thinned():
+    """A fine grid shows no more points than can be told apart, the first and the last among them."""
+    atlas = sweep.run(ROLLING.replace(tilt="0.01deg:0.5deg:90:log"))
+    [(x, _, _)] = points(plots.figure([atlas]).axes[0])
+    assert len(x) == MOST_POINTS
+    np.testing.assert_allclose(x[[0, -1]], [0.01, 0.5], rtol=1e-12)
+
+
+def test_prediction_is_the_atlas_s(atlases, panels):
+    """The dashed line runs through the predicted rates that the atlas stores."""
+    atlas = atlases["spinning"]
+    x, y = line(map_and_strip(panels["spinning"])[0], "predicted, departure 5°")
+    tilt, rate = np.degrees(atlas["tilt"].values), atlas["predicted_precession_rate"].values
+    # straight between 400 points of a curve that is smooth where the map shows it
+    seen = rate < 6.0
+    np.testing.assert_allclose(np.interp(tilt[seen], x, y), rate[seen] ** 2, rtol=1e-4)
+
+
+def test_strip_shows_the_deviation_from_the_line(panels):
+    """In the strip the analytic line is 1 and the points are the same ones, divided by it."""
+    top, strip, _ = map_and_strip(panels["rolling"])
+    [(x, y, _)], [(strip_x, ratio, _)] = points(top), points(strip)
+    assert (x == strip_x).all()
+    np.testing.assert_allclose(ratio, y / G_OVER_3R, rtol=1e-12)
+    assert strip.get_ylim()[0] < 1.0 < strip.get_ylim()[1]
+
+
+def test_circling_curve_ends_at_both_lines(panels):
+    """The curve k = 0 runs from the spinning end over the dome's top at 18.62 deg to zero precession."""
+    top, _, _ = map_and_strip(panels["circling"])
+    x, y = line(top, "analytic: $k = 0$")
+    np.testing.assert_allclose(x[[0, -1]], 0.0, atol=1e-4)
+    np.testing.assert_allclose(y[[0, -1]], [FOUR_G_OVER_5R, 0.0], atol=1e-4)
+    # 30 deg in 400 points: the last one lies within 0.08 deg of the top
+    assert x.max() == pytest.approx(18.62, abs=0.08)
+    ends = {text.get_text(): text.xy[1] for text in top.texts if hasattr(text, "xy")}
+    assert ends[r"spinning: $\dot\psi^2 = 4g/5R$"] == pytest.approx(FOUR_G_OVER_5R, abs=1e-4)
+    assert ends[r"rolling: $\dot\phi^2 = g/3R$"] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_circling_shows_both_edges(atlases, panels):
+    """The upper and the lower edge are told apart, and the lower one is not squeezed out of sight."""
+    top, _, _ = map_and_strip(panels["circling"])
+    (_, upper, _), (x, lower, _) = points(top)
+    slow = atlases["circling"]["boundary_lower_precession_rate"].dropna("tilt")
+    np.testing.assert_allclose(np.interp(np.degrees(slow["tilt"]), x, lower), slow.values**2, rtol=1e-12)
+    assert upper.min() > lower.max()
+    height = top.transData.transform([(0.0, value) for value in (0.0, 1.0, *top.get_ylim()[1:])])[:, 1]
+    assert height[1] - height[0] > 0.15 * (height[2] - height[0])
+
+
+def test_background_is_the_peak_tilt_in_degrees(atlases, panels):
+    """Cell by cell the colours stand for the peak tilt in degrees, rows along the rate."""
+    atlas = atlases["rolling"]
+    drawn = map_and_strip(panels["rolling"])[0].collections[0].get_array()
+    expected = np.degrees(atlas["peak_tilt"].transpose("roll_rate", "tilt").values)
+    np.testing.assert_allclose(drawn, expected, rtol=1e-12)
+
+
+def test_verdicts_are_named_where_they_hold(atlases, panels):
+    """The words stable and unstable stand on cells of that verdict: no colour is needed to read the map."""
+    atlas = atlases["rolling"]
+    top, _, _ = map_and_strip(panels["rolling"])
+    for text in top.texts:
+        if text.get_text() not in {"stable", "unstable"}:
+            continue
+        pixel = top.transAxes.transform(text.get_position())
+        tilt, squared = top.transData.inverted().transform(pixel)
+        cell = atlas.sel(tilt=math.radians(tilt), roll_rate=math.sqrt(squared), method="nearest")
+        assert (int(cell["stability"]) == UNSTABLE) == (text.get_text() == "unstable")
+    assert {"stable", "unstable"} <= set(words(top))
+
+
+def test_one_verdict_gets_one_word():
+    """A map of unstable cells has neither the word stable nor a boundary, and says that the lines are elsewhere."""
+    axes = plots.figure([sweep.run(ROLLING.replace(roll_rate="1:2:10"))]).axes[0]
+    said = words(axes)
+    assert "unstable" in said
+    assert "stable" not in said
+    assert not points(axes)
+    assert "analytic: $g/3R$ (outside the map)" in said
+
+
+def test_hatching_is_explained_only_where_it_is(panels):
+    """Undecided and impossible cells are hatched and named in the legend; a map without them is silent."""
+    assert not {"undecided", "invalid"} & set(words(map_and_strip(panels["rolling"])[1]))
+    assert "undecided" in said_in(plots.figure([sweep.run(ROLLING.replace(duration="2s"))]))
+    assert "invalid" in said_in(plots.figure([sweep.run(CIRCLING.replace(precession_rate="-1:1:5"))]))
+
+
+def test_legend_names_the_criterion(atlases):
+    """The prediction is labelled with the criterion that it belongs to."""
+    other = sweep.reclassify(atlases["rolling"], "amplification:20")
+    said = words(map_and_strip(plots.figure([other]).axes)[1])
+    assert "predicted, amplification 20" in said
+
+
+def test_other_axes_than_rates():
+    """A map without a rate has no boundary to measure: it shows where unstable cells end."""
+    atlas = sweep.run(ROLLING.replace(roll_rate=2.5, tilt="0.1deg:2deg:5", alpha="0.2:1:6"))
+    axes = plots.figure([atlas]).axes
+    assert {axes[0].get_xlabel(), axes[0].get_ylabel()} == {r"tilt $\theta_0$ (deg)", r"alpha $\alpha$"}
+    assert not points(axes[0])
+    assert len(axes) == 2
+
+
+def test_negative_rates_are_not_squared():
+    """Where a rate changes its sign the axis is the rate itself: both lines are at the root of 4g/5R."""
+    atlas = sweep.run(SPINNING.replace(precession_rate="-6:6:13", tilt="0.1deg:0.3deg:4"))
+    axes = plots.figure([atlas]).axes[0]
+    heights = {
+        round(float(each.get_ydata()[0]), 9) for each in axes.get_lines() if len(each.get_ydata()) == 400
+    }
+    assert axes.get_ylabel() == r"precession rate $\dot\psi_0$ (rad s$^{-1}$)"
+    assert {round(sign * math.sqrt(FOUR_G_OVER_5R), 9) for sign in (-1, 1)} <= heights
+
+
+def test_single_axis_is_a_profile():
+    """An atlas of one axis is a line of peak tilts; the analytic rate stands upright on it."""
+    atlas = sweep.run(LINE)
+    axes = plots.figure([atlas]).axes[0]
+    assert axes.get_xlabel().startswith("roll rate squared")
+    assert axes.get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
+    x, y = axes.get_lines()[0].get_data()
+    np.testing.assert_allclose(x, atlas["roll_rate"].values ** 2, rtol=1e-14)
+    np.testing.assert_allclose(y, np.degrees(atlas["peak_tilt"].values), rtol=1e-14)
+    np.testing.assert_allclose(line(axes, "analytic")[0], G_OVER_3R, rtol=1e-12)
+    assert {"stable", "unstable", "bracket of the RK4 boundary"} <= set(words(axes))
+
+
+def test_selection_from_a_larger_atlas():
+    """Three axes are one too many; a selection is drawn, with the chosen value in the caption."""
+    atlas = sweep.run(ROLLING.replace(roll_rate="2:4:9", tilt="0.1deg:1deg:4", alpha=[0.5, 1.0]))
+    with pytest.raises(sweep.RequestError, match=r"too many axes.*3 axes: roll_rate, tilt, alpha.*isel"):
+        plots.figure([atlas])
+    hoop = plots.figure([atlas.sel(alpha=1.0)])
+    assert "analytic: $g/4R$" in words(map_and_strip(hoop.axes)[1])
+    assert r"$\alpha = 1$" in map_and_strip(hoop.axes)[1].get_legend().get_title().get_text()
+
+
+def test_nothing_to_draw():
+    """A single cell and an empty list are refused."""
+    with pytest.raises(sweep.RequestError, match=r"nothing to draw.*a single cell"):
+        plots.figure([sweep.run(LINE.replace(roll_rate=3.0))])
+    with pytest.raises(sweep.RequestError, match="no atlas"):
+        plots.figure([])
+
+
+def test_panel_is_as_wide_as_a_column(atlases):
+    """Three panels stand side by side, each at least 3.4 in wide, with no word smaller than 7 pt."""
+    drawn = plots.figure(list(atlases.values()))
+    assert drawn.get_size_inches()[0] >= 3 * 3.4
+    sizes = [text.get_fontsize() for text in drawn.findobj(matplotlib.text.Text) if text.get_text()]
+    assert min(sizes) >= 7.0
+
+
+def test_words_do_not_overlap(atlases):
+    """No two words on a map cover each other, and none leaves the map."""
+    drawn = plots.figure(list(atlases.values()))
+    drawn.canvas.draw()
+    for axes in drawn.axes:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+        assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in boxes)

@@ -1,0 +1,97 @@
+"""The README is runnable: every command and snippet in it is executed here."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+_ROOT = Path(__file__).parents[1]
+_TEXT = (_ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", _TEXT, flags=re.MULTILINE | re.DOTALL)
+
+
+def _commands(block: str) -> list[str]:
+    return [line.split("#")[0].strip() for line in block.splitlines() if line.strip()]
+
+
+def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def test_readme_is_short():
+    """The README has at most 120 lines."""
+    assert len(_TEXT.splitlines()) <= 120
+
+
+def test_readme_links_lead_somewhere():
+    """Every relative link and picture of the README is a file of the project."""
+    for target in re.findall(r"\]\(([^)]+)\)", _TEXT):
+        assert (_ROOT / target).is_file(), target
+
+
+def test_every_block_is_known():
+    """No block of the README escapes these tests: the languages are bash, python, toml, and text for output."""
+    assert set(re.findall(r"^```(\w*)$", _TEXT, flags=re.MULTILINE)) <= {"bash", "python", "toml", "text", ""}
+    assert [len(_blocks(language)) for language in ("bash", "python", "toml", "text")] == [2, 1, 1, 1]
+
+
+@pytest.mark.compiled
+def test_atlas_command(tmp_path):
+    """`scripts/atlas` writes its four files and ends with the table that the README shows."""
+    assert _commands(_blocks("bash")[0]) == ["scripts/atlas", "scripts/test"]
+    done = _run([str(_ROOT / "scripts" / "atlas")], tmp_path)
+    assert done.returncode == 0, done.stderr
+    made = {path.name for path in (tmp_path / "atlas-out").iterdir()}
+    assert made == {"rolling.nc", "spinning.nc", "circling.nc", "boundaries.png"}
+    assert done.stdout.startswith(_blocks("text")[0])
+
+
+def test_test_command_explains_itself(tmp_path):
+    """`scripts/test`, which is running this very test, is a command that says what it does."""
+    done = _run([str(_ROOT / "scripts" / "test"), "--help"], tmp_path)
+    assert done.returncode == 0
+    assert "Run every check" in done.stdout
+
+
+@pytest.mark.compiled
+def test_command_line_block(tmp_path):
+    """Every command of the command-line block runs, in the order shown, and leaves the file that it names."""
+    for line in _commands(_blocks("bash")[1]):
+        command = shlex.split(line)
+        done = _run(command, tmp_path)
+        assert done.returncode == 0, (line, done.stderr)
+        if "-o" in command:
+            assert (tmp_path / command[command.index("-o") + 1]).stat().st_size > 0
+
+
+@pytest.mark.compiled
+def test_python_block(tmp_path):
+    """The Python block runs without a warning, and the critical rate it prints is the hoop's 1/4."""
+    done = _run([sys.executable, "-W", "error", "-c", _blocks("python")[0]], tmp_path)
+    assert done.returncode == 0, done.stderr
+    # departure at 5 deg moves the boundary by 5/6 * 0.0873^2 = 0.6 %, a grid step of 0.0025 rad/s by 0.1 %
+    assert float(done.stdout.splitlines()[1]) == pytest.approx(0.25, rel=0.01)
+    assert done.stdout.splitlines()[2] == "undecided stable unstable"
+
+
+@pytest.mark.compiled
+def test_toml_block(tmp_path):
+    """The spec file of the README runs with the command in its first line."""
+    text = _blocks("toml")[0]
+    tomllib.loads(text)
+    (tmp_path / "pushed.toml").write_text(text, encoding="utf-8")
+    command = re.search(r"`(eulerdisk run .*)`", text)
+    assert command is not None
+    done = _run(shlex.split(command[1]), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "pushed.nc").is_file()
