@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from sweep.axes import Values as Values
     from sweep.criterion import Criterion as Criterion
     from sweep.errors import RequestError as RequestError
-    from sweep.reclassify import reclassify as reclassify
     from sweep.spec import SweepSpec as SweepSpec
     from sweep.store import open_atlas as open_atlas
     from sweep.store import run_to_file as run_to_file
     from sweep.store import save as save
+    from sweep.verdicts import reclassify as reclassify
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
@@ -36,7 +36,7 @@ _HOME = {
     "SweepSpec": "sweep.spec",
     "Values": "sweep.axes",
     "open_atlas": "sweep.store",
-    "reclassify": "sweep.reclassify",
+    "reclassify": "sweep.verdicts",
     "run": "sweep.atlas",
     "run_to_file": "sweep.store",
     "save": "sweep.store",

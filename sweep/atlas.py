@@ -13,6 +13,7 @@ import numpy.typing as npt
 from sweep.blocks import BLOCK_CELLS, chunk_shape
 from sweep.boundary import Edge, edges
 from sweep.compiled import kernel_hash
+from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
 from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
 from sweep.spec import SweepSpec
@@ -42,18 +43,18 @@ class Declaration:
     dims: tuple[str, ...]
     dtype: str
     attributes: Mapping[str, Any]
+    coordinate: bool = False
 
     @property
     def fill(self) -> float | None:
         """Value that stands for "missing" in a file: measured floats only, never coordinates or flags."""
-        return FILL if self.dtype.startswith("f") and self.name not in PARAMETERS else None
+        return FILL if self.dtype.startswith("f") and not self.coordinate else None
 
 
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
-    fixed = " ".join(name for name in PARAMETERS if name not in spec.axes and name not in _computed(spec))
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
-    shared = method | {"coordinates": fixed}
+    shared = method | _scalars(spec)
     declared = []
     for name, quantity in [*VARIABLES.items(), *((name, PARAMETERS[name]) for name in _computed(spec))]:
         attributes = {**quantity.attributes(), **shared}
@@ -67,7 +68,7 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     """Return the variables of one edge of the unstable band, in the order of the fields of `Edge`."""
     dims = tuple(name for name in spec.axes if name != axis)
     return [
-        Declaration(quantity.name, dims, quantity.dtype, quantity.attributes())
+        Declaration(quantity.name, dims, quantity.dtype, quantity.attributes() | _scalars(spec))
         for quantity in boundary_quantities(axis, edge).values()
     ]
 
@@ -81,7 +82,7 @@ def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float
         value = getattr(spec, name)
         values = value.array() if name in spec.axes else np.array(value)
         dims = (name,) if name in spec.axes else ()
-        found.append((Declaration(name, dims, "f8", PARAMETERS[name].attributes()), values))
+        found.append((Declaration(name, dims, "f8", PARAMETERS[name].attributes(), True), values))
     return found
 
 
@@ -98,9 +99,7 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
 
     import sweep
 
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    moment = time.gmtime(int(epoch) if epoch else None)
-    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", moment)
+    now = created()
     return {
         "Conventions": CONVENTIONS,
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
@@ -121,6 +120,12 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
             sort_keys=True,
         ),
     }
+
+
+def created() -> str:
+    """Return the time that an atlas says it was made, ISO 8601 in UTC: now, or $SOURCE_DATE_EPOCH."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(int(epoch) if epoch else None))
 
 
 def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Dataset":
@@ -157,8 +162,22 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
 
 
 def spec_of(dataset: "xr.Dataset") -> SweepSpec:
-    """Return the spec that an atlas was made from."""
-    return SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    """Return the spec that an atlas was made from.
+
+    Raises
+    ------
+    RequestError
+        If the atlas is only a part of what its spec asks for.
+    """
+    spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    if dataset["ending"].dims != spec.axes or dataset["ending"].shape != spec.shape:
+        raise RequestError(
+            "not the whole atlas",
+            "the dimensions of an atlas are the axes of its spec",
+            f"{dict(dataset['ending'].sizes)} of {dict(zip(spec.axes, spec.shape, strict=True))}",
+            "take the whole atlas, and select from the result",
+        )
+    return spec
 
 
 def edge_values(line: Edge) -> list[npt.NDArray[np.float64]]:
@@ -201,6 +220,11 @@ def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK
 
 def _computed(spec: SweepSpec) -> tuple[str, ...]:
     return ("roll_rate",) if spec.circling else ()
+
+
+def _scalars(spec: SweepSpec) -> dict[str, str]:
+    fixed = [name for name in PARAMETERS if name not in spec.axes and name not in _computed(spec)]
+    return {"coordinates": " ".join(fixed)} if fixed else {}
 
 
 def _variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":

@@ -8,7 +8,7 @@ refused before numba or xarray is loaded.
 import shlex
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -41,8 +41,8 @@ Spec = Annotated[
 AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made by eulerdisk run.")]
 
 
-class _Terminated(BaseException):
-    """SIGTERM arrived."""
+class _Stopped(BaseException):
+    """A signal asked the run to end."""
 
 
 @app.callback(invoke_without_command=True)
@@ -78,8 +78,15 @@ def run(
     from sweep.store import run_to_file
 
     command = shlex.join(["eulerdisk", *sys.argv[1:]])
-    with _stoppable(output), reporting() as progress:
-        run_to_file(request, output, overwrite=overwrite, threads=threads, command=command, progress=progress)
+    with _stoppable(output) as check, reporting() as progress:
+
+        def after_block(done: int, size: int) -> None:
+            check()
+            progress(done, size)
+
+        run_to_file(
+            request, output, overwrite=overwrite, threads=threads, command=command, progress=after_block
+        )
     print(f"eulerdisk: {output}: {request.size} cells", file=sys.stderr)
 
 
@@ -93,8 +100,8 @@ def plot(
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
     from sweep import plots
-    from sweep.reclassify import reclassify
     from sweep.store import open_atlas
+    from sweep.verdicts import reclassify
 
     plots.check_format(output)
     datasets = [open_atlas(path) for path in atlases]
@@ -121,9 +128,9 @@ def boundary(
     ] = None,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
-    from sweep.reclassify import reclassify
     from sweep.report import boundary_table
     from sweep.store import open_atlas
+    from sweep.verdicts import reclassify
 
     with open_atlas(atlas) as dataset:
         print(boundary_table(dataset if criterion is None else reclassify(dataset, criterion)))
@@ -144,17 +151,28 @@ def main() -> NoReturn:
 
 
 @contextmanager
-def _stoppable(output: Path) -> Iterator[None]:
-    """Turn Ctrl-C and SIGTERM into a message and an exit status; a block that is being computed ends first."""
+def _stoppable(output: Path) -> Iterator[Callable[[], None]]:
+    """Turn Ctrl-C and SIGTERM into a message and an exit status.
 
-    def terminate(_number: int, _frame: FrameType | None) -> None:
-        raise _Terminated
+    Gives what is to be called after each block: it ends the run if a signal has come. An exception out of a signal
+    handler can get lost in a callback of the compiler, so that only a second signal raises one.
+    """
+    arrived: list[int] = []
 
-    before = signal.signal(signal.SIGTERM, terminate)
+    def check() -> None:
+        if arrived:
+            raise _Stopped
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        check()
+        arrived.append(number)
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
-    except (KeyboardInterrupt, _Terminated) as stop:
+        yield check
+    except _Stopped:
         print(f"eulerdisk: interrupted; {output} was not written, nothing is left behind.", file=sys.stderr)
-        raise typer.Exit(130 if isinstance(stop, KeyboardInterrupt) else 143) from None
+        raise typer.Exit(128 + arrived[0]) from None
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

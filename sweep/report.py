@@ -20,7 +20,7 @@ def describe(dataset: "xr.Dataset") -> str:
     lines = [
         dataset.attrs["title"],
         "",
-        f"grid        {' x '.join(map(str, spec.shape)) or 'one cell'} = {spec.size} cells",
+        f"grid        {_grid(spec)}",
         *_axis_lines(spec),
         f"fixed       {_fixed(dataset, spec)}",
         f"criterion   unstable if the tilt leaves its steady value by {_criterion(spec)}, or the disk falls",
@@ -34,7 +34,7 @@ def describe(dataset: "xr.Dataset") -> str:
         f"energy drift at most {_most(dataset['energy_drift'])} (both estimated in every cell)",
         *_boundary_lines(dataset, spec),
         "",
-        f"made        {dataset.attrs['history']}",
+        "made        " + dataset.attrs["history"].replace("\n", "\n            "),
         f"by          {dataset.attrs['source']}; fingerprint {dataset.attrs['sweep_fingerprint'][:16]}",
     ]
     return "\n".join(lines)
@@ -106,10 +106,10 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[st
     names = [f"boundary_{edge}", f"boundary_{edge}_halfwidth", f"predicted_{edge}", f"critical_{edge}"]
     others = dataset[names[0]].dims
     units = dataset[names[0]].attrs["units"]
-    heads = [*(f"{name} [{_shown_units(PARAMETERS[str(name)])}]" for name in others)]
+    heads = [f"{name} [{_shown_units(PARAMETERS[str(name)])}]".removesuffix(" []") for name in others]
     yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3]])
     stacked = [dataset[name].values.reshape(-1) for name in names]
-    places = np.indices(dataset[names[0]].shape).reshape(len(others), -1).T
+    places = np.indices(dataset[names[0]].shape).reshape(len(others), dataset[names[0]].size).T
     for place, *values in zip(places, *stacked, strict=True):
         at = [
             f"{dataset[name].values[i] * PARAMETERS[str(name)].plot_scale:<{len(head)}.6g}"
@@ -123,6 +123,10 @@ def _found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, 
         for lower in ("", "lower_"):
             if f"boundary_{lower}{axis}" in dataset:
                 yield axis, lower
+
+
+def _grid(spec: SweepSpec) -> str:
+    return f"{' x '.join(map(str, spec.shape))} = {spec.size} cells" if spec.axes else "one cell"
 
 
 def _axis_lines(spec: SweepSpec) -> Iterator[str]:

@@ -205,7 +205,7 @@ SETTINGS: Mapping[str, Input] = _table(
     _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
            math.radians(85.0), "0 deg < fall_tilt < 90 deg", lambda tilt: (tilt > 0.0) & _upright(tilt)),
     _input("tolerance", r"\epsilon", "rad", "error that the gauges of a cell may show before its step is reduced",
-           1e-8, "0 rad < tolerance <= 0.1 rad", lambda error: (error > 0.0) & (error <= 0.1)),
+           1e-8, "1e-12 rad <= tolerance <= 0.1 rad", lambda error: (error >= 1e-12) & (error <= 0.1)),
 )
 
 WORDS: Mapping[str, Word] = _table(
@@ -229,7 +229,7 @@ VARIABLES: Mapping[str, Quantity] = _table(
              _DERIVED, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
     Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _DERIVED),
     Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _DERIVED),
-    Quantity("energy_drift", r"\max|\Delta E|/E", "1", "largest relative departure of the energy from its start",
+    Quantity("energy_drift", r"|\Delta E|/E", "1", "relative change of the energy by the end of the integration",
              _GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", _GAUGE,
              "what the invariants of the motion have lost, over the force at the turning point", "f4"),

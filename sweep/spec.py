@@ -26,8 +26,8 @@ _NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
 
 #: Beyond this no disk holds the atlas.
 _MOST_CELLS = 2**40
-#: Steps are counted in 32 bits.
-_MOST_STEPS = 2**31 - 1
+#: More steps than this take a cell many seconds, and a run for ever; the kernels give such a cell up.
+_MOST_STEPS = 10**8
 
 
 class SweepSpec(BaseModel):

@@ -76,8 +76,10 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     """
     path = Path(path)
     check_target(path, overwrite, dataset.nbytes)
+    # xarray gives every float a fill value, and forgets on reading that coordinates had none
+    unfilled = {name: {"_FillValue": None} for name in dataset.coords}
     with published(path) as unfinished:
-        dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4")
+        dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
 
 
 def open_atlas(path: str | Path) -> "xr.Dataset":
@@ -91,7 +93,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     import xarray as xr
 
     path = Path(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise RequestError(
             "no such file", "an atlas is a netCDF file", str(path), "check the path", str(path)
         )
@@ -129,13 +131,15 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
     RequestError
     """
     where, folder = str(path), path.parent
-    if not folder.is_dir():
+    # os.path, because a pathlib.Path raises where it may not look, or where the name is too long
+    if not os.path.isdir(folder):
         raise RequestError(
             "no such folder", "the output's folder exists", str(folder), f"mkdir -p {folder}", where
         )
-    if path.is_dir():
-        raise RequestError("this is a folder", "the output is a file", where, "give a file name", where)
-    if path.exists() and not overwrite:
+    exists = os.path.exists(path)
+    if exists and not os.path.isfile(path):
+        raise RequestError("not a file", "the output is a file", where, "give a file name", where)
+    if exists and not overwrite:
         raise RequestError(
             "the file exists", "a finished atlas is not replaced by accident", where, "add --overwrite", where
         )
@@ -160,7 +164,10 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
 
 @contextlib.contextmanager
 def published(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path`; what was written there gets the final name when the block ends well."""
+    """Give a temporary name beside `path`; what was written there gets the final name when the block ends well.
+
+    Raises RequestError where the file system refuses; of a full disk netCDF only says "HDF error".
+    """
     unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
     try:
         yield unfinished
@@ -168,8 +175,19 @@ def published(path: Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         os.replace(unfinished, path)
         _sync_folder(path.parent)
+    except (OSError, RuntimeError) as problem:
+        if isinstance(problem, RuntimeError) and "NetCDF" not in str(problem):
+            raise
+        raise RequestError(
+            "the file could not be written",
+            "the folder takes a new file of this name, and the disk has room for it to the end",
+            f"{problem}; {shutil.disk_usage(path.parent).free / 1e6:.0f} MB are free",
+            "free some space, or give another name or folder",
+            str(path),
+        ) from problem
     finally:
-        unfinished.unlink(missing_ok=True)
+        if os.path.exists(unfinished):
+            unfinished.unlink()
 
 
 def _sync_folder(folder: Path) -> None:
@@ -188,9 +206,10 @@ def _cell_bytes(spec: SweepSpec) -> int:
 
 def _reporting(blocks: Iterable[Block], size: int, progress: Progress | None) -> Iterator[Block]:
     for block in blocks:
-        yield block
+        # before the block is handed on: nobody asks for another one after the last
         if progress is not None:
             progress(block.span.stop, size)
+        yield block
 
 
 def _write(spec: SweepSpec, path: Path, blocks: Iterable[Block], command: str) -> None:

@@ -1,7 +1,9 @@
 """What every test relies on: the same examples in CI, the same terminal everywhere, no window."""
 
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # Compiling the first kernel takes seconds; hypothesis would count them against the one example that met it.
@@ -15,3 +17,28 @@ os.environ["MPLBACKEND"] = "agg"
 for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
     os.environ.pop(name, None)
 os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
+
+# Commands and tests share one cache of compiled kernels, apart from the user's, that lasts to the next run.
+os.environ.setdefault("EULERDISK_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "kernels"))
+
+
+@pytest.fixture
+def spec_file(tmp_path):
+    """Write a spec file and return its path."""
+
+    def write(text, name="sweep.toml"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def crowd():
+    """Random starts over all parameters, with their exact extremes."""
+    import engine
+    import referee
+
+    given = engine.scattered(1500, seed=5)
+    return given, referee.extremes(given)

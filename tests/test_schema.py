@@ -69,7 +69,7 @@ def test_defaults_obey_their_rules(quantity):
         ("duration", [1e-3], [0.0, -1.0]),
         ("step", [1e-3], [0.0, -1.0]),
         ("fall_tilt", [0.1, 1.57], [0.0, -0.1, math.pi / 2]),
-        ("tolerance", [1e-14, 0.1], [0.0, -1e-8, 0.11]),
+        ("tolerance", [1e-12, 0.1], [0.0, 1e-13, -1e-8, 0.11]),
     ],
 )
 def test_domains_end_where_the_rule_says(name, inside, outside):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweep import cells
-from sweep.atlas import edge_variables, spec_of
+from sweep.atlas import created, edge_variables, spec_of
 from sweep.blocks import Span
 from sweep.criterion import Criterion
 
@@ -52,5 +52,5 @@ def reclassify(dataset: "xr.Dataset", criterion: Criterion | str) -> "xr.Dataset
         criterion=str(spec.criterion),
         sweep_spec=spec.canonical(),
         sweep_fingerprint=spec.fingerprint(),
-        history=f"{dataset.attrs['history']}; reclassified with {spec.criterion}",
+        history=f"{dataset.attrs['history']}\n{created()} reclassified with {spec.criterion}",
     )

@@ -1,0 +1,87 @@
+"""How the tests call the lane kernel: starts in, named results out."""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+import referee
+from referee import FALL_TILT
+
+from sweep.axes import Range
+from sweep.blocks import Span
+from sweep.cells import starts as cell_starts
+from sweep.compiled import integrate
+from sweep.spec import SweepSpec
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the kernel says of each cell; arrays of shape (n,), as described in `kernels.lanes.integrate`."""
+
+    least: np.ndarray
+    greatest: np.ndarray
+    fall_time: np.ndarray
+    period: np.ndarray
+    energy_drift: np.ndarray
+    tilt_error: np.ndarray
+    ending: np.ndarray
+    steps: np.ndarray
+    refinements: np.ndarray
+
+    @property
+    def peak(self):
+        """The largest magnitude of the tilt [rad]."""
+        return np.maximum(np.abs(self.least), np.abs(self.greatest))
+
+    def bits(self, cells=slice(None)):
+        """Return everything said of some cells as bytes, one row per cell."""
+        columns = [np.ascontiguousarray(column[cells]) for column in vars(self).values()]
+        return np.concatenate([column.view(np.uint8).reshape(len(column), -1) for column in columns], axis=1)
+
+
+def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8, threads=None):
+    """Integrate starts, float64[7, n]; with all threads unless told otherwise."""
+    n = starts.shape[1]
+    measures, counts = np.full((6, n), -777.0), np.full((3, n), -777, np.int32)
+    most = numba.config.NUMBA_NUM_THREADS
+    before = numba.get_num_threads()
+    numba.set_num_threads(most if threads is None else threads)
+    try:
+        # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
+        with numba.parallel_chunksize(1), np.errstate(all="ignore"):
+            integrate()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
+    finally:
+        numba.set_num_threads(before)
+    return Results(*measures, *counts)
+
+
+def scattered(n, seed):
+    """Random starts over all seven parameters, a third of them released at rest."""
+    rng = np.random.default_rng(seed)
+    radius, gravity = 10.0 ** rng.uniform(-2.0, 1.0, n), 10.0 ** rng.uniform(-0.5, 1.5, n)
+    unit = np.sqrt(radius / gravity)
+    return referee.starts(
+        tilt=rng.uniform(-1.4, 1.4, n),
+        tilt_rate=rng.uniform(-1.5, 1.5, n) / unit * (rng.random(n) < 0.7),
+        precession_rate=rng.uniform(-3.0, 3.0, n) / unit * (rng.random(n) < 0.9),
+        roll_rate=rng.uniform(-3.0, 3.0, n) / unit * (rng.random(n) < 0.9),
+        alpha=rng.uniform(0.02, 1.0, n),
+        radius=radius,
+        gravity=gravity,
+    )
+
+
+def errors(found, truth):
+    """Largest error of the two extreme tilts of each cell [rad]."""
+    return np.maximum(np.abs(found.least - truth.least), np.abs(found.greatest - truth.greatest))
+
+
+def coarse(preset):
+    """Starts of 40 x 30 cells over the ranges of a preset."""
+    spec = SweepSpec.preset(preset)
+    axes = {name: getattr(spec, name) for name in spec.axes}
+    counts = {name: 30 if name == "tilt" else 40 for name in axes}
+    spec = spec.replace(
+        **{name: Range(axis.start, axis.stop, counts[name], axis.spacing) for name, axis in axes.items()}
+    )
+    return np.stack(list(cell_starts(spec, Span(0, spec.size)).values()))

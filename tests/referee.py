@@ -1,0 +1,200 @@
+"""The motion of the disk by other means than the project's: what the tests believe instead of the code under test.
+
+Two referees. `extremes` follows no time: along a motion the rates obey Chaplygin's linear system in the tilt, so the
+kinetic energy of the tilt is a function of the tilt alone, and where it vanishes the disk turns. `motion` integrates
+the equations of motion with their sines and cosines, by SciPy. Starts are arrays of seven rows: tilt, tilt rate,
+precession rate, roll rate, alpha, radius, gravity, in SI.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.chebyshev import Chebyshev, chebfit
+from scipy.integrate import DOP853, solve_ivp
+from scipy.optimize import brentq
+
+FALL_TILT = math.radians(85.0)
+
+_DEFAULTS = {
+    "tilt": 0.0,
+    "tilt_rate": 0.0,
+    "precession_rate": 0.0,
+    "roll_rate": 0.0,
+    "alpha": 0.5,
+    "radius": 0.5,
+}
+
+
+def starts(**parameters):
+    """Return starts, float64[7, n], of the uniform disk of the report (R = 0.5 m) unless told otherwise."""
+    rows = np.broadcast_arrays(*({**_DEFAULTS, "gravity": 9.81} | parameters).values())
+    return np.ascontiguousarray(np.stack([np.atleast_1d(row).ravel() for row in rows]), dtype=np.float64)
+
+
+# --- the turning points ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Infinite-time extreme tilts [rad], each of shape (n,); `fell` says that fall_tilt is reached on the way."""
+
+    least: np.ndarray
+    greatest: np.ndarray
+    fell: np.ndarray
+
+    @property
+    def peak(self):
+        """The largest magnitude of the tilt [rad]."""
+        return np.maximum(np.abs(self.least), np.abs(self.greatest))
+
+
+#: The scan starts at this distance [rad] from the start tilt and grows by a few per cent a step.
+_NEAREST = 1e-9
+_SCAN = 500
+
+
+def extremes(given, fall_tilt=FALL_TILT):
+    """Return the `Extremes` of starts inside +-fall_tilt."""
+    tilt, rate = given[0], given[1] * np.sqrt(given[5] / given[6])
+    force = _carried(given, np.zeros((3, tilt.size)), tilt)[2]
+    heading = np.where(rate == 0.0, np.sign(force), np.sign(rate))
+    ahead = _turn(given, heading, fall_tilt)
+    # released at rest the disk is at a turning point already
+    behind, moving = tilt.copy(), rate != 0.0
+    if moving.any():
+        behind[moving] = _turn(given[:, moving], -heading[moving], fall_tilt)
+    fell_ahead, fell_behind = np.isnan(ahead), np.isnan(behind)
+    ahead = np.where(fell_ahead, heading * fall_tilt, ahead)
+    behind = np.where(fell_behind, -heading * fall_tilt, behind)
+    behind = np.where(fell_ahead, tilt, behind)
+    return Extremes(np.minimum(ahead, behind), np.maximum(ahead, behind), fell_ahead | fell_behind)
+
+
+def _carried(given, y, tilt):
+    """Slopes in the tilt of (s - s0, o - o0, kinetic energy of the tilt), everything scaled with sqrt(R/g).
+
+    Differences from the start, so that a start of 1e-5 rad is as exact as one of 1 rad.
+    """
+    tilt0, _, precession, roll, alpha, radius, gravity = given
+    unit = np.sqrt(radius / gravity)
+    s = unit * (roll + precession * np.sin(tilt0)) + y[0]
+    o = unit * precession * np.cos(tilt0) + y[1]
+    tan = np.tan(tilt)
+    force = np.sin(tilt) + o * ((1.0 + alpha) * s - 0.5 * alpha * o * tan)
+    return np.stack([-o / (1.0 + alpha), -2.0 * s + o * tan, force])
+
+
+def _turn(given, side, fall_tilt):
+    """First turning point [rad] on one side of the start, NaN where fall_tilt comes first."""
+    n, tilt0 = given.shape[1], given[0]
+    room = fall_tilt - side * tilt0
+    growth = np.log1p(room / _NEAREST)
+
+    def tilt_at(u):
+        return tilt0 + side * _NEAREST * np.expm1(growth * u)
+
+    def slope(u, y):
+        along = side * _NEAREST * growth * np.exp(growth * u)
+        return (_carried(given, y.reshape(3, n), tilt_at(u)) * along).ravel()
+
+    kinetic = 0.5 * (1.0 + 0.5 * given[4]) * given[1] ** 2 * given[5] / given[6]
+    y0 = np.concatenate([np.zeros(2 * n), kinetic])
+    solver = DOP853(slope, 0.0, y0, 1.0, max_step=1.0 / _SCAN, first_step=1.0 / _SCAN, rtol=1e-13, atol=1e-40)
+    found = np.full(n, np.nan)
+    force = slope(0.0, y0).reshape(3, n)[2]
+    while np.isnan(found).any() and solver.status == "running":
+        solver.step()
+        if solver.status == "failed":
+            raise ArithmeticError("the referee's integration failed")
+        new, new_force = solver.y.reshape(3, n)[2], slope(solver.t, solver.y).reshape(3, n)[2]
+        suspects = np.flatnonzero(np.isnan(found) & ((new <= 0.0) | ((force < 0.0) & (new_force > 0.0))))
+        if suspects.size:
+            # the dense output is a polynomial of degree 7 in u: eight samples hold all of it
+            middle, half = 0.5 * (solver.t + solver.t_old), 0.5 * (solver.t - solver.t_old)
+            samples = solver.dense_output()(middle + half * _NODES).reshape(3, n, 8)[2]
+            for cell in suspects:
+                found[cell] = tilt_at(middle + half * _root(Chebyshev(chebfit(_NODES, samples[cell], 7))))[
+                    cell
+                ]
+        force = new_force
+    return found
+
+
+#: Chebyshev points of the second kind, ends included.
+_NODES = np.cos(np.pi * np.arange(7, -1, -1) / 7)
+
+
+def _root(kinetic):
+    """Where in [-1, 1] a kinetic energy first vanishes, given that it starts positive; NaN if it does not."""
+    high = 1.0
+    if kinetic(high) > 0.0:
+        # it has a minimum in between, which may dip below zero
+        slope = kinetic.deriv()
+        if not slope(-1.0) < 0.0 < slope(1.0):
+            return np.nan
+        high = brentq(slope, -1.0, 1.0, xtol=1e-15)
+        if kinetic(high) > 0.0:
+            return np.nan
+    return brentq(kinetic, -1.0, high, xtol=1e-15) if kinetic(-1.0) > 0.0 else -1.0
+
+
+# --- the motion in time ---------------------------------------------------------------------------------------------
+
+
+def accelerations(state, alpha, radius, gravity):
+    """Second derivatives (tilt, heading, roll) [rad/s^2] in state (tilt, tilt rate, precession rate, roll rate)."""
+    tilt, rate, precession, roll = state
+    sin, cos = math.sin(tilt), math.cos(tilt)
+    push = 4.0 * gravity * sin + (2.0 + alpha) * radius * precession**2 * math.sin(2.0 * tilt)
+    push += 4.0 * (1.0 + alpha) * radius * roll * precession * cos
+    turn = rate * (2.0 * (1.0 + alpha) * roll * sin - (2.0 + alpha) * precession * cos**2)
+    return push / (2.0 * (2.0 + alpha) * radius), -2.0 * roll * rate / cos, turn / ((1.0 + alpha) * cos)
+
+
+def energy(state, alpha, radius, gravity):
+    """Energy [m^2/s^2], over the mass, of state (tilt, tilt rate, precession rate, roll rate).
+
+    Translation of the centre of mass plus rotation about it, from velocities; not the sum of squares of the code.
+    """
+    tilt, rate, precession, roll = state
+    sin, cos = math.sin(tilt), math.cos(tilt)
+    along = radius * (roll + precession * sin)
+    velocity = along**2 + (radius * rate) ** 2
+    axial = roll + precession * sin
+    rotation = 0.5 * alpha * radius**2 * (rate**2 + (precession * cos) ** 2) + alpha * radius**2 * axial**2
+    return 0.5 * (velocity + rotation) + gravity * radius * cos
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion in time: when and where the tilt rate vanished, when fall_tilt was reached (or None), and the states."""
+
+    turn_times: np.ndarray
+    turn_tilts: np.ndarray
+    fall_time: float | None
+    states: np.ndarray
+
+
+def motion(start, duration, fall_tilt=FALL_TILT):
+    """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is left out."""
+    alpha, radius, gravity = start[4:]
+
+    def slope(_, y):
+        tilting, turning, rolling = accelerations(y, alpha, radius, gravity)
+        return y[1], tilting, turning, rolling
+
+    def turn(_, y):
+        return y[1]
+
+    def fall(_, y):
+        return abs(y[0]) - fall_tilt
+
+    fall.terminal = True
+    run = solve_ivp(
+        slope, (0.0, duration), start[:4], method="DOP853", rtol=1e-12, atol=1e-14, events=(turn, fall)
+    )
+    moving = run.t_events[0] > 1e-9 * duration
+    times, states = run.t_events[0][moving], run.y_events[0][moving] if moving.any() else np.empty((0, 4))
+    falls = run.t_events[1]
+    return Motion(times, states[:, 0], float(falls[0]) if falls.size else None, run.y)

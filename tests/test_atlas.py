@@ -1,0 +1,206 @@
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.atlas import spec_of
+from sweep.blocks import chunk_shape
+from sweep.errors import RequestError
+from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES
+from sweep.spec import SweepSpec
+
+ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:1.5deg:5:log")
+CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
+EDGE_NAMES = ("boundary_{}", "boundary_{}_halfwidth", "predicted_{}", "critical_{}")
+
+#: An axis of two values for each parameter.
+PAIRS = {
+    "tilt": "1deg,2deg",
+    "tilt_rate": "0,0.1",
+    "precession_rate": "0,1",
+    "roll_rate": "2,4",
+    "alpha": "0.5,1",
+    "radius": "20cm,50cm",
+    "gravity": "1.62,9.81",
+}
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    """Return a small atlas of released disks."""
+    return sweep.run(ROLLING)
+
+
+@pytest.fixture(scope="module")
+def circling():
+    """Return a small atlas of steady motions."""
+    return sweep.run(CIRCLING)
+
+
+def test_every_variable_of_the_table_is_there(rolling, circling):
+    """An atlas has each measure over all axes, the edges of a rate over the others, the parameters as coordinates."""
+    assert dict(rolling.sizes) == {"roll_rate": 9, "tilt": 5}
+    assert set(rolling.data_vars) == {*VARIABLES, *(name.format("roll_rate") for name in EDGE_NAMES)}
+    assert set(rolling.coords) == set(PARAMETERS)
+    edges = [name.format(edge + "precession_rate") for name in EDGE_NAMES for edge in ("", "lower_")]
+    assert set(circling.data_vars) == {*VARIABLES, "roll_rate", *edges}
+    assert set(circling.coords) == set(PARAMETERS) - {"roll_rate"}
+    for dataset, others in ((rolling, ("tilt",)), (circling, ("tilt",))):
+        for name, variable in dataset.data_vars.items():
+            assert variable.dims == (
+                others if name.startswith(("bound", "pred", "crit")) else tuple(dataset.sizes)
+            )
+
+
+def test_variables_are_described_by_the_table(rolling):
+    """Type, units, long name and flags of each variable are those of the table; each measure points to its ending."""
+    for name, quantity in VARIABLES.items():
+        variable = rolling[name]
+        assert variable.dtype == quantity.dtype
+        assert variable.attrs["long_name"] == quantity.long_name
+        assert variable.attrs["cell_methods"] == "roll_rate: tilt: point"
+        if quantity.flags is None:
+            assert (variable.attrs["units"], variable.attrs["ancillary_variables"]) == (
+                quantity.units,
+                "ending",
+            )
+            continue
+        assert "units" not in variable.attrs
+        assert (
+            dict(zip(variable.flag_values.tolist(), variable.flag_meanings.split(), strict=True))
+            == quantity.flags
+        )
+        assert variable.flag_values.dtype == np.int8
+        assert set(np.unique(variable)) <= set(quantity.flags)
+    for name, quantity in PARAMETERS.items():
+        assert rolling[name].attrs == {"long_name": quantity.long_name, "units": quantity.units}
+    for name in EDGE_NAMES:
+        assert rolling[name.format("roll_rate")].attrs["units"] == "rad s-1"
+
+
+def test_attributes_are_plain_text_and_numbers():
+    """Every name and attribute is ASCII and of a type that the classic model knows, whatever the title says."""
+    dataset = sweep.run(SweepSpec(title="Münze ☃", tilt=[0.1]))
+    assert dataset.attrs["title"] == "M\\xfcnze \\u2603"
+    for name, variable in {**dataset.variables, "": dataset}.items():
+        assert name.isascii()
+        for key, value in variable.attrs.items():
+            assert key.isascii()
+            assert isinstance(value, str | float | np.int32 | np.ndarray), (name, key)
+            assert not isinstance(value, str) or value.isascii(), (name, key)
+
+
+def test_provenance(monkeypatch):
+    """The attributes say how it was made, and hold all that is needed to make it again."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    found = sweep.run(ROLLING).attrs
+    assert found["Conventions"] == "CF-1.11, ACDD-1.3"
+    assert SweepSpec.from_canonical(found["sweep_spec"]) == ROLLING
+    assert found["sweep_fingerprint"] == ROLLING.fingerprint()
+    assert (found["date_created"], found["history"]) == (
+        "1970-01-02T00:00:00Z",
+        "1970-01-02T00:00:00Z sweep.run",
+    )
+    assert found["criterion"] == "departure:5deg"
+    assert {name: found[name] for name in SETTINGS} == {name: getattr(ROLLING, name) for name in SETTINGS}
+    assert json.loads(found["versions"]).keys() >= {"numba", "numpy", "xarray", "netCDF4"}
+    assert sweep.__version__ in found["source"]
+    assert len(found["kernel_hash"]) == 64
+
+
+def test_cells_stand_where_their_coordinates_say(rolling):
+    """A cell selected by its labels is the one that a request for just these values gives."""
+    for rate, tilt in ((0, 0), (8, 0), (3, 4)):
+        cell = rolling.isel(roll_rate=rate, tilt=tilt)
+        alone = sweep.run(ROLLING.replace(roll_rate=float(cell.roll_rate), tilt=float(cell.tilt)))
+        for name in VARIABLES:
+            np.testing.assert_array_equal(cell[name], alone[name])
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_any_parameter_can_be_an_axis(name):
+    """Each of the seven parameters makes a grid, with its values as coordinate; no cell is invalid."""
+    dataset = sweep.run(SweepSpec(**{"tilt": "1deg", "roll_rate": 3, name: PAIRS[name]}))
+    assert dict(dataset.sizes) == {name: 2}
+    np.testing.assert_array_equal(dataset[name], getattr(spec_of(dataset), name).array())
+    assert dataset.ending.attrs["flag_meanings"].split()[int(dataset.ending[0])] == "bounded"
+    assert float(dataset.peak_tilt[0]) != float(dataset.peak_tilt[1])
+
+
+@pytest.mark.parametrize("count", range(8))
+def test_any_number_of_axes(count):
+    """From one cell to all seven parameters, the dimensions are the axes in the order given."""
+    names = [*reversed(PARAMETERS)][:count]
+    dataset = sweep.run(
+        SweepSpec(**{name: PAIRS[name] for name in names}, **({} if "tilt" in names else {"tilt": "1deg"}))
+    )
+    assert dataset.ending.dims == tuple(names)
+    assert dataset.ending.shape == (2,) * count
+    assert set(dataset.coords) == set(PARAMETERS)
+    scalars = " ".join(name for name in PARAMETERS if name not in names)
+    assert dataset.ending.encoding.get("coordinates", "") == scalars
+
+
+def test_the_boundary_is_that_of_the_verdicts(rolling):
+    """Between boundary -+ half-width lie the last unstable and the first stable rate of each row."""
+    rates = rolling.roll_rate.values
+    for row in range(5):
+        verdicts = rolling.stability.values[:, row]
+        last, first = rates[verdicts == 2].max(), rates[verdicts == 1].min()
+        assert float(rolling.boundary_roll_rate[row]) == (last + first) / 2
+        assert float(rolling.boundary_roll_rate_halfwidth[row]) == (first - last) / 2
+
+
+def test_the_critical_rates_are_the_analytic_ones(rolling):
+    """The line of a rolling disk is g/3R, g/4R for a hoop; of a spinning one 4g/5R and 2g/3R."""
+    np.testing.assert_allclose(rolling.critical_roll_rate, math.sqrt(9.81 / 1.5), rtol=1e-14)
+    for words, factors in (
+        ({"roll_rate": "1:4:4"}, [1 / 3, 1 / 4]),
+        ({"precession_rate": "1:4:4"}, [4 / 5, 2 / 3]),
+    ):
+        dataset = sweep.run(SweepSpec(tilt="1deg", alpha="0.5,1", radius=2.0, **words))
+        squares = dataset[f"critical_{next(iter(words))}"] ** 2 * 2.0 / 9.81
+        np.testing.assert_allclose(squares, factors, rtol=1e-14)
+
+
+def test_a_steady_roll_rate_is_stored_per_cell(circling):
+    """The computed roll rate satisfies the condition of steady circling in every cell."""
+    tilt, turn = circling.tilt, circling.precession_rate
+    # physics of the uniform disk: 4 g sin + (2 + alpha) R turn^2 sin(2 tilt) + 4 (1 + alpha) R roll turn cos = 0
+    residue = (
+        4 * 9.81 * np.sin(tilt)
+        + 2.5 * 0.5 * turn**2 * np.sin(2 * tilt)
+        + 6 * 0.5 * circling["roll_rate"] * turn * np.cos(tilt)
+    )
+    assert float(abs(residue).max()) < 1e-13
+    assert circling["roll_rate"].dims == ("tilt", "precession_rate")
+
+
+def test_the_encoding_is_the_profile_of_the_file(rolling):
+    """Measured floats are filled, coordinates and flags are not; chunks follow from the grid; all is zlib."""
+    for name, variable in rolling.variables.items():
+        measured = variable.dtype.kind == "f" and name not in PARAMETERS
+        assert variable.encoding["_FillValue"] == (FILL if measured else None), name
+        assert variable.encoding["dtype"] == variable.dtype
+        if name in VARIABLES:
+            assert variable.encoding["chunksizes"] == chunk_shape((9, 5))
+            assert variable.encoding["zlib"]
+            assert variable.encoding["shuffle"]
+
+
+def test_ways_to_run_change_nothing(monkeypatch):
+    """Threads and block size leave the whole dataset as it is."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    whole = sweep.run(ROLLING)
+    xr.testing.assert_identical(whole, sweep.run(ROLLING, threads=1, block_cells=7))
+
+
+def test_a_part_of_an_atlas_is_not_an_atlas(rolling):
+    """The spec of a selection would speak of other cells: it is refused."""
+    assert spec_of(rolling) == ROLLING
+    for part in (rolling.isel(tilt=slice(2)), rolling.isel(tilt=0), rolling.transpose()):
+        with pytest.raises(RequestError, match="not the whole atlas"):
+            spec_of(part)

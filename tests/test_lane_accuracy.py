@@ -1,0 +1,101 @@
+"""How far the lane kernel's extremes lie from the exact turning points."""
+
+import engine
+import numpy as np
+import pytest
+import referee
+from engine import coarse, errors
+
+from kernels.endings import BOUNDED, FELL, UNRESOLVED
+
+compiled = pytest.mark.compiled
+
+
+PRINTED = [
+    ({"tilt_rate": 0.01, "roll_rate": 2.0}, -41.6082, 41.6082),
+    ({"tilt_rate": 0.01, "roll_rate": 2.5}, -13.1205, 13.1205),
+    ({"tilt_rate": 0.1, "precession_rate": 3.5}, -28.6591, 28.6591),
+    ({"tilt": 0.01, "roll_rate": 3.0}, 0.5730, 3.5887),
+    ({"tilt": 0.5, "precession_rate": 4.5}, 28.6479, 79.3831),
+]
+
+
+@pytest.mark.parametrize(("start", "least", "greatest"), PRINTED)
+def test_the_printed_extremes(start, least, greatest):
+    """Kernel and referee both give the extreme tilts of the report's disk as printed."""
+    given = referee.starts(**start)
+    truth, found = referee.extremes(given), engine.run(given, tolerance=1e-6)
+    for extremes in (truth, found):
+        degrees = np.degrees([extremes.least[0], extremes.greatest[0]])
+        assert list(np.round(degrees, 4)) == [least, greatest]
+
+
+@pytest.mark.parametrize("preset", ["rolling", "spinning", "circling"])
+@compiled
+def test_the_accuracy_of_the_presets(preset):
+    """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
+    given = coarse(preset)
+    truth, found = referee.extremes(given), engine.run(given)
+    resolved = np.isin(found.ending, (BOUNDED, FELL))
+    assert resolved.mean() > 0.99
+    assert list(found.ending[resolved] == FELL) == list(truth.fell[resolved])
+    peak = np.abs(found.peak - truth.peak)[resolved]
+    assert np.mean(peak <= 1e-8) >= 0.99
+    assert errors(found, truth)[resolved].max() <= 1e-6
+
+
+@compiled
+def test_the_accuracy_of_random_starts(crowd):
+    """All over the seven parameters the extremes are exact to 1e-8 rad in 99 % of the cells and to 1e-6 in all."""
+    given, truth = crowd
+    found = engine.run(given)
+    assert list(found.ending == FELL) == list(truth.fell)
+    assert set(found.ending) == {BOUNDED, FELL}
+    wrong = errors(found, truth)
+    assert np.mean(wrong <= 1e-8) >= 0.99
+    assert wrong.max() <= 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-8, 1e-6, 1e-4])
+@compiled
+def test_the_error_estimate_is_honest(crowd, tolerance):
+    """The true error is at most 10 times the estimated one, but for 1e-11 rad that rounding can do by itself."""
+    given, truth = crowd
+    found = engine.run(given, tolerance=tolerance)
+    assert (found.tilt_error <= tolerance).all()
+    assert (errors(found, truth) <= 10.0 * found.tilt_error + 1e-11).all()
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 1.0, 100.0, 1e5])
+@compiled
+def test_too_long_a_step_is_repaired_or_admitted(crowd, step):
+    """However long the step asked for, a cell is refined until its extremes are right, or it is unresolved."""
+    given, truth = crowd
+    found = engine.run(given, step=step, duration=1e4)
+    assert np.isin(found.ending, (BOUNDED, FELL, UNRESOLVED)).all()
+    resolved = found.ending != UNRESOLVED
+    assert list(found.ending[resolved] == FELL) == list(truth.fell[resolved])
+    assert (errors(found, truth)[resolved] <= 1e-7).all()
+    assert found.refinements.max() == 6 if step >= 100.0 else (found.refinements > 0).any()
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.1])
+@compiled
+def test_a_loose_tolerance_is_kept(crowd, tolerance):
+    """With the loosest tolerances steps are as long as the motion is fast, and the extremes still lie within them."""
+    given, truth = crowd
+    found = engine.run(given, tolerance=tolerance)
+    assert list(found.ending == FELL) == list(truth.fell)
+    assert (errors(found, truth) <= tolerance).all()
+
+
+def test_a_long_step_is_refined():
+    """A step half as long as the motion is refined, and the result is that of the engine's own step."""
+    given = referee.starts(tilt=0.3, roll_rate=4.0)
+    truth = referee.extremes(given)
+    own, long = engine.run(given, tolerance=1e-5), engine.run(given, tolerance=1e-5, step=0.3)
+    assert own.refinements[0] <= 1
+    assert long.refinements[0] >= 1
+    assert long.steps[0] > 5
+    for found in (own, long):
+        assert errors(found, truth)[0] <= 1e-5

@@ -1,0 +1,99 @@
+"""The promise: a cell's bits depend on the cell alone; not on threads, blocks, the grid around it, or the process."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sweep.atlas import run
+from sweep.schema import VARIABLES
+from sweep.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+#: More cells than a kernel's chunk, with falls, refinements and a computed roll rate; an axis of every kind.
+GRIDS = {
+    "rolling": SweepSpec.preset("rolling").replace(roll_rate="0.5:4:61", tilt="0.001deg:60deg:41:log"),
+    "spinning": SweepSpec.preset("spinning").replace(precession_rate="-6:6:61", tilt="0.001deg:60deg:41:log"),
+    "circling": SweepSpec.preset("circling").replace(
+        tilt="0.25deg:30deg:17", precession_rate="-1:5:31", alpha="0.3,0.5,1"
+    ),
+}
+
+
+def bits(atlas):
+    """Return the bytes of every variable of an atlas, boundaries and coordinates included."""
+    return {name: variable.values.tobytes() for name, variable in atlas.variables.items()}
+
+
+@pytest.fixture(scope="module", params=GRIDS)
+def case(request):
+    """Return a spec and the bits of its atlas, one thread and one block."""
+    spec = GRIDS[request.param]
+    atlas = run(spec, threads=1, block_cells=10**6)
+    assert set(np.unique(atlas["ending"])) > {1}
+    return spec, bits(atlas)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("block_cells", [7, 64, 2500, 10**6])
+def test_threads_and_blocks_change_no_bit(case, threads, block_cells):
+    """Every variable of the dataset is the same to the last bit."""
+    spec, expected = case
+    assert bits(run(spec, threads=threads, block_cells=block_cells)) == expected
+
+
+def test_twice_is_the_same(case):
+    """A second run in the same process gives the same bits."""
+    spec, expected = case
+    assert bits(run(spec)) == expected
+
+
+@pytest.mark.parametrize("preset", GRIDS)
+def test_a_part_of_a_grid_has_the_bits_of_the_whole(preset):
+    """Cells picked from a grid, as a grid of their own, come out as they did among all the others."""
+    spec = GRIDS[preset]
+    whole = run(spec)
+    picked = {name: slice(2, None, 3) if len(whole[name]) > 5 else slice(1, 2) for name in spec.axes}
+    part = run(spec.replace(**{name: whole[name].values[pick].tolist() for name, pick in picked.items()}))
+    for name in VARIABLES:
+        assert part[name].values.tobytes() == whole[name].isel(picked).values.tobytes(), name
+
+
+def test_another_order_of_axes_has_the_same_bits():
+    """The order of the axes only transposes the atlas."""
+    spec = GRIDS["rolling"]
+    atlas, other = run(spec), run(spec.replace(axes=spec.axes[::-1]))
+    assert other["tilt_max"].dims == spec.axes[::-1]
+    for name in VARIABLES:
+        assert np.array_equal(other[name].values.T, atlas[name].values, equal_nan=True), name
+
+
+_DIGEST = """
+import hashlib, sys
+from sweep import SweepSpec, run
+atlas = run(SweepSpec.from_canonical(sys.argv[1]), threads=int(sys.argv[2]))
+print(hashlib.sha256(b"".join(atlas[name].values.tobytes() for name in sorted(atlas.variables))).hexdigest())
+"""
+
+
+def test_another_process_has_the_same_bits():
+    """A process of its own, which loads the kernels from the cache instead of compiling them, agrees bit by bit."""
+    spec = GRIDS["circling"]
+    atlas = run(spec)
+    expected = hashlib.sha256(
+        b"".join(atlas[name].values.tobytes() for name in sorted(atlas.variables))
+    ).hexdigest()
+    found = subprocess.run(
+        [sys.executable, "-c", _DIGEST, spec.canonical(), "2"],
+        cwd=Path(__file__).parents[1],
+        env=os.environ,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.strip() == expected

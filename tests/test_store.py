@@ -1,0 +1,177 @@
+from itertools import pairwise
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sweep
+from sweep.blocks import Span, chunk_shape
+from sweep.runner import Block
+from sweep.schema import FILL, PARAMETERS, VARIABLES
+from sweep.spec import SweepSpec
+from sweep.store import gather, open_atlas, run_to_file, save
+
+#: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
+SPECS = {
+    "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:40", tilt="0.1deg:30deg:50:log"),
+    "circling": SweepSpec.preset("circling").replace(tilt="5deg:15deg:5", precession_rate="-1:1:5"),
+    "falling": SweepSpec(roll_rate="0:3:6", tilt="20deg"),
+    "cell": SweepSpec(tilt="1deg", roll_rate=3),
+    "cube": SweepSpec(alpha="0.5,1", tilt="1deg,2deg", precession_rate="3:6:7", radius=1),
+}
+
+
+@pytest.fixture(autouse=True)
+def fixed_time(monkeypatch):
+    """Files of one spec bear one date."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+
+
+@pytest.fixture
+def path(tmp_path):
+    """Return where a test writes its atlas."""
+    return tmp_path / "atlas.nc"
+
+
+@pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
+def test_the_file_is_the_dataset(path, spec):
+    """What is written block by block reads back as what `run` returns, and so does that when it is saved."""
+    computed = sweep.run(spec)
+    run_to_file(spec, path, command="sweep.run", block_cells=7)
+    with open_atlas(path) as read:
+        xr.testing.assert_identical(read, computed)
+        save(read, path.with_name("again.nc"))
+    save(computed, path, overwrite=True)
+    for name in ("atlas.nc", "again.nc"):
+        with open_atlas(path.with_name(name)) as read:
+            xr.testing.assert_identical(read, computed)
+
+
+@pytest.mark.parametrize("written", ["by blocks", "from memory", "read and saved"])
+@pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
+def test_the_profile_of_the_file(path, spec, written):
+    """However it is written: classic model, plain types, packed cells, and a fill value on measured floats alone."""
+    run_to_file(spec, path)
+    if written == "from memory":
+        save(sweep.run(spec), path, overwrite=True)
+    if written == "read and saved":
+        with open_atlas(path) as read:
+            save(read, path, overwrite=True)
+    with netCDF4.Dataset(path) as file:
+        assert file.data_model == "NETCDF4_CLASSIC"
+        assert {name: len(dimension) for name, dimension in file.dimensions.items()} == dict(
+            zip(spec.axes, spec.shape, strict=True)
+        )
+        assert not any(dimension.isunlimited() for dimension in file.dimensions.values())
+        assert not file.groups
+        for name, variable in file.variables.items():
+            assert variable.dtype.str in ("|i1", "<i4", "<f4", "<f8"), name
+            measured = variable.dtype.kind == "f" and not (name in PARAMETERS and variable.ndim < 2)
+            assert getattr(variable, "_FillValue", None) == (
+                variable.dtype.type(FILL) if measured else None
+            ), name
+            if name in VARIABLES and spec.axes:
+                assert tuple(variable.chunking()) == chunk_shape(spec.shape)
+                assert variable.filters()["zlib"]
+                assert variable.filters()["shuffle"]
+            scalars = {each for each in PARAMETERS if each in file.variables and file[each].ndim == 0}
+            if name not in PARAMETERS:
+                assert set(variable.coordinates.split()) == scalars, name
+
+
+def test_values_that_are_missing(path):
+    """NaN in memory is netCDF's own fill value in the file, and NaN again when it is read."""
+    spec = SPECS["falling"]
+    run_to_file(spec, path)
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        raw = file["fall_time"][:]
+    fell = sweep.run(spec)["ending"].values == 4
+    assert 0 < fell.sum() < fell.size
+    np.testing.assert_array_equal(raw == FILL, ~fell)
+    with open_atlas(path) as read:
+        np.testing.assert_array_equal(np.isnan(read.fall_time), ~fell)
+
+
+def test_flags_stay_small_integers(path):
+    """Flags are read as int8 by netCDF4 and by xarray, and each code has its meaning in the file."""
+    run_to_file(SPECS["falling"], path)
+    with netCDF4.Dataset(path) as file, open_atlas(path) as read:
+        for name in ("ending", "stability"):
+            assert file[name].dtype == read[name].dtype == file[name].flag_values.dtype == np.int8
+            assert set(np.unique(read[name])) <= set(file[name].flag_values)
+            assert len(file[name].flag_values) == len(file[name].flag_meanings.split())
+
+
+@pytest.mark.parametrize("spec", [SPECS["rolling"], SPECS["cube"]], ids=["rolling", "cube"])
+def test_the_bytes_of_a_file_depend_on_the_grid_alone(path, spec):
+    """Neither threads nor block size change a byte of the file."""
+    run_to_file(spec, path)
+    whole = path.read_bytes()
+    for how in ({"threads": 1}, {"block_cells": 1 + spec.size // 3}, {"block_cells": 11}):
+        run_to_file(spec, path, overwrite=True, **how)
+        assert path.read_bytes() == whole, how
+
+
+def test_a_grid_of_many_chunks(path, monkeypatch):
+    """A grid larger than a chunk is written chunk by chunk, from blocks that fit none of them."""
+    monkeypatch.setattr("sweep.blocks.chunk_shape.__defaults__", (64,))
+    monkeypatch.setattr("sweep.blocks.chunks.__defaults__", (64,))
+    spec = SPECS["rolling"]
+    run_to_file(spec, path, command="sweep.run", block_cells=37)
+    with netCDF4.Dataset(path) as file:
+        assert file["tilt_max"].chunking() == [1, 50]
+    with open_atlas(path) as read:
+        xr.testing.assert_identical(read, sweep.run(spec))
+
+
+def test_progress_counts_every_block(path):
+    """After each block, the last one included, the caller hears how many cells are done and how many there are."""
+    heard = []
+    run_to_file(SPECS["rolling"], path, block_cells=900, progress=lambda *cells: heard.append(cells))
+    assert heard == [(900, 2000), (1800, 2000), (2000, 2000)]
+
+
+def test_the_history_says_what_was_run(path):
+    """The command stands in the history after the time, ASCII whatever it was."""
+    run_to_file(SPECS["cell"], path, command="eulerdisk run Münze.toml")
+    with open_atlas(path) as read:
+        assert read.attrs["history"] == "2023-11-14T22:13:20Z eulerdisk run M\\xfcnze.toml"
+
+
+CUTS = st.lists(st.integers(1, 12), min_size=1, max_size=12)
+
+
+@given(st.data())
+def test_gather_regroups_and_loses_nothing(data):
+    """Columns regrouped by any other cuts of the same cells are these cells, each once, in order."""
+    blocks, spans = [], []
+    counts = data.draw(CUTS)
+    ends = np.cumsum(counts)
+    values = np.arange(ends[-1])
+    for start, stop in zip([0, *ends[:-1]], ends, strict=True):
+        blocks.append(Block(Span(start, stop), {"a": values[start:stop], "b": -values[start:stop]}))
+    inner = data.draw(st.sets(st.integers(1, int(ends[-1]))))
+    edges = sorted({0, int(ends[-1]), *inner})
+    spans = [Span(start, stop) for start, stop in pairwise(edges)]
+    for span, columns in zip(spans, gather(blocks, spans), strict=True):
+        np.testing.assert_array_equal(columns["a"], values[span.start : span.stop])
+        np.testing.assert_array_equal(columns["b"], -values[span.start : span.stop])
+
+
+def test_gather_asks_for_a_block_only_when_it_needs_it():
+    """No more blocks are held than one span touches: memory stays bounded."""
+    asked = []
+
+    def blocks():
+        for start in range(0, 100, 10):
+            asked.append(start)
+            yield Block(Span(start, start + 10), {"a": np.arange(start, start + 10)})
+
+    spans = gather(blocks(), [Span(start, start + 5) for start in range(0, 100, 5)])
+    for _ in range(3):
+        next(spans)
+    assert asked == [0, 10]

@@ -1,0 +1,206 @@
+"""A file at its final name is complete or absent, whatever goes wrong, and what cannot work is refused beforehand."""
+
+import errno
+import os
+import shutil
+from collections import namedtuple
+
+import netCDF4
+import pytest
+
+from sweep import store
+from sweep.errors import RequestError
+from sweep.runner import run_blocks
+from sweep.spec import SweepSpec
+
+SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
+
+
+@pytest.fixture
+def path(tmp_path):
+    """Return where a test writes its atlas."""
+    return tmp_path / "atlas.nc"
+
+
+def refused(match, function, *arguments, **options):
+    """Assert that a call is refused with all four parts of a message, and return the message."""
+    with pytest.raises(RequestError, match=match) as caught:
+        function(*arguments, **options)
+    text = str(caught.value)
+    assert all(part in text for part in (". Rule: ", ". Given: ", ". Do: "))
+    return text
+
+
+@pytest.mark.parametrize("existing", [False, True], ids=["new", "overwrite"])
+@pytest.mark.parametrize(
+    ("fault", "seen"),
+    [
+        (KeyboardInterrupt(), KeyboardInterrupt),
+        (ValueError("a defect"), ValueError),
+        (RuntimeError("a defect"), RuntimeError),
+        (OSError(errno.ENOSPC, "No space left on device"), RequestError),
+        (RuntimeError("NetCDF: HDF error"), RequestError),
+    ],
+    ids=lambda each: repr(each) if isinstance(each, BaseException) else "",
+)
+def test_a_run_that_breaks_leaves_nothing(path, monkeypatch, fault, seen, existing):
+    """Whatever ends a run between two blocks, no new file is there and an old one is as it was."""
+
+    def breaking(spec, **how):
+        blocks = run_blocks(spec, **how)
+        yield next(blocks)
+        assert len(list(path.parent.iterdir())) == 1 + existing
+        raise fault
+
+    if existing:
+        path.write_bytes(b"old")
+    monkeypatch.setattr(store, "run_blocks", breaking)
+    with pytest.raises(seen):
+        store.run_to_file(SPEC, path, overwrite=existing, block_cells=5)
+    assert [(each.name, each.read_bytes()) for each in path.parent.iterdir()] == [
+        ("atlas.nc", b"old")
+    ] * existing
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_file_system_that_refuses_at_the_end(path, monkeypatch, step):
+    """If the finished file cannot be made safe or be named, that is said, and nothing is left."""
+
+    def refuse(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(store.os, step, refuse)
+    refused(r"could not be written.*Input/output error.*MB are free", store.run_to_file, SPEC, path)
+    assert list(path.parent.iterdir()) == []
+
+
+def test_the_final_name_appears_last(path):
+    """While blocks are computed the final name does not exist, and afterwards nothing else does."""
+    seen = []
+    store.run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
+    assert seen == [False] * 4
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_the_disk_is_asked_to_keep_the_file_before_it_gets_its_name(path, monkeypatch):
+    """The content is synchronised, then the name is given, then the folder is synchronised."""
+    steps = []
+    for step in ("fsync", "replace"):
+        real = getattr(os, step)
+        monkeypatch.setattr(store.os, step, lambda *a, step=step, real=real: steps.append(step) or real(*a))
+    store.run_to_file(SPEC, path)
+    assert steps == ["fsync", "replace", "fsync"]
+
+
+def test_an_existing_file_is_not_replaced_by_accident(path):
+    """Without overwrite an existing file is refused before anything is computed; with it, it is replaced."""
+    path.write_bytes(b"old")
+    text = refused("the file exists", store.run_to_file, SPEC, path)
+    assert text.startswith(f"{path}: ")
+    assert "--overwrite" in text
+    assert path.read_bytes() == b"old"
+    store.run_to_file(SPEC, path, overwrite=True)
+    with store.open_atlas(path) as read:
+        assert read.sizes == {"tilt": 20}
+        refused("the file exists", store.save, read, path)
+
+
+def test_targets_that_are_no_files(tmp_path):
+    """A folder, a pipe, a missing folder and a file in a folder's place are refused, overwrite or not."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "file").write_bytes(b"")
+    before = sorted(tmp_path.iterdir())
+    for name, what in [
+        (".", "not a file"),
+        ("pipe", "not a file"),
+        ("missing/x.nc", "no such folder"),
+        ("file/x.nc", "no such folder"),
+        ("y" * 300 + "/x.nc", "no such folder"),
+        ("y" * 300, "could not be written"),
+        ("y" * 254, "could not be written"),
+    ]:
+        refused(what, store.run_to_file, SPEC, tmp_path / name, overwrite=True)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_folder_that_cannot_be_written(path, monkeypatch):
+    """A folder without permission is refused beforehand."""
+    # root may write anywhere: the answer of the system is put in its mouth
+    monkeypatch.setattr(store.os, "access", lambda *_: False)
+    assert str(path.parent) in refused("folder cannot be written", store.run_to_file, SPEC, path)
+
+
+def test_a_disk_that_is_too_small(path, monkeypatch):
+    """The room for the whole atlas is looked for before anything is computed; a disk that is large enough will do."""
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(store.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    monkeypatch.setattr(store, "run_blocks", None)
+    large = SPEC.replace(tilt="1deg:5deg:20000")
+    text = refused("does not fit on the disk", store.run_to_file, large, path)
+    assert "1 MB free" in text
+    assert list(path.parent.iterdir()) == []
+    store.check_target(path, False, 1.2e6)
+
+
+def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
+    """An atlas of the presets' kind is not larger than what is looked for beforehand."""
+    asked = []
+    check = store.check_target
+    monkeypatch.setattr(
+        store,
+        "check_target",
+        lambda path, overwrite, size: asked.append(size) or check(path, overwrite, size),
+    )
+    store.run_to_file(
+        SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log"), path
+    )
+    assert path.stat().st_size < store._SHARE_ON_DISK * asked[0]
+
+
+def test_files_that_are_no_atlas(path, tmp_path):
+    """A missing file, a folder, text, a cut file and another's netCDF are refused under their names."""
+    store.run_to_file(SPEC, path)
+    whole = path.read_bytes()
+    contents = {
+        "text.nc": b"tilt,rate\n",
+        "empty.nc": b"",
+        "cut.nc": whole[:-2],
+        "half.nc": whole[: len(whole) // 2],
+    }
+    for name, content in contents.items():
+        (tmp_path / name).write_bytes(content)
+        assert refused("not a readable netCDF file", store.open_atlas, tmp_path / name).startswith(
+            str(tmp_path / name)
+        )
+    with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
+        file.title = "Ocean"
+    assert "Ocean" in refused("not a stability atlas", store.open_atlas, tmp_path / "foreign.nc")
+    for name in ("missing.nc", "", "y" * 300):
+        refused("no such file", store.open_atlas, tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda file: file.setncattr("eulerdisk_format", store.atlas.FORMAT + 1), "newer than this program"),
+        (lambda file: file.delncattr("sweep_spec"), "not a stability atlas"),
+        (lambda file: file.renameVariable("tilt_min", "least"), "without its measures.*tilt_min"),
+    ],
+)
+def test_atlases_that_this_version_cannot_read(path, change, message):
+    """A newer format and missing parts are refused, and the file is closed again."""
+    store.run_to_file(SPEC, path)
+    with netCDF4.Dataset(path, "a") as file:
+        change(file)
+    refused(message, store.open_atlas, path)
+    # HDF5 locks a file that is open for reading against writers
+    netCDF4.Dataset(path, "a").close()
+
+
+def test_free_space_is_that_of_the_output_folder(path, monkeypatch):
+    """The disk that is asked is the one of the output, not of the working folder."""
+    asked = []
+    real = shutil.disk_usage
+    monkeypatch.setattr(store.shutil, "disk_usage", lambda folder: asked.append(folder) or real(folder))
+    store.check_target(path, False, 1.0)
+    assert asked == [path.parent]

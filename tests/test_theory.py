@@ -1,0 +1,188 @@
+import math
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+import referee
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from sweep import theory
+from sweep.atlas import run
+from sweep.spec import SweepSpec
+
+CRITICAL = {"roll_rate": 9.81 / 0.5 / 3.0, "precession_rate": 4.0 * 9.81 / 0.5 / 5.0}
+RATES = list(CRITICAL)
+
+
+def predicted(axis, **words):
+    """Predicted boundary of an upright disk along a rate, as (rate / critical rate)^2."""
+    spec = SweepSpec(**{axis: "1:8:3"}, **words)
+    return (theory.edges(spec, axis)["upper"][1]) ** 2 / CRITICAL[axis]
+
+
+@pytest.mark.parametrize(("axis", "ratio"), [("roll_rate", 0.993457), ("precession_rate", 0.992617)])
+def test_five_degrees_of_departure(axis, ratio):
+    """For vanishing perturbations a departure of 5 deg happens below r = 0.993457 (rolling), 0.992617 (spinning)."""
+    for perturbation in ({"tilt": 1e-9}, {"tilt_rate": 1e-6}):
+        assert round(float(predicted(axis, **perturbation)), 6) == ratio
+
+
+@pytest.mark.parametrize(
+    ("alpha", "axis", "c"),
+    [
+        (0.5, "roll_rate", 31 / 36),
+        (1.0, "roll_rate", 5 / 6),
+        (0.5, "precession_rate", 35 / 36),
+        (1.0, "precession_rate", 11 / 12),
+    ],
+)
+def test_departure_bends_the_line_quadratically(alpha, axis, c):
+    """The boundary of a departure criterion approaches 1 - c limit^2 as the limit shrinks."""
+    critical = theory.edges(SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13), axis)["upper"][0]
+    for limit in (0.02, 0.01):
+        spec = SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13, criterion=f"departure:{limit}rad")
+        ratio = (theory.edges(spec, axis)["upper"][1] / critical) ** 2
+        assert (1.0 - ratio) / limit**2 == pytest.approx(c, abs=3.0 * limit**2)
+
+
+@pytest.mark.parametrize("limit", [5.0, 10.0, 40.0])
+@pytest.mark.parametrize(
+    ("axis", "perturbation", "excess"),
+    [
+        ("roll_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
+        ("precession_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
+        ("roll_rate", {"tilt": 1e-5}, lambda A: 2.0 / (A - 1.0)),
+        ("precession_rate", {"tilt": 1e-5}, lambda A: 4.0 / (A - 3.0)),
+    ],
+)
+def test_amplification_in_linear_theory(axis, perturbation, excess, limit):
+    """Kicked: r = 1 + 1/A^2; released rolling: 1 + 2/(A-1); released spinning: 1 + 4/(A-3)."""
+    ratio = predicted(axis, criterion=f"amplification:{limit}", **perturbation)
+    # what is left is of the square of the tilts reached, at most 40 times 2.5e-5 rad
+    assert ratio == pytest.approx(1.0 + excess(limit), rel=1e-6)
+
+
+def test_the_smallest_amplification_of_a_released_spinning_disk():
+    """Released spinning, the disk always swings to three times its tilt and more: below that nothing is stable."""
+    assert np.isnan(predicted("precession_rate", tilt=1e-6, criterion="amplification:2.9"))
+
+
+@pytest.mark.parametrize("axis", RATES)
+@pytest.mark.parametrize(
+    "start", [{"tilt": 0.03}, {"tilt": -0.02}, {"tilt_rate": 0.05}, {"tilt": 0.01, "tilt_rate": -0.04}]
+)
+def test_the_predicted_rate_turns_the_disk_at_the_limit(axis, start):
+    """Within 1e-8 of the predicted rate the exact peak crosses the limit: below the disk swings further, above less."""
+    limit = 0.12
+    spec = SweepSpec(**{axis: "1:8:3"}, criterion=f"departure:{limit}rad", **start)
+    found = float(theory.edges(spec, axis)["upper"][1])
+
+    peaks = referee.extremes(
+        referee.starts(**{axis: found * np.array([1.0 - 1e-8, 1.0 + 1e-8])}, **start)
+    ).peak
+    assert peaks[0] > limit > peaks[1]
+
+
+@given(*[st.floats(-1.45, 1.45)] * 2, *[st.floats(-5.0, 5.0)] * 2, st.floats(0.01, 1.0))
+def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
+    """Power series and numerical integration in the tilt carry the rates from one tilt to another alike."""
+
+    def slope(tilt, y):
+        s, o = y
+        return -o / (1.0 + alpha), -2.0 * s + o * math.tan(tilt)
+
+    run = solve_ivp(slope, (start, tilt), (s0, o0), method="DOP853", rtol=1e-12, atol=1e-13)
+    given = (np.array([number]) for number in (start, tilt, s0, o0, alpha))
+    found = np.array(theory.carried_rates(*given))[:, 0]
+    size = (abs(s0) + abs(o0)) / math.cos(start) / math.cos(tilt)
+    assert found == pytest.approx(run.y[:, -1], abs=1e-10 * (1.0 + size))
+
+
+@pytest.mark.parametrize("tilt", [1e-6, 0.1, 0.7, 1.2, 1.48])
+def test_carried_rates_are_hypergeometric(tilt):
+    """From upright the two solutions are Gauss's functions of sin(tilt)^2, evaluated by mpmath."""
+    alpha = 0.5
+    a = mpmath.mpc(0.25, -0.5 * mpmath.sqrt(mpmath.mpf(13) / 12))
+    u = mpmath.sin(tilt)
+    even = float(mpmath.re(mpmath.hyp2f1(a, mpmath.conj(a), 0.5, u**2)))
+    odd = float(mpmath.re(u * mpmath.hyp2f1(a + 0.5, mpmath.conj(a) + 0.5, 1.5, u**2)))
+    one, zero = np.array([1.0]), np.array([0.0])
+    carry = (zero, np.array([tilt]))
+    assert theory.carried_rates(*carry, one, zero, np.array([alpha]))[0][0] == pytest.approx(even, rel=1e-13)
+    slope = theory.carried_rates(*carry, zero, -(1.0 + alpha) * one, np.array([alpha]))[0][0]
+    assert slope == pytest.approx(odd, rel=1e-13)
+
+
+def test_no_line_where_theory_has_none():
+    """A disk that rolls and spins at once has no predicted boundary; along a tilt none is looked for."""
+    spec = SweepSpec(roll_rate="2:4:3", precession_rate=1.0, tilt="0.01:0.02:2")
+    assert theory.edges(spec, "roll_rate") == {}
+    assert theory.spun_rates(spec) == ["roll_rate"]
+    assert theory.spun_rates(SweepSpec(tilt="0.01:0.02:2")) == []
+
+
+def test_the_limit_of_a_criterion():
+    """A departure limits every cell alike, an amplification in proportion to its perturbation."""
+    given = referee.starts(tilt=[0.01, 0.03])
+    cells = dict(
+        zip(
+            ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha", "radius", "gravity"),
+            given,
+            strict=True,
+        )
+    )
+    spec = SweepSpec(tilt="0.01,0.03", criterion="departure:0.2rad")
+    assert list(theory.limit(spec, cells)) == [0.2, 0.2]
+    found = theory.limit(spec.replace(criterion="amplification:10"), cells)
+    assert found == pytest.approx([0.1, 0.3], rel=1e-15)
+
+
+def sharp(preset, axis, tilts, count, **words):
+    """Measured boundary of a preset over a few tilts, and its prediction, along a finely divided rate."""
+    return run(SweepSpec.preset(preset).replace(**{"tilt": tilts, axis: count}, **words))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("preset", "axis", "rates"),
+    [("rolling", "roll_rate", "2:4:900"), ("spinning", "precession_rate", "3:6:900")],
+)
+@pytest.mark.parametrize("alpha", [0.5, 1.0])
+def test_the_measured_boundary_of_released_disks_is_the_predicted_one(preset, axis, rates, alpha):
+    """Over the tilts of the preset the measured boundary is within its half-width of the predicted one."""
+    atlas = sharp(preset, axis, "0.001deg:4.9deg:25:log", rates, alpha=alpha)
+    off = np.abs(atlas[f"boundary_{axis}"] - atlas[f"predicted_{axis}"])
+    inside = np.isfinite(atlas[f"boundary_{axis}"])
+    line = atlas[f"predicted_{axis}"]
+    # a boundary is measured exactly where the predicted one lies among the rates
+    assert np.array_equal(inside, (line > atlas[axis][0]) & (line < atlas[axis][-1]))
+    assert inside.sum() >= 15
+    assert (off <= atlas[f"boundary_{axis}_halfwidth"] * (1.0 + 1e-9))[inside].all()
+
+
+@pytest.mark.compiled
+def test_the_measured_boundary_of_circling_disks_is_the_predicted_one():
+    """A kick of 1e-6 rad/s finds both edges of the dome where k says, within half a cell and 1e-5 of the rate."""
+    atlas = sharp("circling", "precession_rate", "2deg:18deg:9", "0.05:5:1500", tilt_rate="1e-6rad/s")
+    for edge in ("", "lower_"):
+        measured, line = (atlas[f"{word}_{edge}precession_rate"] for word in ("boundary", "predicted"))
+        halfwidth = atlas[f"boundary_{edge}precession_rate_halfwidth"]
+        assert np.isfinite(measured).all()
+        assert (np.abs(measured - line) <= halfwidth + 1e-5 * line).all()
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("preset", "axis"), [("rolling", "roll_rate"), ("spinning", "precession_rate")])
+def test_the_measured_boundary_converges_to_the_critical_rate(preset, axis):
+    """As perturbation and limit shrink together, the measured boundary closes in on the analytic line."""
+    critical = math.sqrt(CRITICAL[axis])
+    rates = f"{0.95 * critical!r}:{1.02 * critical!r}:1500"
+    distances = []
+    for limit in ("10deg", "5deg", "2deg"):
+        atlas = sharp(preset, axis, "1e-4deg,2e-4deg", rates, criterion=f"departure:{limit}")
+        distances.append(float(abs(atlas[f"boundary_{axis}"] - critical).max()))
+    assert all(after < 0.4 * before for before, after in pairwise(distances))
+    assert distances[-1] < 1e-3 * critical

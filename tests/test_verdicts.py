@@ -1,0 +1,97 @@
+import importlib.util
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.errors import RequestError
+from sweep.schema import VARIABLES
+from sweep.spec import SweepSpec
+from sweep.store import open_atlas, run_to_file, save
+
+SPECS = {
+    "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:30", tilt="0.1deg:4deg:6:log"),
+    "circling": SweepSpec.preset("circling").replace(tilt="5deg:25deg:5", precession_rate="0:5:30"),
+    "falling": SweepSpec(roll_rate="-3:3:9", tilt="20deg"),
+    # only its own criterion gives the band a lower edge
+    "band": SweepSpec(tilt="1deg", roll_rate=2, precession_rate="0:6:61", criterion="amplification:1000"),
+    "cell": SweepSpec(tilt="1deg", roll_rate=3),
+}
+CRITERIA = ["departure:2deg", "departure:30deg", "amplification:3", "amplification:1000"]
+
+
+@pytest.fixture(autouse=True)
+def fixed_time(monkeypatch):
+    """Atlases of one spec bear one date."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+@pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
+def test_it_is_as_if_run_with_that_criterion(spec, criterion):
+    """Verdicts, boundaries and attributes are to the bit those of a new run; only the history tells."""
+    changed = sweep.reclassify(sweep.run(spec), criterion)
+    fresh = sweep.run(spec.replace(criterion=criterion))
+    assert changed.attrs.pop("history") == (
+        f"1970-01-01T00:00:00Z sweep.run\n1970-01-01T00:00:00Z reclassified with {criterion}"
+    )
+    del fresh.attrs["history"]
+    xr.testing.assert_identical(changed, fresh)
+    for name, variable in fresh.variables.items():
+        assert changed[name].encoding == variable.encoding, name
+
+
+def test_the_criteria_differ_in_their_verdicts():
+    """The criteria of this test part the cells differently, so that equality says something."""
+    atlas = sweep.run(SPECS["rolling"])
+    verdicts = {sweep.reclassify(atlas, each).stability.values.tobytes() for each in CRITERIA}
+    assert len({*verdicts, atlas.stability.values.tobytes()}) == len(CRITERIA) + 1
+
+
+def test_measures_are_kept_and_the_atlas_is_not_changed():
+    """The measures are the same, and the atlas that is given keeps its own verdicts."""
+    atlas = sweep.run(SPECS["rolling"])
+    before = atlas.copy(deep=True)
+    changed = sweep.reclassify(atlas, "departure:1deg")
+    xr.testing.assert_identical(atlas, before)
+    assert not np.array_equal(changed.stability, atlas.stability)
+    for name in set(VARIABLES) - {"stability"}:
+        xr.testing.assert_identical(changed[name], atlas[name])
+
+
+def test_nothing_is_integrated(monkeypatch):
+    """Another criterion needs no kernel: finished measures are enough."""
+    atlas = sweep.run(SPECS["rolling"])
+    monkeypatch.setattr("sweep.runner.integrate", None)
+    sweep.reclassify(atlas, sweep.Criterion.parse("departure:2deg"))
+
+
+def test_a_file_can_be_reclassified_and_saved(tmp_path):
+    """An atlas from a file, with another criterion and saved, reads back as it was saved."""
+    run_to_file(SPECS["circling"], tmp_path / "a.nc")
+    with open_atlas(tmp_path / "a.nc") as atlas:
+        changed = sweep.reclassify(atlas, "departure:1deg").load()
+    save(changed, tmp_path / "b.nc")
+    with open_atlas(tmp_path / "b.nc") as read:
+        xr.testing.assert_identical(read, changed)
+
+
+@pytest.mark.parametrize("criterion", ["departure", "departure:0deg", "amplitude:3", ""])
+def test_no_criterion_is_refused(criterion):
+    """Text that is no criterion is refused as in a request."""
+    with pytest.raises(RequestError, match=r"^criterion: "):
+        sweep.reclassify(sweep.run(SPECS["cell"]), criterion)
+
+
+def test_a_part_of_an_atlas_is_refused():
+    """A selection no longer fits its spec: it is refused, not misjudged."""
+    part = sweep.run(SPECS["rolling"]).isel(tilt=slice(3))
+    with pytest.raises(RequestError, match="not the whole atlas"):
+        sweep.reclassify(part, "departure:2deg")
+
+
+def test_public_names_are_not_modules():
+    """No public name of the package is one of its modules: importing the module would take the name's place."""
+    for name in sweep.__all__:
+        assert importlib.util.find_spec(f"sweep.{name}") is None, name
