@@ -1,0 +1,1 @@
+"""The commands of `eulerdisk`, one module for each errand; heavy imports stand inside the functions."""
