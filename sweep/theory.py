@@ -48,12 +48,16 @@ def edges(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
         slow, fast = None, _upright_edges(rows, given, axis)
     if fast is None:
         return {}
-    critical, predicted = (line.reshape(shape) for line in fast)
-    if along[0] < 0.0:
-        return {"upper": (critical, predicted), "lower": (-critical, -predicted)}
-    if slow is None:
-        return {"upper": (critical, predicted)}
-    return {"upper": (critical, predicted), "lower": (slow[0].reshape(shape), slow[1].reshape(shape))}
+    if along[0] < 0.0 < along[1]:
+        return {"upper": _shaped(fast, shape, 1.0), "lower": _shaped(fast, shape, -1.0)}
+    # the motion does not care for the sign of its rates: on a negative axis the band lies mirrored
+    sign, outer, inner = (1.0, "upper", "lower") if along[1] > 0.0 else (-1.0, "lower", "upper")
+    found = {outer: _shaped(fast, shape, sign)}
+    return found if slow is None else found | {inner: _shaped(slow, shape, sign)}
+
+
+def _shaped(lines: tuple[Array, Array], shape: tuple[int, ...], sign: float) -> tuple[Array, Array]:
+    return sign * lines[0].reshape(shape), sign * lines[1].reshape(shape)
 
 
 def limit(spec: SweepSpec, given: dict[str, Array]) -> Array:
