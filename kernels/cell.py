@@ -22,10 +22,10 @@ DONE = 4
 _EPS = 2.0**-52
 
 #: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `_first_step`.
-_PACE = 0.055
+_PACE = 0.042
 
 #: A result is accepted when its estimated error is within this share of the tolerance.
-_SHARE = 0.5
+_SHARE = 0.125
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0

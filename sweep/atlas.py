@@ -15,7 +15,8 @@ from sweep.boundary import Edge, edges
 from sweep.compiled import kernel_hash
 from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
-from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
+from sweep.schema import FILL, PARAMETERS, SETTINGS, boundary_quantities
+from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -56,7 +57,10 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
     shared = method | _scalars(spec)
     declared = []
-    for name, quantity in [*VARIABLES.items(), *((name, PARAMETERS[name]) for name in _computed(spec))]:
+    for name, quantity in [
+        *atlas_variables(spec.method).items(),
+        *((name, PARAMETERS[name]) for name in _computed(spec)),
+    ]:
         attributes = {**quantity.attributes(), **shared}
         if quantity.flags is None:
             attributes["ancillary_variables"] = "ending"

@@ -43,6 +43,17 @@ def integrate() -> Callable[..., None]:
     return kernel
 
 
+@lru_cache
+def extremes() -> Callable[..., tuple[Any, Any]]:
+    """Return `kernels.reduction.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels import legendre, reduction, turning
+
+    found: Callable[..., tuple[Any, Any]] = reduction.extremes
+    for kernel in (legendre.build_tables, turning.reduce):
+        _cache_on_disk(kernel)
+    return found
+
+
 def _cache_on_disk(kernel: Any) -> None:
     import numba
 

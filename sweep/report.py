@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas import spec_of
+from sweep.audit import Findings
 from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
 from sweep.spec import SweepSpec
 
@@ -64,6 +65,26 @@ def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
     )
+
+
+def audit_text(found: Findings) -> str:
+    """Return what an audit found: counts, the distribution of the difference, and the worst cell."""
+    counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
+    units = {name: _shown_units(PARAMETERS[name]) for name in found.worst}
+    cell = ", ".join(
+        f"{name} {value * PARAMETERS[name].plot_scale:.10g} {units[name]}".strip()
+        for name, value in found.worst.items()
+    )
+    lines = [
+        f"cells        {counted}",
+        f"difference   of the extreme tilts from the exact ones: median {found.median:.1e}, "
+        f"99 % {found.percentile_99:.1e}, largest {found.largest:.1e} rad",
+        f"             of the nutation period: largest {found.largest_period:.1e} of it",
+        f"tolerance    {found.tolerance:.1e} rad",
+        f"{'first wrong' if found.counts['disagrees'] else 'worst cell':<13}{cell or '-'}",
+        "every cell agrees" if found.passed else "NOT every cell agrees",
+    ]
+    return "\n".join(lines)
 
 
 def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str) -> Iterator[list[str]]:

@@ -25,7 +25,7 @@ STEADY_ROLL = "steady"
 AUTOMATIC = "auto"
 
 #: The methods of integration.
-METHODS = ("rk4",)
+METHODS = ("rk4", "exact")
 
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 
@@ -74,7 +74,7 @@ class Tolerance:
     reason: str
 
 
-_EXACT = Tolerance(0.0, 0.0, "a decision is the same or it is not")
+EXACT_DECISION = Tolerance(0.0, 0.0, "a decision is the same or it is not")
 _GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits between processors")
 _TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of the exact one")
 _DERIVED = Tolerance(
@@ -158,7 +158,8 @@ class Word:
 _Row = TypeVar("_Row", Quantity, Input, Word)
 
 
-def _table(*rows: _Row) -> Mapping[str, _Row]:
+def table(*rows: _Row) -> Mapping[str, _Row]:
+    """Return rows by their names, not to be changed."""
     return MappingProxyType({row.name: row for row in rows})
 
 
@@ -187,7 +188,7 @@ def _upright(tilt: Array) -> Truths:
 
 
 # fmt: off
-PARAMETERS: Mapping[str, Input] = _table(
+PARAMETERS: Mapping[str, Input] = table(
     _input("tilt", r"\theta_0", "rad", "initial tilt of the plane of the disk from the vertical",
            0.0, "|tilt| < 90 deg", _upright),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
@@ -199,7 +200,7 @@ PARAMETERS: Mapping[str, Input] = _table(
     _input("gravity", "g", "m s-2", "acceleration of gravity", 9.81, "gravity > 0", _positive),
 )
 
-SETTINGS: Mapping[str, Input] = _table(
+SETTINGS: Mapping[str, Input] = table(
     _input("duration", "t", "s", "longest time simulated for a cell", 300.0, "duration > 0", _positive),
     _input("step", "h", "s", "time step", AUTOMATIC, "step > 0, or auto", _positive),
     _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
@@ -208,17 +209,17 @@ SETTINGS: Mapping[str, Input] = _table(
            1e-8, "1e-12 rad <= tolerance <= 0.1 rad", lambda error: (error >= 1e-12) & (error <= 0.1)),
 )
 
-WORDS: Mapping[str, Word] = _table(
+WORDS: Mapping[str, Word] = table(
     Word("title", "what the atlas is about, in one line", ""),
     Word("criterion", "what counts as unstable", "departure:5deg"),
     Word("method", "how the motion is integrated", METHODS[0]),
 )
 
-VARIABLES: Mapping[str, Quantity] = _table(
-    Quantity("ending", "", "1", "how the integration of the cell ended", _EXACT,
+VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("ending", "", "1", "how the integration of the cell ended", EXACT_DECISION,
              "; ".join(f"{name}: {meaning}" for name, meaning in ENDINGS.values()),
              "i1", MappingProxyType({code: name for code, (name, _) in ENDINGS.items()})),
-    Quantity("stability", "", "1", "verdict of the stability criterion", _EXACT,
+    Quantity("stability", "", "1", "verdict of the stability criterion", EXACT_DECISION,
              "follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell undecided",
              "i1", MappingProxyType({UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"})),
     Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, "signed"),
@@ -265,6 +266,6 @@ def boundary_quantities(axis: str, edge: str = "upper") -> Mapping[str, Quantity
         f"predicted_{lower}{axis}": f"{words} at which theory puts the boundary for this criterion and perturbation",
         f"critical_{lower}{axis}": f"analytic critical {words}, the limit of a vanishing perturbation",
     }
-    return _table(
+    return table(
         *(Quantity(name, along.symbol, along.units, words, _BOUNDARY) for name, words in meanings.items())
     )
