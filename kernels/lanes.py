@@ -124,5 +124,6 @@ def integrate(starts, settings, measures, counts):
     for chunk in prange(chunks):
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
         _integrate_chunk(
-            start, stop, borrowed(starts), borrowed(settings), borrowed(lanes[chunk]), borrowed(measures), borrowed(counts)
+            start, stop, borrowed(starts), borrowed(settings), borrowed(lanes[chunk]),
+            borrowed(measures), borrowed(counts),
         )  # fmt: skip

@@ -121,9 +121,9 @@ def shift(coef, x):
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def zero(coef, inner, outer, guess, scale):
-    """Root of a polynomial, and its slope there; negative at `inner`, positive at `outer`: Newton kept inside the bracket.
+    """Root of a polynomial that is negative at `inner` and positive at `outer`, and its slope there.
 
-    Exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its distance at each
+    Newton kept inside the bracket, exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its distance at each
     step until it sees the two roots apart; the bracket keeps it on the right side.
     """
     x, last, last_slope = guess, math.inf, math.nan

@@ -46,10 +46,10 @@ def integrate() -> Callable[..., None]:
 @lru_cache
 def extremes() -> Callable[..., tuple[Any, Any]]:
     """Return `kernels.reduction.extremes`, its kernels cached on disk where the cache folder can be written."""
-    from kernels import legendre, reduction, turning
+    from kernels import legendre, reduction
 
     found: Callable[..., tuple[Any, Any]] = reduction.extremes
-    for kernel in (legendre.build_tables, turning.reduce):
+    for kernel in (legendre.build_tables, reduction.reduce):
         _cache_on_disk(kernel)
     return found
 
