@@ -123,8 +123,8 @@ def shift(coef, x):
 def zero(coef, inner, outer, guess, scale):
     """Root of a polynomial that is negative at `inner` and positive at `outer`, and its slope there.
 
-    Newton kept inside the bracket, exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its distance at each
-    step until it sees the two roots apart; the bracket keeps it on the right side.
+    Newton kept inside the bracket, exact to the rounding of numbers of size `scale`. At a nearly double root Newton
+    only halves its distance at each step until it sees the two roots apart; the bracket keeps it on the right side.
     """
     x, last, last_slope = guess, math.inf, math.nan
     for _ in range(_MOST_STEPS):
