@@ -33,6 +33,10 @@ _PERIOD_SHARE = 1e-4
 #: energy is the separatrix, by up to tolerance/separatrix in units of sqrt(R/g); measured: half of that.
 _PERIOD_AT_SADDLE = 2.0
 
+#: Tilts are known to about this much [rad], besides the reduction's own error; a swing of hardly more has a period of
+#: few digits.
+_PERIOD_ROUNDING = 1e-14
+
 _CODES = {name: code for code, name in (VARIABLES["ending"].flags or {}).items()}
 
 
@@ -100,7 +104,10 @@ def _period_agrees(spec: SweepSpec, given: Columns, difference: Array, exact: Co
     with np.errstate(divide="ignore"):
         lingering = np.where(np.isnan(separatrix), 0.0, _PERIOD_AT_SADDLE * spec.tolerance / separatrix)
     # where one of the two has no period (a fall, no ending in time) there is nothing to compare
-    near = np.abs(difference) <= _PERIOD_SHARE * exact["nutation_period"] + unit * lingering
+    with np.errstate(divide="ignore"):
+        blur = _PERIOD_ROUNDING + 10.0 * exact["tilt_error"]
+        share = _PERIOD_SHARE + blur / (exact["tilt_max"] - exact["tilt_min"])
+    near = np.abs(difference) <= share * exact["nutation_period"] + unit * lingering
     agrees: Truths = near | np.isnan(difference)
     return agrees
 

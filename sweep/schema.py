@@ -230,7 +230,7 @@ VARIABLES: Mapping[str, Quantity] = table(
              _DERIVED, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
     Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _DERIVED),
     Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _DERIVED),
-    Quantity("energy_drift", r"|\Delta E|/E", "1", "relative change of the energy by the end of the integration",
+    Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
              _GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", _GAUGE,
              "what the invariants of the motion have lost, over the force at the turning point", "f4"),
