@@ -1,5 +1,6 @@
 """Look at finished atlases: `info`, `boundary`, `plot`."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +42,8 @@ def plot(
     from sweep.verdicts import reclassify
 
     plots.check_format(output)
-    datasets = [open_atlas(path) for path in atlases]
-    if criterion is not None:
-        datasets = [reclassify(dataset, criterion) for dataset in datasets]
-    plots.save(plots.figure(datasets), output)
+    with ExitStack() as opened:
+        datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
+        if criterion is not None:
+            datasets = [reclassify(dataset, criterion) for dataset in datasets]
+        plots.save(plots.figure(datasets), output)
