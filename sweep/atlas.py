@@ -35,6 +35,14 @@ _SUMMARY = (
     "grid the extreme tilts of the motion, integrated with RK4 until they are final, and the verdict of a criterion."
 )
 
+_REFERENCES = (
+    "equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, Korteweg 1899; "
+    "stability: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201"
+)
+
+#: What ACDD wants to know of every variable that is not a coordinate.
+_CONTENT = {"coverage_content_type": "modelResult"}
+
 
 @dataclass(frozen=True)
 class Declaration:
@@ -55,7 +63,7 @@ class Declaration:
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
-    shared = method | _scalars(spec)
+    shared = method | _CONTENT | _scalars(spec)
     declared = []
     for name, quantity in [
         *atlas_variables(spec.method).items(),
@@ -64,6 +72,8 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
         attributes = {**quantity.attributes(), **shared}
         if quantity.flags is None:
             attributes["ancillary_variables"] = "ending"
+        elif name == "ending":
+            attributes["standard_name"] = "status_flag"
         declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
     return declared
 
@@ -71,10 +81,14 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
 def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
     """Return the variables of one edge of the unstable band, in the order of the fields of `Edge`."""
     dims = tuple(name for name in spec.axes if name != axis)
-    return [
-        Declaration(quantity.name, dims, quantity.dtype, quantity.attributes() | _scalars(spec))
-        for quantity in boundary_quantities(axis, edge).values()
-    ]
+    declared = []
+    quantities = boundary_quantities(axis, edge)
+    for name, quantity in quantities.items():
+        attributes = quantity.attributes() | _CONTENT | _scalars(spec)
+        if f"{name}_halfwidth" in quantities:
+            attributes["ancillary_variables"] = f"{name}_halfwidth"
+        declared.append(Declaration(name, dims, quantity.dtype, attributes))
+    return declared
 
 
 def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
@@ -109,6 +123,7 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
         "summary": _SUMMARY,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
+        "references": _REFERENCES,
         "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
         "history": _ascii(f"{now} {command}"),
         "date_created": now,
