@@ -126,7 +126,7 @@ def test_script(path, truth, command, library, probe):
 
 
 def test_ncdump(path, truth):
-    """ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
+    """The text of ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
     program("ncdump")
     assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
     text = said("ncdump -p 9,17 -v fall_time", path)
