@@ -176,11 +176,10 @@ def _worst(
     """Return the cell to look at: one that is beyond its tolerance if there is one, else the furthest apart."""
     excess = np.where(allowed > 0.0, distance / np.where(allowed > 0.0, allowed, 1.0), distance)
     excess = np.where(gaps, np.inf, np.nan_to_num(excess))
-    if not excess.size or not (beyond.any() or excess.any()):
+    if not beyond.any() and not excess.any():
         return None
-    place = np.unravel_index(
-        int(np.argmax(np.where(beyond, 1.0 + excess, excess * ~beyond.any()))), excess.shape
-    )
+    candidates = beyond if beyond.any() else np.ones_like(beyond)
+    place = np.unravel_index(int(np.argmax(np.where(candidates, excess, -1.0))), excess.shape)
     where = {
         str(dim): float(pair.reference[dim].values[i])
         for dim, i in zip(pair.reference[name].dims, place, strict=True)
@@ -193,7 +192,15 @@ def _absence(quantity: Quantity, pair: Pair) -> Finding:
     side, held = ("reference", pair.new) if quantity.name in pair.new else ("new", pair.reference)
     size = held[quantity.name].size
     return Finding(
-        quantity.name, quantity.units, size, size, 0, 0.0, None, quantity.tolerance, f"the {side} atlas does not have it"
+        quantity.name,
+        quantity.units,
+        size,
+        size,
+        0,
+        0.0,
+        None,
+        quantity.tolerance,
+        f"the {side} atlas does not have it",
     )
 
 
