@@ -49,7 +49,7 @@ def to_junit(comparison: Comparison, name: str) -> str:
 
 
 def _outcome(comparison: Comparison) -> str:
-    cells = f"{comparison.cells} {'common ' if comparison.common else ''}cells"
+    cells = f"{comparison.cells} {'common ' if comparison.common else ''}cell{'s' * (comparison.cells != 1)}"
     names = [finding.name for finding in comparison.findings if finding.different]
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
