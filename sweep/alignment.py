@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: What decides what a cell's measures mean; all other settings say how they were reached.
-_MEANING = ("criterion", "duration", "fall_tilt")
-_METHOD = ("method", "step", "tolerance")
+_MEANING = ("criterion", "method", "duration", "fall_tilt")
+_STEPPING = ("step", "tolerance")
 
 
 @dataclass(frozen=True)
 class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
-    `cut` names the axes of which either atlas has lost a part, `other_method` the settings of the integration that
+    `cut` names the axes of which either atlas has lost a part, `other_steps` the settings of the integration that
     differ. `spec` is that of the reference, on the whole of its grid.
     """
 
@@ -33,7 +33,7 @@ class Pair:
     spec: SweepSpec
     axes: tuple[str, ...]
     cut: frozenset[str]
-    other_method: tuple[str, ...]
+    other_steps: tuple[str, ...]
     notes: tuple[str, ...]
 
 
@@ -83,7 +83,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         specs[1],
         axes,
         frozenset(cut),
-        tuple(name for name in _METHOD if getattr(specs[0], name) != getattr(specs[1], name)),
+        tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
         tuple(
             f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
         ),
@@ -103,9 +103,9 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
         given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
         raise RequestError(
             f"not comparable: they differ in {', '.join(fields)}",
-            "two atlases are compared for the same disk, the same starts and the same criterion",
+            "two atlases are compared for the same disk, starts, criterion and method",
             given,
-            "compare with an atlas of the same request; eulerdisk run --from makes one",
+            "compare with an atlas of the same request (run --from makes one); against exact values, eulerdisk verify",
         )
 
 

@@ -12,13 +12,11 @@ import numpy as np
 
 from sweep.alignment import Pair, align
 from sweep.flips import Mask, endings_on_edge, verdicts_on_edge
-from sweep.schema import PARAMETERS, VARIABLES, Array, Quantity, Tolerance, boundary_quantities
+from sweep.schema import EFFORT, PARAMETERS, Array, Quantity, Tolerance, boundary_quantities
+from sweep.schema_exact import atlas_variables
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: What an atlas says of the work that it took, not of the disk: not compared between different ways of integration.
-_WORK = ("energy_drift", "tilt_error", "steps", "refinements")
 
 #: Attributes of a variable that its numbers mean nothing without.
 _MEANING = ("units", "flag_values", "flag_meanings")
@@ -93,7 +91,7 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     Raises
     ------
     RequestError
-        If the two are not comparable: other parameters, criterion, duration or fall_tilt, or other grids.
+        If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
     """
     pair = align(new, reference, common=common)
     edge_of_ending = endings_on_edge(pair)
@@ -101,10 +99,9 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     findings, notes = [], []
     for quantity, axis in _quantities(pair):
         name = quantity.name
-        if axis in pair.cut:
-            notes.append(f"{name} is not compared: only a part of {axis} is common")
-        elif name in _WORK and pair.other_method:
-            notes.append(f"{name} is not compared: {', '.join(pair.other_method)} differ")
+        reason = _left_out(name, axis, pair)
+        if reason:
+            notes.append(f"{name} is not compared: {reason}")
         elif name not in pair.new or name not in pair.reference:
             findings.append(_absence(quantity, pair))
         else:
@@ -119,10 +116,21 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     )
 
 
+def _left_out(name: str, axis: str, pair: Pair) -> str:
+    """Return why a variable is not to be compared, or nothing."""
+    if axis in pair.cut:
+        return f"only a part of {axis} is common"
+    if name in EFFORT and pair.other_steps:
+        return f"{', '.join(pair.other_steps)} differ"
+    if name in EFFORT and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
+        return "the kernels differ"
+    return ""
+
+
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
     """Yield what an atlas of this kind may hold, with the axis along which it was looked for, if there is one."""
     held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
-    for name, quantity in {**VARIABLES, **PARAMETERS}.items():
+    for name, quantity in {**atlas_variables(pair.spec.method), **PARAMETERS}.items():
         if name in held:
             yield quantity, ""
     for axis in pair.axes:

@@ -239,6 +239,9 @@ VARIABLES: Mapping[str, Quantity] = table(
 )
 # fmt: on
 
+#: Variables of the run rather than of the disk, its errors and its work: other kernels or steps have others.
+EFFORT = ("energy_drift", "tilt_error", "steps", "refinements")
+
 
 def boundary_quantities(axis: str, edge: str = "upper") -> Mapping[str, Quantity]:
     """Return the quantities of one edge of the unstable band along a parameter.

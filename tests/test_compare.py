@@ -200,6 +200,7 @@ def test_provenance_is_listed_and_not_judged(reference):
         ({"alpha": 1.0}, "alpha"),
         ({"radius": 1.0, "gravity": 1.62}, "radius, gravity"),
         ({"criterion": "departure:2deg"}, "criterion"),
+        ({"method": "exact"}, "method"),
         ({"duration": 100.0, "fall_tilt": 1.0}, "duration, fall_tilt"),
         ({"roll_rate": "steady", "precession_rate": "1:2:13"}, "roll_rate"),
     ],
@@ -244,12 +245,21 @@ def test_the_order_of_axes_is_part_of_the_grid(reference):
 
 
 def test_another_step_is_compared_by_its_results(reference):
-    """The method may differ: then what it cost is left out, and the measures are judged."""
+    """The step may differ: then what it cost is left out, and the measures are judged."""
     comparison = compare(sweep.run(SPEC.replace(tolerance=1e-9)), reference)
     assert comparison.same
     assert {"steps", "energy_drift"}.isdisjoint(each.name for each in comparison.findings)
     assert "steps is not compared: tolerance differ" in comparison.notes
     assert not compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference).same
+
+
+def test_other_kernels_are_compared_by_their_results(reference):
+    """Other kernels have other errors and take other steps: these are left out, and everything else is judged."""
+    new = changed(reference, "steps", (2, 2), 10**6).assign_attrs(kernel_hash="0")
+    comparison = compare(new, reference)
+    assert comparison.same
+    assert "steps is not compared: the kernels differ" in comparison.notes
+    assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
 
 
 def test_the_report_and_the_junit_file_tell_the_same(reference):
