@@ -15,7 +15,7 @@ from sweep.boundary import Edge, edges
 from sweep.compiled import kernel_hash
 from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
-from sweep.schema import FILL, PARAMETERS, SETTINGS, boundary_quantities
+from sweep.schema import FILL, PARAMETERS, SETTINGS, Quantity, boundary_quantities
 from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
@@ -62,17 +62,20 @@ class Declaration:
 
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
+    computed = {name: PARAMETERS[name] for name in _computed(spec)}
+    return declare_cells(spec, {**atlas_variables(spec.method), **computed}, "ending")
+
+
+def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
+    """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
     shared = method | _CONTENT | _scalars(spec)
     declared = []
-    for name, quantity in [
-        *atlas_variables(spec.method).items(),
-        *((name, PARAMETERS[name]) for name in _computed(spec)),
-    ]:
+    for name, quantity in quantities.items():
         attributes = {**quantity.attributes(), **shared}
         if quantity.flags is None:
-            attributes["ancillary_variables"] = "ending"
-        elif name == "ending":
+            attributes["ancillary_variables"] = status
+        elif name == status:
             attributes["standard_name"] = "status_flag"
         declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
     return declared
@@ -173,9 +176,9 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
             flat[name][block.span.start : block.span.stop] = column
     stability = flat["stability"].reshape(spec.shape)
     return xr.Dataset(
-        {each.name: _variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+        {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
         | edge_variables(spec, stability),
-        {each.name: _variable(each, values, spec) for each, values in coordinates(spec)},
+        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
         global_attributes(spec, command),
     )
 
@@ -207,7 +210,7 @@ def edge_values(line: Edge) -> list[npt.NDArray[np.float64]]:
 def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
     """Return the variables of all edges that a grid of verdicts, of the spec's shape, has."""
     return {
-        each.name: _variable(each, values, spec)
+        each.name: as_variable(each, values, spec)
         for (axis, edge), line in edges(spec, stability).items()
         for each, values in zip(edge_declarations(spec, axis, edge), edge_values(line), strict=True)
     }
@@ -246,7 +249,8 @@ def _scalars(spec: SweepSpec) -> dict[str, str]:
     return {"coordinates": " ".join(fixed)} if fixed else {}
 
 
-def _variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+    """Return a declared variable with its values and the encoding of the file profile."""
     import xarray as xr
 
     encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}

@@ -10,6 +10,7 @@ import netCDF4
 import pytest
 
 import sweep
+from sweep.audit import audit
 
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 SPECS = {
@@ -37,17 +38,19 @@ def complaints(results):
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    """Return the checker's report on every kind of file: by blocks, from memory, reclassified."""
+    """Return the checker's report on every kind of file: by blocks, from memory, reclassified, audited."""
     folder = tmp_path_factory.mktemp("files")
     for name, spec in SPECS.items():
         sweep.run_to_file(spec, folder / f"{name}.nc")
     sweep.save(sweep.run(SPECS["rolling"]), folder / "saved.nc")
     with sweep.open_atlas(folder / "circling.nc") as atlas:
         sweep.save(sweep.reclassify(atlas, "departure:2deg"), folder / "reclassified.nc")
+        sweep.save(audit(atlas), folder / "audit.nc")
+    sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
     return check(*sorted(folder.glob("*.nc")))
 
 
-FILES = [*(f"{name}.nc" for name in SPECS), "saved.nc", "reclassified.nc"]
+FILES = [*(f"{name}.nc" for name in SPECS), "saved.nc", "reclassified.nc", "exact.nc", "audit.nc"]
 
 
 @pytest.mark.parametrize("name", FILES)
