@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep import cells
 from sweep.agreement import NEEDED, check
-from sweep.atlas import created, spec_of
+from sweep.atlas import as_variable, created, declare_cells, spec_of
 from sweep.blocks import Span
 from sweep.errors import RequestError
 from sweep.schema_exact import AUDIT, DISAGREES
@@ -77,8 +77,8 @@ def audit(dataset: "xr.Dataset") -> "xr.Dataset":
     coordinates = {name: coordinate for name, coordinate in dataset.coords.items() if name not in AUDIT}
     return xr.Dataset(
         {
-            name: (spec.axes, found[name].reshape(spec.shape), quantity.attributes())
-            for name, quantity in AUDIT.items()
+            each.name: as_variable(each, found[each.name].reshape(spec.shape), spec)
+            for each in declare_cells(spec, AUDIT, "audit")
         },
         coordinates,
         {

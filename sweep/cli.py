@@ -10,7 +10,8 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import compute, look, verify
+from sweep.commands import check, compute, convert, look, verify
+from sweep.commands.explain import explain
 from sweep.errors import RequestError
 
 app = typer.Typer(
@@ -22,7 +23,18 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-for _command in (compute.run, look.plot, look.info, look.boundary, verify.verify):
+_COMMANDS = (
+    compute.run,
+    look.plot,
+    look.info,
+    look.boundary,
+    verify.verify,
+    check.compare,
+    explain,
+    convert.export,
+)
+
+for _command in _COMMANDS:
     app.command()(_command)
 
 

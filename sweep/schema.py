@@ -115,10 +115,10 @@ class Quantity:
         """Factor from the value in `units` to the value that `plot_label` speaks of."""
         return _SHOWN[self.units][1]
 
-    def spell(self, value: float) -> str:
+    def spell(self, value: float, digits: int = 10) -> str:
         """Return a value as a message says it, angles in degrees."""
         shown = "deg" if self.units == "rad" else self.units
-        return f"{value * self.plot_scale:.10g}" + (f" {shown}" if shown != "1" else "")
+        return f"{value * self.plot_scale:.{digits}g}" + (f" {shown}" if shown != "1" else "")
 
     def attributes(self) -> dict[str, object]:
         """Return the CF attributes, ASCII only; an enumerated quantity has flags instead of units."""
@@ -238,6 +238,9 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", _COUNT, "", "i1"),
 )
 # fmt: on
+
+#: Variables of the run rather than of the disk, its errors and its work: other kernels or steps have others.
+EFFORT = ("energy_drift", "tilt_error", "steps", "refinements")
 
 
 def boundary_quantities(axis: str, edge: str = "upper") -> Mapping[str, Quantity]:
