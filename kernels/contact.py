@@ -156,9 +156,7 @@ def contact_extremes(starts, settings, endings, extremes):
         extremes[0, cell] = extremes[1, cell] = math.nan
         if ending == BOUNDED or ending == STEADY or ending == FELL or ending == HORIZON:
             unit = math.sqrt(starts[5, cell] / starts[6, cell])
-            state = scaled_state(
-                starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell], unit
-            )
+            state = scaled_state(starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell], unit)
             # a bounded motion is followed to its turning points, however late
             end = math.inf if ending == BOUNDED else settings[0] / unit
             extremes[0, cell], extremes[1, cell] = _follow(

@@ -115,7 +115,9 @@ def trajectory(start, settings, times, samples):
         left = (times[i] - times[i - 1]) / unit
         parts = 2.0
         while parts > 1.0:
-            longest = settings[0] / unit if settings[0] > 0.0 else suitable_step(state, constants, settings[1])
+            longest = (
+                settings[0] / unit if settings[0] > 0.0 else suitable_step(state, constants, settings[1])
+            )
             parts = max(1.0, math.ceil(left / longest * (1.0 - 1e-12)))
             if not parts + steps <= _MOST_STEPS:
                 return UNRESOLVED, i, times[i - 1], steps

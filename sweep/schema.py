@@ -40,6 +40,11 @@ _SHOWN: Mapping[str, tuple[str, float]] = {
     "m": ("m", 1.0),
     "m s-2": (r"m s$^{-2}$", 1.0),
     "s": ("s", 1.0),
+    "kg": ("kg", 1.0),
+    "N": ("N", 1.0),
+    "J": ("J", 1.0),
+    "kg m2 s-1": (r"kg m$^2$ s$^{-1}$", 1.0),
+    "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
 }
 
 #: Spelling in a request -> (units of the table, factor). Any other spelling is looked up in pint, which takes
@@ -62,6 +67,7 @@ FITTING: Mapping[str, str] = {
     "m": "m, cm, inch",
     "m s-2": "m/s2, cm/s2, g_0",
     "s": "s, ms, min",
+    "kg": "kg, g, pound",
 }
 
 
