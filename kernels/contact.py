@@ -12,7 +12,7 @@ from kernels.endings import BOUNDED, FELL, HORIZON, STEADY
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
 #: Step times the fastest frequency of the state; the extremes of the forces are then good to about 1e-6.
-_PACE = 0.03
+_PACE = 0.06
 
 _MOST_STEPS = 10_000_000
 

@@ -15,7 +15,7 @@ from sweep.boundary import Edge, edges
 from sweep.compiled import kernel_hash
 from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
-from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
+from sweep.schema import CONTACT_VARIABLES, FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
 from sweep.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -56,7 +56,9 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
     shared = method | _scalars(spec)
     declared = []
-    for name, quantity in [*VARIABLES.items(), *((name, PARAMETERS[name]) for name in _computed(spec))]:
+    contact = CONTACT_VARIABLES if spec.contact == "yes" else {}
+    computed = {name: PARAMETERS[name] for name in _computed(spec)}
+    for name, quantity in {**VARIABLES, **contact, **computed}.items():
         attributes = {**quantity.attributes(), **shared}
         if quantity.flags is None:
             attributes["ancillary_variables"] = "ending"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sweep import cells
+from sweep import cells, contact
 from sweep.blocks import BLOCK_CELLS, Span, blocks
 from sweep.compiled import integrate
 from sweep.errors import RequestError
@@ -76,7 +76,8 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     Returns
     -------
     mapping of str to array, shape (len(span),)
-        Every variable of the atlas, of its type in `schema.VARIABLES`; `roll_rate` [rad/s] where it is computed.
+        Every variable of the atlas, of its type in `schema.VARIABLES`; `roll_rate` [rad/s] where it is computed; those
+        of `schema.CONTACT_VARIABLES` where they are asked for.
     """
     import numba
 
@@ -88,12 +89,13 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     # one chunk at a time to whichever thread is free: what a cell costs is known only afterwards
     with numba.parallel_chunksize(1):
         integrate()(np.stack(list(given.values())), settings, measures, counts)
-    return _columns(spec, given, measures, counts)
+    columns = _columns(spec, given, measures, counts)
+    return columns | contact.columns(spec, given, counts[0]) if spec.contact == "yes" else columns
 
 
 def _columns(
     spec: SweepSpec, given: dict[str, Array], measures: Array, counts: npt.NDArray[np.int32]
-) -> Columns:
+) -> dict[str, npt.NDArray[np.generic]]:
     ending = counts[0]
     least, greatest = measures[0], measures[1]
     steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)

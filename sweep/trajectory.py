@@ -49,15 +49,13 @@ def simulate(
     command : str
         What the user ran, for the history.
     **words
-        As in `TrajectorySpec.read`: ``tilt``, ``tilt_rate``, ``precession_rate``, ``roll_rate`` (or ``"steady"``),
-        ``alpha``, ``radius``, ``gravity``, ``mass``, ``friction``, ``duration``, ``interval``, ``step``, ``fall_tilt``,
-        ``method`` (``rk4`` or ``dop853``), ``title``.
+        As in `TrajectorySpec.read`, for example ``roll_rate=3, tilt_rate="1deg/s", duration="10s"``.
 
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `trajectory_schema.TRAJECTORY`. A motion that falls ends with the sample
-        at the moment of its fall. ``sweep.save`` writes it.
+        Dimension elapsed_time [s]; the variables of `trajectory_schema.TRAJECTORY`. A motion that falls ends with the
+        sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises
     ------
@@ -73,8 +71,8 @@ def simulate(
     if fall_time is not None:
         times[-1] = fall_time
     values = _variables(spec, start, samples, _derived(start, samples))
-    values["ending"] = np.int8(HORIZON if fall_time is None else FELL)
-    values["fall_time"] = np.float64(np.nan if fall_time is None else fall_time)
+    values["ending"] = np.array(HORIZON if fall_time is None else FELL, np.int8)
+    values["fall_time"] = np.array(np.nan if fall_time is None else fall_time)
     return _dataset(spec, times, values, command)
 
 

@@ -66,8 +66,10 @@ class TrajectorySpec:
         for name in words:
             if name not in _NAMES:
                 unknown_word(name, _NAMES)
-        given = {name: row.default for name, row in {**MOTION_INPUTS, **MOTION_WORDS}.items()} | words
-        spec = cls(**{name: _read_word(name, raw) for name, raw in given.items()})
+        given: dict[str, Any] = {name: row.default for name, row in MOTION_INPUTS.items()}
+        given |= {name: row.default for name, row in MOTION_WORDS.items()} | words
+        values: dict[str, Any] = {name: _read_word(name, raw) for name, raw in given.items()}
+        spec = cls(**values)
         _check_start(spec)
         _check_counts(spec)
         return spec

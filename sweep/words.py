@@ -139,6 +139,8 @@ def read_word(name: str, raw: object) -> Value | Criterion | str:
         return allowed(read_number(raw, SETTINGS[name]), SETTINGS[name], raw)
     if isinstance(raw, Criterion) and name == "criterion":
         return raw
+    if isinstance(raw, bool) and name == "contact":
+        raw = _SWITCH[raw]
     return _TEXTS[name](_text(name, raw))
 
 
@@ -224,7 +226,15 @@ def _method(text: str) -> str:
     return one_of("method", text, METHODS)
 
 
+def _contact(text: str) -> str:
+    return one_of("contact", text, _SWITCH)
+
+
+#: False and True, as TOML and Python may write them.
+_SWITCH = ("no", "yes")
+
 _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
+    "contact": _contact,
     "criterion": Criterion.parse,
     "method": _method,
     "title": read_title,
