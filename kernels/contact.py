@@ -8,13 +8,14 @@ import math
 from numba import njit, prange
 
 from kernels.disk import CONTRACT, inertia, scaled_state
-from kernels.endings import BOUNDED, FELL, HORIZON, STEADY
-from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
+from kernels.rk4 import tilt_acceleration
 
-#: Step times the fastest frequency of the state; the extremes of the forces are then good to about 1e-6.
-_PACE = 0.06
+#: Step in the tilt [rad] over cos(tilt), and the fewest steps from one extreme tilt to the other: the extremes of the
+#: forces, on parabolas through three steps, are then good to about 1e-6.
+_STRIDE, _FEWEST = 0.01, 32.0
 
-_MOST_STEPS = 10_000_000
+#: No step is shorter than this [rad]: close to flat the loop would not end.
+_SMALLEST = 1e-7
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -88,77 +89,92 @@ def _vertex(before, middle, after, first, second):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _demand(state, constants, alpha):
-    normal, across, along = contact_forces(state, constants, alpha)
+def _slopes(tilt, s, o, constants):
+    """Derivatives by the tilt of s, o and the kinetic energy of the tilt (over m g R)."""
+    S, C = math.sin(tilt), math.cos(tilt)
+    oT = o * S / C
+    return -constants[3] * o, oT - 2.0 * s, S + o * (constants[1] * s - constants[2] * oT)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _along(tilt, s, o, kinetic, constants, h):
+    """(s, o, kinetic) at tilt + h: one RK4 step in the tilt."""
+    s1, o1, k1 = _slopes(tilt, s, o, constants)
+    s2, o2, k2 = _slopes(tilt + 0.5 * h, s + 0.5 * h * s1, o + 0.5 * h * o1, constants)
+    s3, o3, k3 = _slopes(tilt + 0.5 * h, s + 0.5 * h * s2, o + 0.5 * h * o2, constants)
+    s4, o4, k4 = _slopes(tilt + h, s + h * s3, o + h * o3, constants)
+    sixth = h / 6.0
+    return (
+        s + sixth * (s1 + 2.0 * (s2 + s3) + s4),
+        o + sixth * (o1 + 2.0 * (o2 + o3) + o4),
+        kinetic + sixth * (k1 + 2.0 * (k2 + k3) + k4),
+    )
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _stride(tilt, left, whole):
+    """Step [rad] in the tilt, as short as the pole of tan(tilt) wants; a share of a small range; exact at its end."""
+    longest = max(min(_STRIDE * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
+    return left if abs(left) <= longest else math.copysign(longest, left)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _demand(tilt, s, o, kinetic, constants, alpha):
+    """(normal force over m g, friction needed) where the motion passes a tilt; the sense of its rate is immaterial."""
+    S, C = math.sin(tilt), math.cos(tilt)
+    w = math.sqrt(max(0.0, 2.0 * constants[0] * kinetic))
+    normal, across, along = contact_forces((S, C, S / C, w, o, s), constants, alpha)
     return normal, friction_needed(normal, across, along)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _follow(state, constants, alpha, ending, end, fall_tilt):
-    """(least normal force over m g, largest friction needed) along the motion that the ending speaks of."""
-    least, most = _demand(state, constants, alpha)
-    if ending == STEADY:
-        return least, most
-    normal_2, friction_2 = normal_1, friction_1 = least, most
-    w = state[3]
-    heading = math.copysign(1.0, tilt_acceleration(state, constants) if w == 0.0 else w)
-    # forces do not depend on the sense of the tilt rate: from turning point to turning point is the whole motion
-    turns_left = 1 if w == 0.0 else 2
-    t, h_1 = 0.0, math.inf
-    for _ in range(_MOST_STEPS):
-        h = suitable_step(state, constants, _PACE)
-        state = step(state, constants, min(h, end - t))
-        normal, friction = _demand(state, constants, alpha)
+def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
+    """(least normal force over m g, largest friction needed) between two tilts of the motion of a scaled start."""
+    tilt = math.atan2(start[0], start[1])
+    s, o, kinetic = start[5], start[4], 0.5 * start[3] * start[3] / constants[0]
+    whole = greatest_tilt - least_tilt
+    while tilt > least_tilt:
+        h = _stride(tilt, least_tilt - tilt, whole)
+        s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
+        tilt = max(tilt + h, least_tilt)
+    normal_1, friction_1 = _demand(tilt, s, o, kinetic, constants, alpha)
+    least, most, normal_2, friction_2, h_1 = normal_1, friction_1, normal_1, friction_1, math.inf
+    while tilt < greatest_tilt:
+        h = _stride(tilt, greatest_tilt - tilt, whole)
+        s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
+        tilt = min(tilt + h, greatest_tilt)
+        normal, friction = _demand(tilt, s, o, kinetic, constants, alpha)
         least = min(least, normal, _vertex(normal_2, normal_1, normal, h_1, h))
         most = max(most, friction, _vertex(friction_2, friction_1, friction, h_1, h))
         normal_2, normal_1, friction_2, friction_1, h_1 = normal_1, normal, friction_1, friction, h
-        t += h
-        turned, out = heading * state[3] < 0.0, not state[1] >= math.cos(fall_tilt)
-        if not (turned or out or t >= end):
-            continue
-        there = state
-        if turned:
-            there, _ = land_on_turning_point(state, constants, 2.0 * h)
-        elif out:
-            there, _ = land_on_tilt(state, constants, math.copysign(fall_tilt, state[0]), 2.0 * h)
-        normal, friction = _demand(there, constants, alpha)
-        least, most = min(least, normal), max(most, friction)
-        turns_left -= 1
-        heading = -heading
-        if not turned or turns_left == 0:
-            return least, (most if least > 0.0 else math.nan)
-    return math.nan, math.nan
+    return least, (most if least > 0.0 else math.nan)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
-def contact_extremes(starts, settings, endings, extremes):
-    """Follow every cell once more and record what rolling without slip asks of the contact.
+def contact_extremes(starts, tilts, extremes):
+    """Find what rolling without slip asks of the contact along the motion of every cell.
 
     Parameters
     ----------
     starts : float64[7, n]
         As in `kernels.lanes.integrate`.
-    settings : float64[2]
-        duration [s]; fall_tilt [rad].
-    endings : int32[n]
-        How each cell ended. Bounded: the motion is periodic, and half a nutation is all of it. Fell: until
-        fall_tilt. Horizon: until the duration. Steady: the start alone.
+    tilts : float64[2, n]
+        Least and greatest tilt [rad] of the motion; NaN where there is none to speak of.
     extremes : float64[2, n], written
         Least normal force over m g [1], and largest friction coefficient needed [1], NaN where the normal force is
-        zero or less on the way. Both NaN for the other endings.
+        zero or less on the way. Both NaN where the tilts are.
 
     Notes
     -----
-    Never raises. What is written for a cell follows from the cell alone.
+    Never raises. No time passes here: along a motion s, o and the kinetic energy of the tilt are functions of the
+    tilt (Chaplygin 1897), and so are the forces. Integrated in time instead, a motion that returns to the saddle
+    from which it was kicked can pass it by on the wrong side.
     """
     for cell in prange(starts.shape[1]):
-        ending = endings[cell]
+        least, greatest = tilts[0, cell], tilts[1, cell]
         extremes[0, cell] = extremes[1, cell] = math.nan
-        if ending == BOUNDED or ending == STEADY or ending == FELL or ending == HORIZON:
+        if least <= greatest:
             unit = math.sqrt(starts[5, cell] / starts[6, cell])
             state = scaled_state(starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell], unit)
-            # a bounded motion is followed to its turning points, however late
-            end = math.inf if ending == BOUNDED else settings[0] / unit
-            extremes[0, cell], extremes[1, cell] = _follow(
-                state, inertia(starts[4, cell]), starts[4, cell], ending, end, settings[1]
-            )
+            alpha = starts[4, cell]
+            extremes[0, cell], extremes[1, cell] = _extremes(state, inertia(alpha), alpha, least, greatest)

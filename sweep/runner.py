@@ -90,7 +90,7 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     with numba.parallel_chunksize(1):
         integrate()(np.stack(list(given.values())), settings, measures, counts)
     columns = _columns(spec, given, measures, counts)
-    return columns | contact.columns(spec, given, counts[0]) if spec.contact == "yes" else columns
+    return columns | contact.columns(given, measures[0], measures[1]) if spec.contact == "yes" else columns
 
 
 def _columns(
