@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import compute, look
+from sweep.commands import compute, look, motion
 from sweep.errors import RequestError
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-for _command in (compute.run, look.plot, look.info, look.boundary):
+for _command in (compute.run, look.plot, look.info, look.boundary, motion.simulate):
     app.command()(_command)
 
 
