@@ -159,7 +159,8 @@ def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
     times, radius = dataset[TIME.name].values, float(dataset["radius"])
     names = ("tilt", "heading", "roll_angle", "contact_x", "contact_y")
     columns = [np.interp(moments, times, dataset[name].values) for name in names]
-    return [Pose(*row, radius) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    rows = np.stack(columns, axis=-1).tolist()
+    return [Pose(tilt, heading, roll_angle, x, y, radius) for tilt, heading, roll_angle, x, y in rows]
 
 
 def _azimuth(x: Array, y: Array) -> float:
