@@ -137,9 +137,11 @@ def _gif(frames: Iterator[Array], path: Path) -> None:
 
     # without dither, which would flicker from frame to frame and double the size
     pictures = (Image.fromarray(frame[..., :3]).quantize(64, dither=Image.Dither.NONE) for frame in frames)
-    next(pictures).save(
-        path, format="GIF", save_all=True, append_images=pictures, duration=1000 // _RATES["gif"], loop=0
-    )
+    # opened here, because Pillow leaves its own file open when the frames end early
+    with open(path, "wb") as file:
+        next(pictures).save(
+            file, format="GIF", save_all=True, append_images=pictures, duration=1000 // _RATES["gif"], loop=0
+        )
 
 
 def _mp4(frames: Iterator[Array], path: Path) -> None:
