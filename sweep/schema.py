@@ -47,18 +47,6 @@ _SHOWN: Mapping[str, tuple[str, float]] = {
     "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
 }
 
-#: Spelling in a request -> (units of the table, factor). Any other spelling is looked up in pint, which takes
-#: a quarter of a second to load: these are the ones that should not wait for it.
-EVERYDAY_UNITS: Mapping[str, tuple[str, float]] = {
-    units: (units, 1.0) for units in _SHOWN if units != "1"
-} | {
-    "deg": ("rad", math.radians(1.0)),
-    "°": ("rad", math.radians(1.0)),
-    "rad/s": ("rad s-1", 1.0),
-    "deg/s": ("rad s-1", math.radians(1.0)),
-    "m/s2": ("m s-2", 1.0),
-}
-
 #: units -> what a request may write, for messages.
 FITTING: Mapping[str, str] = {
     "1": "no unit, it is a pure number",
@@ -68,6 +56,18 @@ FITTING: Mapping[str, str] = {
     "m s-2": "m/s2, cm/s2, g_0",
     "s": "s, ms, min",
     "kg": "kg, g, pound",
+}
+
+#: Spelling in a request -> (units of the table, factor). Any other spelling is looked up in pint, which takes
+#: a quarter of a second to load: these are the ones that should not wait for it.
+EVERYDAY_UNITS: Mapping[str, tuple[str, float]] = {
+    units: (units, 1.0) for units in FITTING if units != "1"
+} | {
+    "deg": ("rad", math.radians(1.0)),
+    "°": ("rad", math.radians(1.0)),
+    "rad/s": ("rad s-1", 1.0),
+    "deg/s": ("rad s-1", math.radians(1.0)),
+    "m/s2": ("m s-2", 1.0),
 }
 
 
