@@ -1,4 +1,4 @@
-"""docs/report.md says which command or test shows each of its statements: they exist, and its numbers are those found."""
+"""docs/report.md says which command or test shows each statement: they exist, and its numbers are those found."""
 
 import re
 from pathlib import Path
@@ -34,7 +34,7 @@ def test_its_numbers():
     assert np.degrees(np.abs(steady["tilt"]).max()) < 0.24
     assert np.degrees(np.abs(fast["tilt"]).max()) < 2.7
     assert np.degrees(np.abs(spinning["tilt"]).max()) == pytest.approx(28.66, abs=0.005)
-    assert np.ptp(rolling["vertical_momentum"].values) == pytest.approx(1.04, abs=0.005)
+    assert np.ptp(rolling["vertical_momentum"].values) == pytest.approx(1.03, abs=0.005)
     assert float(rolling["friction_needed"].max()) == pytest.approx(0.45, abs=0.005)
     assert float(spinning["friction_needed"].max()) == pytest.approx(0.25, abs=0.005)
     assert set(np.unique(sweep.simulate(tilt=0.1, tilt_rate=0.1)["contact"])) == {0, 1, 2}
