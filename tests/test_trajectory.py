@@ -77,6 +77,18 @@ def test_the_vertical_momentum_is_not_conserved():
     assert gained == pytest.approx(simpson, abs=1e-7)
 
 
+def test_the_residual_of_the_balance_law_shows_the_error_of_the_integration():
+    """A coarse step leaves a residual that one can see; half the step leaves less than a tenth of it."""
+    coarse, fine = (
+        np.abs(
+            simulate(RUNS["rolling, unstable"], step=step, interval=0.2)["vertical_momentum_residual"]
+        ).max()
+        for step in (0.1, 0.05)
+    )
+    assert coarse > 1e-5
+    assert fine < 0.1 * coarse
+
+
 def test_a_circle_of_ten_turns():
     """Ten turns on the circle of radius R|phi'/psi'|, within 1e-6 of the radius, and back to the start."""
     motion = sweep.simulate(
