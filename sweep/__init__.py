@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from sweep.store import open_atlas as open_atlas
     from sweep.store import run_to_file as run_to_file
     from sweep.store import save as save
+    from sweep.trajectory import simulate as simulate
+    from sweep.trajectory_spec import TrajectorySpec as TrajectorySpec
     from sweep.verdicts import reclassify as reclassify
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
@@ -36,12 +38,14 @@ _HOME = {
     "Range": "sweep.axes",
     "RequestError": "sweep.errors",
     "SweepSpec": "sweep.spec",
+    "TrajectorySpec": "sweep.trajectory_spec",
     "Values": "sweep.axes",
     "open_atlas": "sweep.store",
     "reclassify": "sweep.verdicts",
     "run": "sweep.atlas",
     "run_to_file": "sweep.store",
     "save": "sweep.store",
+    "simulate": "sweep.trajectory",
 }
 
 __all__ = ["__version__", *_HOME]

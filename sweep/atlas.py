@@ -63,7 +63,7 @@ class Declaration:
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
     computed = {name: PARAMETERS[name] for name in _computed(spec)}
-    return declare_cells(spec, {**atlas_variables(spec.method), **computed}, "ending")
+    return declare_cells(spec, {**atlas_variables(spec.method, spec.contact), **computed}, "ending")
 
 
 def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:

@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import check, compute, convert, look, verify
+from sweep.commands import check, compute, convert, look, motion, verify
 from sweep.commands.explain import explain
 from sweep.errors import RequestError
 
@@ -31,6 +31,7 @@ _COMMANDS = (
     verify.verify,
     check.compare,
     explain,
+    motion.simulate,
     convert.export,
 )
 

@@ -54,6 +54,36 @@ def extremes() -> Callable[..., tuple[Any, Any]]:
     return found
 
 
+@lru_cache
+def trajectory() -> Callable[..., tuple[int, int, float, int]]:
+    """Return `kernels.path.trajectory`, cached in the same way."""
+    from kernels import path
+
+    kernel: Callable[..., tuple[int, int, float, int]] = path.trajectory
+    _cache_on_disk(kernel)
+    return kernel
+
+
+@lru_cache
+def derived() -> Callable[..., None]:
+    """Return `kernels.path.derived`, cached in the same way."""
+    from kernels import path
+
+    kernel: Callable[..., None] = path.derived
+    _cache_on_disk(kernel)
+    return kernel
+
+
+@lru_cache
+def contact_extremes() -> Callable[..., None]:
+    """Return `kernels.contact.contact_extremes`, cached in the same way."""
+    from kernels import contact
+
+    kernel: Callable[..., None] = contact.contact_extremes
+    _cache_on_disk(kernel)
+    return kernel
+
+
 def _cache_on_disk(kernel: Any) -> None:
     import numba
 

@@ -72,6 +72,7 @@ def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
     set_scale(axes, "y", panel.y)
     _hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
     _hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
+    _hatch(axes, panel, panel.slips, panel.slipping, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
     if panel.edges:
         _draw_edges(axes, panel)
     if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
@@ -101,6 +102,9 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
         if cells.any():
             look = {"linestyle": "", "color": _INK, "markersize": 3.5, **_VERDICTS[name]}
             axes.plot(panel.x.values[cells], peak[cells], label=name, **look)
+    if panel.slips.any():
+        look = {"linestyle": "", "marker": "x", "color": "#c8380a", "markersize": 5.0}
+        axes.plot(panel.x.values[panel.slips], peak[panel.slips], label=panel.slipping, **look)
     set_scale(axes, "x", panel.x)
     for edge in panel.edges:
         for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):

@@ -11,7 +11,7 @@ from sweep import theory
 from sweep.axes import Values
 from sweep.errors import RequestError
 from sweep.scales import Scale, scale
-from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE, VARIABLES, Array, Truths
+from sweep.schema import CONTACT_VARIABLES, PARAMETERS, STABLE, UNDECIDED, UNSTABLE, VARIABLES, Array, Truths
 from sweep.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ class Panel:
     `peak` [deg], `stability` and `no_result` have the shape (rows of y, columns of x), or (columns of x) where `y` is
     None. `line` and `upright` (spinning, rolling) are the analytic lines as formulas in mathtext, `lost` names the
     endings behind `no_result`, `in_g_over_r` is R/g [s2] where a squared rate is drawn and has one such unit.
+    `slips` are the cells that need more than the friction coefficient, or lift off; `slipping` says so.
     """
 
     title: str
@@ -76,6 +77,8 @@ class Panel:
     in_g_over_r: float | None
     circling_from_upright: bool
     upright: tuple[str, str]
+    slips: Truths
+    slipping: str
 
     @property
     def undecided(self) -> Truths:
@@ -95,13 +98,15 @@ class Panel:
         )
 
 
-def panel(dataset: "xr.Dataset") -> Panel:
+def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
     """Return what is drawn of an atlas.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas, or a selection from one; axes of a single value are left out.
+    friction : float, optional
+        Friction coefficient of disk and plane: cells that need more are marked.
 
     Returns
     -------
@@ -110,7 +115,7 @@ def panel(dataset: "xr.Dataset") -> Panel:
     Raises
     ------
     RequestError
-        If the atlas has no axis or more than two.
+        If the atlas has no axis or more than two, or no contact forces to hold `friction` against.
     """
     dataset = dataset.squeeze()
     spec = _drawn_spec(dataset)
@@ -143,7 +148,26 @@ def panel(dataset: "xr.Dataset") -> Panel:
             rf"spinning: $\dot\psi^2 = {_formula('precession_rate', spec)}$",
             rf"rolling: $\dot\phi^2 = {_formula('roll_rate', spec)}$",
         ),
+        slips=_slips(dataset, cells["ending"], friction),
+        slipping="" if friction is None else f"slips or lifts off at friction {friction:g}",
     )
+
+
+def _slips(dataset: "xr.Dataset", like: "xr.DataArray", friction: float | None) -> Truths:
+    """Cells that would need more than a friction coefficient, in the shape of the drawn ones."""
+    if friction is None:
+        return np.zeros(like.shape, dtype=bool)
+    missing = [name for name in CONTACT_VARIABLES if name not in dataset]
+    if missing:
+        raise RequestError(
+            "this atlas holds no contact forces",
+            "friction is held against an atlas that was made with contact=yes",
+            f"friction={friction:g}, without {' and '.join(missing)}",
+            "make it again with eulerdisk run SPEC contact=yes",
+            str(dataset.attrs["title"]),
+        )
+    lifts, needed = (dataset[name].transpose(*like.dims).values for name in CONTACT_VARIABLES)
+    return np.asarray((lifts <= 0.0) | (needed > friction))
 
 
 def _drawn_spec(dataset: "xr.Dataset") -> SweepSpec:

@@ -35,6 +35,7 @@ _FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
 }
 
+#: How every figure of this package looks.
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -64,13 +65,15 @@ _BELOW = 0.5
 _DOTS_PER_INCH = 200
 
 
-def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> Figure:
     """Draw atlases side by side.
 
     Parameters
     ----------
     datasets : sequence of xarray.Dataset
         Atlases of one axis or two, or selections from atlases, one panel each.
+    friction : float, optional
+        Friction coefficient: cells where the disk would need more, or lift off, are hatched.
 
     Returns
     -------
@@ -80,7 +83,8 @@ def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
     Raises
     ------
     RequestError
-        If there is no atlas, or one of them has no axis or more than two.
+        If there is no atlas, or one of them has no axis or more than two, or no contact forces to hold `friction`
+        against (made without ``contact=yes``).
 
     Notes
     -----
@@ -89,7 +93,7 @@ def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
     """
     if not datasets:
         raise RequestError("nothing to draw", "a figure has a panel or more", "no atlas", "give an atlas")
-    panels = [panel(dataset) for dataset in datasets]
+    panels = [panel(dataset, friction) for dataset in datasets]
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)
     strip = _STRIP if any(each.has_ratio for each in panels) else 0.0

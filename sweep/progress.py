@@ -13,14 +13,14 @@ _EVERY = 10.0
 
 
 @contextmanager
-def reporting(stream: TextIO | None = None) -> Iterator[Progress]:
-    """Give a callable that shows (cells done, cells in all) on `stream`, standard error if not given."""
+def reporting(stream: TextIO | None = None, what: str = "cells") -> Iterator[Progress]:
+    """Give a callable that shows how many are done, and in all, on `stream`, standard error if not given."""
     stream = stream or sys.stderr
     if stream.isatty():
-        with _bar(stream) as progress:
+        with _bar(stream, what) as progress:
             yield progress
     else:
-        yield _log(stream)
+        yield _log(stream, what)
 
 
 def remaining(elapsed: float, done: int, size: int) -> float:
@@ -28,7 +28,7 @@ def remaining(elapsed: float, done: int, size: int) -> float:
     return elapsed * (size - done) / done
 
 
-def _log(stream: TextIO) -> Progress:
+def _log(stream: TextIO, what: str) -> Progress:
     began = last = time.monotonic()
 
     def progress(done: int, size: int) -> None:
@@ -38,7 +38,7 @@ def _log(stream: TextIO) -> Progress:
             last = now
             to_go = remaining(now - began, done, size)
             print(
-                f"eulerdisk: {done} of {size} cells ({100 * done / size:.0f} %), {to_go:.0f} s to go",
+                f"eulerdisk: {done} of {size} {what} ({100 * done / size:.0f} %), {to_go:.0f} s to go",
                 file=stream,
                 flush=True,
             )
@@ -47,16 +47,16 @@ def _log(stream: TextIO) -> Progress:
 
 
 @contextmanager
-def _bar(stream: TextIO) -> Iterator[Progress]:
+def _bar(stream: TextIO, what: str) -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Bar(*columns, console=Console(file=stream)) as bar:
-        task = bar.add_task("preparing kernels", total=None)
+        task = bar.add_task("preparing", total=None)
 
         def progress(done: int, size: int) -> None:
-            bar.update(task, description="cells", completed=done, total=size)
+            bar.update(task, description=what, completed=done, total=size)
 
         yield progress

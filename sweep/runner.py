@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep import cells
+from sweep import cells, contact
 from sweep.blocks import BLOCK_CELLS, Span, blocks
 from sweep.compiled import extremes, integrate
 from sweep.errors import RequestError
@@ -82,6 +82,8 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     """
     given = cells.starts(spec, span)
     measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
+    if spec.contact == "yes":
+        measured |= contact.columns(given, measured["tilt_min"], measured["tilt_max"])
     return _columns(spec, given, measured)
 
 
@@ -153,7 +155,7 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
         "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
         "amplification": amplification,
     }
-    table = atlas_variables(spec.method)
+    table = atlas_variables(spec.method, spec.contact)
     typed: dict[str, npt.NDArray[np.generic]] = {
         name: (measured | derived)[name].astype(quantity.dtype, copy=False)
         for name, quantity in table.items()

@@ -40,18 +40,11 @@ _SHOWN: Mapping[str, tuple[str, float]] = {
     "m": ("m", 1.0),
     "m s-2": (r"m s$^{-2}$", 1.0),
     "s": ("s", 1.0),
-}
-
-#: Spelling in a request -> (units of the table, factor). Any other spelling is looked up in pint, which takes
-#: a quarter of a second to load: these are the ones that should not wait for it.
-EVERYDAY_UNITS: Mapping[str, tuple[str, float]] = {
-    units: (units, 1.0) for units in _SHOWN if units != "1"
-} | {
-    "deg": ("rad", math.radians(1.0)),
-    "°": ("rad", math.radians(1.0)),
-    "rad/s": ("rad s-1", 1.0),
-    "deg/s": ("rad s-1", math.radians(1.0)),
-    "m/s2": ("m s-2", 1.0),
+    "kg": ("kg", 1.0),
+    "N": ("N", 1.0),
+    "J": ("J", 1.0),
+    "kg m2 s-1": (r"kg m$^2$ s$^{-1}$", 1.0),
+    "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
 }
 
 #: units -> what a request may write, for messages.
@@ -62,6 +55,19 @@ FITTING: Mapping[str, str] = {
     "m": "m, cm, inch",
     "m s-2": "m/s2, cm/s2, g_0",
     "s": "s, ms, min",
+    "kg": "kg, g, pound",
+}
+
+#: Spelling in a request -> (units of the table, factor). Any other spelling is looked up in pint, which takes
+#: a quarter of a second to load: these are the ones that should not wait for it.
+EVERYDAY_UNITS: Mapping[str, tuple[str, float]] = {
+    units: (units, 1.0) for units in FITTING if units != "1"
+} | {
+    "deg": ("rad", math.radians(1.0)),
+    "°": ("rad", math.radians(1.0)),
+    "rad/s": ("rad s-1", 1.0),
+    "deg/s": ("rad s-1", math.radians(1.0)),
+    "m/s2": ("m s-2", 1.0),
 }
 
 
@@ -80,6 +86,7 @@ _TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of t
 _DERIVED = Tolerance(
     1e-9, 2e-3, "two tilts 2e-8 rad apart, over the smallest start of the presets, 1.7e-5 rad"
 )
+_FORCE = Tolerance(1e-5, 1e-5, "the extremes of the forces lie between steps, on a parabola through three")
 _BOUNDARY = Tolerance(
     0.0, 1.3e-3, "a verdict on the edge can move it by one cell: 2/800 rad/s of 2 rad/s in the presets"
 )
@@ -213,6 +220,7 @@ WORDS: Mapping[str, Word] = table(
     Word("title", "what the atlas is about, in one line", ""),
     Word("criterion", "what counts as unstable", "departure:5deg"),
     Word("method", "how the motion is integrated", METHODS[0]),
+    Word("contact", "whether the forces at the contact point are recorded: yes or no", "no"),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(
@@ -236,6 +244,14 @@ VARIABLES: Mapping[str, Quantity] = table(
              "what the invariants of the motion have lost, over the force at the turning point", "f4"),
     Quantity("steps", "n", "1", "steps of the accepted integration", _COUNT, "", "i4"),
     Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", _COUNT, "", "i1"),
+)
+
+#: What an atlas holds besides with ``contact=yes``.
+CONTACT_VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("least_normal_force", r"\min N/mg", "1", "least normal force of the motion over the weight", _FORCE,
+             "the disk would lift off where it is not positive"),
+    Quantity("friction_needed", r"\max\mu", "1", "largest friction coefficient that rolling without slip needs",
+             _FORCE, "missing where the normal force is not positive all the time"),
 )
 # fmt: on
 

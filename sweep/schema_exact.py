@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from sweep.schema import EXACT_DECISION, VARIABLES, Quantity, Tolerance, table
+from sweep.schema import CONTACT_VARIABLES, EXACT_DECISION, VARIABLES, Quantity, Tolerance, table
 
 NOT_COMPUTED, AGREES, MARGINAL, DISAGREES, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
 
@@ -41,6 +41,7 @@ AUDIT: Mapping[str, Quantity] = table(
 # fmt: on
 
 
-def atlas_variables(method: str) -> Mapping[str, Quantity]:
-    """Return the variables of an atlas that have one value per cell, for a method of integration."""
-    return {**VARIABLES, **REDUCTION} if method == "exact" else VARIABLES
+def atlas_variables(method: str, contact: str = "no") -> Mapping[str, Quantity]:
+    """Return the variables of an atlas with one value per cell, for a method, with or without contact forces."""
+    exact = REDUCTION if method == "exact" else {}
+    return {**VARIABLES, **exact, **(CONTACT_VARIABLES if contact == "yes" else {})}

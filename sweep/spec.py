@@ -40,16 +40,15 @@ class SweepSpec(BaseModel):
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
     criterion : Criterion or str
         What counts as unstable, e.g. ``departure:5deg``.
-    duration : float or str
-        Longest time simulated for a cell, s.
-    step : float or str
-        Time step, s; ``"auto"`` leaves it to the engine.
-    fall_tilt : float or str
-        Tilt at which the disk counts as fallen, rad.
-    tolerance : float or str
-        Error that the gauges of a cell may show before its step is reduced, rad.
+    duration, step : float or str
+        Longest time simulated for a cell, and time step, s; a step of ``"auto"`` is the engine's own.
+    fall_tilt, tolerance : float or str
+        Tilt at which the disk counts as fallen, and error that the gauges of a cell may show before its step is
+        reduced, rad.
     method : str
         Method of integration: ``rk4``.
+    contact : str
+        ``yes`` also records the least normal force and the largest friction coefficient needed.
     title : str
         What the atlas is about, in one line.
     axes : sequence of str, optional
@@ -77,6 +76,7 @@ class SweepSpec(BaseModel):
     fall_tilt: float
     tolerance: float
     method: str
+    contact: str
     title: str
 
     def __init__(self, **words: Any) -> None:
@@ -178,9 +178,8 @@ class SweepSpec(BaseModel):
         RequestError
             If the result is not a request.
         """
-        kept = {
-            name: value for name, value in self._words().items() if name in self.axes or name not in changes
-        }
+        words = self._words()
+        kept = {name: words[name] for name in words if name in self.axes or name not in changes}
         return type(self)(**{**kept, **changes})
 
     def to_toml(self) -> str:

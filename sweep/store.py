@@ -141,7 +141,7 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
         raise RequestError("not a file", "the output is a file", where, "give a file name", where)
     if exists and not overwrite:
         raise RequestError(
-            "the file exists", "a finished atlas is not replaced by accident", where, "add --overwrite", where
+            "the file exists", "a finished file is not replaced by accident", where, "add --overwrite", where
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise RequestError(
@@ -154,7 +154,7 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
     free = shutil.disk_usage(folder).free
     if size * _SHARE_ON_DISK > free:
         raise RequestError(
-            "the atlas does not fit on the disk",
+            "the file does not fit on the disk",
             f"about {size * _SHARE_ON_DISK / 1e6:.0f} MB are free for it",
             f"{free / 1e6:.0f} MB free in {folder.resolve()}",
             "use fewer cells or another disk",

@@ -52,7 +52,8 @@ def _ask_pint(unit: str) -> tuple[str, float]:
             unit,
             "check the spelling, as in deg, rpm, m/s2",
         ) from problem
-    return _si_spellings().get(str(root.units), ""), float(root.magnitude)
+    units, one = _si_spellings().get(str(root.units), ("", 1.0))
+    return units, float(root.magnitude) / one
 
 
 def _root(unit: str) -> Any:
@@ -63,8 +64,11 @@ def _root(unit: str) -> Any:
 
 
 @lru_cache
-def _si_spellings() -> dict[str, str]:
-    return {str(_root(units).units): units for units in FITTING if units != "1"} | {"dimensionless": "1"}
+def _si_spellings() -> dict[str, tuple[str, float]]:
+    # the size of the SI unit in roots: pint's root of mass is the gram
+    roots = {units: _root(units) for units in FITTING if units != "1"}
+    spelled = {str(root.units): (units, float(root.magnitude)) for units, root in roots.items()}
+    return spelled | {"dimensionless": ("1", 1.0)}
 
 
 @lru_cache

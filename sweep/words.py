@@ -134,15 +134,24 @@ def read_word(name: str, raw: object) -> Value | Criterion | str:
     if isinstance(raw, str) and (name, raw.strip()) in (("roll_rate", STEADY_ROLL), ("step", AUTOMATIC)):
         return raw.strip()
     if name in PARAMETERS:
-        return _allowed(read_value(raw, PARAMETERS[name]), PARAMETERS[name], raw)
+        return allowed(read_value(raw, PARAMETERS[name]), PARAMETERS[name], raw)
     if name in SETTINGS:
-        return _allowed(read_number(raw, SETTINGS[name]), SETTINGS[name], raw)
+        return allowed(read_number(raw, SETTINGS[name]), SETTINGS[name], raw)
     if isinstance(raw, Criterion) and name == "criterion":
         return raw
+    if isinstance(raw, bool) and name == "contact":
+        raw = _SWITCH[raw]
     return _TEXTS[name](_text(name, raw))
 
 
-def _allowed(value: Value, quantity: Input, raw: object) -> Value:
+def allowed(value: Value, quantity: Input, raw: object) -> Value:
+    """Return a value that the rule of its quantity allows.
+
+    Raises
+    ------
+    RequestError
+        If the rule does not allow it; `raw` is what was given.
+    """
     ends = np.array([value]) if isinstance(value, float) else value.ends()
     if quantity.allows(ends).all():
         return value
@@ -173,7 +182,15 @@ def _text(name: str, raw: object) -> str:
     raise RequestError("not text", f"{name} is text", f"{name}={shown(raw)}", "put it in quotes", name)
 
 
-def _title(text: str) -> str:
+def read_title(raw: object) -> str:
+    """Return a title, one line of printable text.
+
+    Raises
+    ------
+    RequestError
+        If it is something else.
+    """
+    text = _text("title", raw)
     if text.isprintable():
         return text
     raise RequestError(
@@ -185,22 +202,42 @@ def _title(text: str) -> str:
     )
 
 
-def _method(text: str) -> str:
-    if text in METHODS:
+def one_of(name: str, raw: object, choices: Sequence[str]) -> str:
+    """Return the word that was given for `name`, which is one of `choices`.
+
+    Raises
+    ------
+    RequestError
+        If it is none of them.
+    """
+    text = _text(name, raw)
+    if text in choices:
         return text
     raise RequestError(
-        "unknown method",
-        "the methods are " + ", ".join(METHODS),
-        f"method={text}",
-        _perhaps(text, METHODS) or f"write method={METHODS[0]} or leave it out",
-        "method",
+        f"unknown {name}",
+        f"the {name}s are " + ", ".join(choices),
+        f"{name}={text}",
+        _perhaps(text, choices) or f"write {name}={choices[0]} or leave it out",
+        name,
     )
 
 
+def _method(text: str) -> str:
+    return one_of("method", text, METHODS)
+
+
+def _contact(text: str) -> str:
+    return one_of("contact", text, _SWITCH)
+
+
+#: False and True, as TOML and Python may write them.
+_SWITCH = ("no", "yes")
+
 _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
+    "contact": _contact,
     "criterion": Criterion.parse,
     "method": _method,
-    "title": _title,
+    "title": read_title,
 }
 
 

@@ -70,7 +70,7 @@ def test_a_terminal_gets_a_bar(monkeypatch):
     monkeypatch.delenv("NO_COLOR")
     stream = Terminal()
     with progress.reporting(stream) as report:
-        assert "preparing kernels" in stream.getvalue()
+        assert "preparing" in stream.getvalue()
         report(25, 100)
         report(100, 100)
     assert "cells" in stream.getvalue()

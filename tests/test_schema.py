@@ -5,6 +5,7 @@ import pytest
 
 from kernels.endings import ENDINGS
 from sweep.schema import (
+    CONTACT_VARIABLES,
     EVERYDAY_UNITS,
     FITTING,
     PARAMETERS,
@@ -17,7 +18,12 @@ from sweep.schema import (
 )
 
 INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
-QUANTITIES = [*INPUTS, *VARIABLES.values(), *boundary_quantities("roll_rate").values()]
+QUANTITIES = [
+    *INPUTS,
+    *VARIABLES.values(),
+    *CONTACT_VARIABLES.values(),
+    *boundary_quantities("roll_rate").values(),
+]
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
@@ -121,6 +127,6 @@ def test_everyday_units_agree_with_pint(unit):
 
     spelled = unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2")
     units, factor = EVERYDAY_UNITS[unit]
-    si = {"rad": "rad", "rad s-1": "rad/s", "m": "m", "m s-2": "m/s**2", "s": "s"}[units]
+    si = {"rad": "rad", "rad s-1": "rad/s", "m": "m", "m s-2": "m/s**2", "s": "s", "kg": "kg"}[units]
     # 1e-15: pint may round its own product once.
     assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile, Criterion
+from sweep.errors import RequestError
 
 
 def info(atlas: AtlasFile) -> None:
@@ -35,6 +36,10 @@ def plot(
     atlases: Annotated[list[Path], typer.Argument(metavar="ATLAS.nc...", help="One panel each.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg.")],
     criterion: Criterion = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(help="Hatch where rolling without slip needs a larger friction coefficient."),
+    ] = None,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
     from sweep import plots
@@ -42,8 +47,12 @@ def plot(
     from sweep.verdicts import reclassify
 
     plots.check_format(output)
+    if friction is not None and not friction > 0.0:
+        raise RequestError(
+            "not a friction coefficient", "friction > 0", f"{friction:g}", "give one, as in --friction 0.5"
+        )
     with ExitStack() as opened:
         datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        plots.save(plots.figure(datasets), output)
+        plots.save(plots.figure(datasets, friction), output)

@@ -1,0 +1,62 @@
+"""Draw the six figures of the report that this project started from, with linear theory, into one folder."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import sweep
+from sweep import motion_plots, plots
+
+#: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
+RUNS: dict[str, dict[str, Any]] = {
+    "rolling 3": {"tilt_rate": 0.01, "roll_rate": 3.0, "title": "Rolling at 3 rad/s: stable"},
+    "rolling 2": {"tilt_rate": 0.01, "roll_rate": 2.0, "title": "Rolling at 2 rad/s: unstable"},
+    "spinning 4.5": {"tilt_rate": 0.1, "precession_rate": 4.5, "title": "Spinning at 4.5 rad/s: stable"},
+    "spinning 3.5": {"tilt_rate": 0.1, "precession_rate": 3.5, "title": "Spinning at 3.5 rad/s: unstable"},
+    "circling": {
+        "tilt": "10deg",
+        "precession_rate": 0.5,
+        "roll_rate": "steady",
+        "duration": "13s",
+        "title": "Circling at 10 deg",
+    },
+}
+
+_ROLLING, _SPINNING = ("rolling 3", "rolling 2"), ("spinning 4.5", "spinning 3.5")
+
+#: File -> what is drawn, of which runs.
+FIGURES = {
+    "momentum": (motion_plots.momentum_figure, (*_ROLLING, "spinning 3.5")),
+    "rolling-path": (motion_plots.path_figure, _ROLLING),
+    "rolling-tilt": (motion_plots.tilt_figure, _ROLLING),
+    "spinning-path": (motion_plots.path_figure, _SPINNING),
+    "spinning-tilt": (motion_plots.tilt_figure, _SPINNING),
+    "circling-path": (motion_plots.path_figure, ("circling",)),
+}
+
+
+def main() -> None:
+    """Write the figures into the output folder, which is made if need be."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--output", "-o", type=Path, default=Path("report"), help="folder (default: %(default)s)"
+    )
+    parser.add_argument("--format", default="png", help="png, pdf or svg (default: %(default)s)")
+    request = parser.parse_args()
+    files = {name: request.output / f"{name}.{request.format}" for name in FIGURES}
+    for path in files.values():
+        plots.check_format(path)
+    request.output.mkdir(parents=True, exist_ok=True)
+    motions = {name: sweep.simulate(**words) for name, words in RUNS.items()}
+    for name, (draw, runs) in FIGURES.items():
+        plots.save(draw([motions[run] for run in runs]), files[name])
+        print(files[name])
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except sweep.RequestError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)

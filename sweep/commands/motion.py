@@ -1,0 +1,89 @@
+"""One motion in time: `simulate`."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.commands.stopping import stoppable
+from sweep.errors import RequestError
+
+
+def simulate(
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME=VALUE...",
+            help="The start, and how it is integrated: one number each, with a unit if you like.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")
+    ],
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FIG", help="Also draw it: png, pdf or svg.")
+    ] = None,
+    animate: Annotated[
+        Path | None, typer.Option("--animate", metavar="FILM", help="Also film it: mp4 or gif.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
+) -> None:
+    """Compute one motion: its path, invariants and contact forces in time.
+
+    eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
+    """
+    from sweep.trajectory_spec import TrajectorySpec
+
+    request = TrajectorySpec.from_words(words or [])
+    _check_outputs(output, plot, animate, overwrite)
+    from sweep.store import save
+    from sweep.trajectory import simulate as compute
+
+    dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
+    if animate is not None:
+        from sweep import animation
+        from sweep.progress import reporting
+
+        with stoppable(animate) as check, reporting(what="frames") as progress:
+
+            def after_frame(done: int, count: int) -> None:
+                check()
+                progress(done, count)
+
+            animation.save(dataset, animate, after_frame)
+    if plot is not None:
+        from sweep import motion_plots, plots
+
+        plots.save(motion_plots.figure(dataset), plot)
+    save(dataset, output, overwrite=overwrite)
+    fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
+    print(f"eulerdisk: {output}: {dataset['tilt'].size} samples{fell}", file=sys.stderr)
+
+
+def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
+    """Refuse every file that could not be written, before anything is computed."""
+    from sweep.store import check_target
+
+    if output.suffix.lower() != ".nc":
+        raise RequestError(
+            "not a format of motions",
+            "a motion is written to a netCDF file, .nc; --plot writes .png, .pdf, .svg; --animate writes .mp4, .gif",
+            str(output),
+            f"write -o {output.stem or 'path'}.nc",
+            str(output),
+        )
+    if plot is not None:
+        from sweep.plots import check_format
+
+        check_format(plot)
+    if animate is not None:
+        from sweep.animation import check_format as check_film
+
+        check_film(animate)
+    for path in (output, plot, animate):
+        if path is not None:
+            check_target(path, overwrite, 0.0)

@@ -1,0 +1,173 @@
+import os
+import shlex
+import shutil
+import signal
+import sys
+
+import imageio_ffmpeg
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+import sweep
+from sweep import animation
+from sweep.cli import main
+
+pytestmark = pytest.mark.compiled
+
+WORDS = "tilt_rate=0.01 roll_rate=2 duration=0.2s"
+
+
+@pytest.fixture
+def simulate(monkeypatch, capsys, tmp_path):
+    """Return a function that runs `eulerdisk simulate` in an empty folder; it gives the status and the messages."""
+    monkeypatch.chdir(tmp_path)
+    # no program is found, unless a test puts one there
+    monkeypatch.setenv("PATH", str(tmp_path))
+
+    def run(line):
+        monkeypatch.setattr(sys, "argv", ["eulerdisk", "simulate", *shlex.split(line)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        out, err = capsys.readouterr()
+        assert out == ""
+        return end.value.code, err
+
+    return run
+
+
+@pytest.fixture
+def ffmpeg(tmp_path_factory):
+    """Return a folder that holds ffmpeg and nothing else."""
+    folder = tmp_path_factory.mktemp("bin")
+    (folder / "ffmpeg").symlink_to(imageio_ffmpeg.get_ffmpeg_exe())
+    return folder
+
+
+def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
+    """File, figure and film are written; the message says how many samples; the film has a frame every 1/25 s."""
+    monkeypatch.setenv("PATH", str(ffmpeg))
+    status, words = simulate(f"{WORDS} -o path.nc --plot path.png --animate disk.mp4")
+    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples\n")
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["disk.mp4", "path.nc", "path.png"]
+    assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "disk.mp4"))
+    assert frames == 6
+    assert seconds == pytest.approx(6 / 25, abs=0.01)
+    with xr.open_dataset(tmp_path / "path.nc") as read:
+        assert read.attrs["history"].endswith(
+            f"Z eulerdisk simulate {WORDS} -o path.nc --plot path.png --animate disk.mp4"
+        )
+
+
+def test_a_gif_needs_no_ffmpeg(simulate, tmp_path):
+    """A gif is written where there is no program but Python; its frames are evenly spaced in time."""
+    assert simulate(f"{WORDS} -o path.nc --animate disk.gif")[0] == 0
+    with Image.open(tmp_path / "disk.gif") as film:
+        assert film.n_frames == 5
+        durations = set()
+        for frame in range(film.n_frames):
+            film.seek(frame)
+            durations.add(film.info["duration"])
+    assert durations == {50}
+
+
+def test_a_fall_is_told(simulate):
+    """The message says when the disk fell."""
+    status, words = simulate("tilt=0.1 tilt_rate=0.1 -o path.nc")
+    assert status == 0
+    assert words == "eulerdisk: path.nc: 83 samples, fell at 0.810989 s\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (f"{WORDS} -o path.csv", "a motion is written to a netCDF file, .nc; --plot writes .png"),
+        (f"{WORDS} -o path.nc --plot path.jpg", ".png, .pdf, .svg"),
+        (f"{WORDS} -o path.nc --animate disk.avi", ".mp4, .gif"),
+        (f"{WORDS} -o path.nc --animate disk.mp4", "Do: write disk.gif, or install ffmpeg"),
+        (f"{WORDS} -o absent/path.nc", "mkdir -p absent"),
+        (f"{WORDS} -o path.nc --animate absent/disk.gif", "mkdir -p absent"),
+        ("duration=-1s -o path.nc", "duration > 0"),
+        ("tilt=95deg -o path.nc", "|tilt| < 90 deg"),
+        ("tilt_rate=1e200 precession_rate=1e200 -o path.nc", "could not be resolved"),
+    ],
+)
+def test_a_wrong_request_ends_with_2_and_nothing_written(simulate, tmp_path, line, message):
+    """Every refusal comes with what to do, exit status 2, and an empty folder (there is no ffmpeg here)."""
+    status, words = simulate(line)
+    assert status == 2
+    assert message in words
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "option"), [("path.nc", ""), ("a.gif", "--animate a.gif"), ("a.png", "--plot a.png")]
+)
+def test_a_file_that_exists_is_kept(simulate, tmp_path, name, option):
+    """Neither file nor figure nor film is replaced without --overwrite, and none of the others appears."""
+    (tmp_path / name).write_text("old")
+    status, words = simulate(f"{WORDS} -o path.nc {option}")
+    assert status == 2
+    assert "add --overwrite" in words
+    assert [each.name for each in tmp_path.iterdir()] == [name]
+    assert (tmp_path / name).read_text() == "old"
+
+
+def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
+    """Ctrl-C while the frames are drawn: exit status 130, and an empty folder."""
+    draw = animation.draw_disk
+
+    def interrupt(*given, **look):
+        os.kill(os.getpid(), signal.SIGINT)
+        draw(*given, **look)
+
+    monkeypatch.setattr(animation, "draw_disk", interrupt)
+    status, words = simulate(f"{WORDS} -o path.nc --animate disk.gif")
+    assert status == 130
+    assert "nothing is left behind" in words
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
+    """The words of a failing ffmpeg are passed on, and no part of a film is left."""
+    (tmp_path / "bin").mkdir()
+    program = tmp_path / "bin" / "ffmpeg"
+    program.write_text(f"#!{shutil.which('sh')}\necho no such codec >&2\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent))
+    motion = sweep.simulate(tilt_rate=0.01, roll_rate=2.0, duration=0.1)
+    with pytest.raises(sweep.RequestError, match="no such codec"):
+        animation.save(motion, tmp_path / "disk.mp4")
+    assert [each.name for each in tmp_path.iterdir()] == ["bin"]
+
+
+def test_the_file_has_the_profile_of_an_atlas(tmp_path):
+    """NETCDF4_CLASSIC, ASCII attributes, no fill value on coordinates or flags, 9.97e36 on floats, units everywhere."""
+    motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration="2s", title="Fällt")
+    sweep.save(motion, tmp_path / "path.nc")
+    with netCDF4.Dataset(tmp_path / "path.nc") as file:
+        assert file.data_model == "NETCDF4_CLASSIC"
+        assert file.Conventions == "CF-1.11, ACDD-1.3"
+        assert str(file.title).isascii()
+        for name, variable in file.variables.items():
+            attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+            assert all(str(value).isascii() for value in attributes.values())
+            assert "long_name" in attributes
+            assert ("units" in attributes) != ("flag_values" in attributes)
+            filled = variable.dtype.kind == "f" and name not in {"elapsed_time", *variable.dimensions}
+            measured = filled and name not in ("alpha", "radius", "gravity", "mass", "friction")
+            assert attributes.get("_FillValue") == (9.969209968386869e36 if measured else None), name
+    with xr.open_dataset(tmp_path / "path.nc") as read:
+        assert read["contact"].dtype == np.int8
+        xr.testing.assert_identical(read.load(), motion)
+
+
+def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):
+    """Two files of one request are equal, byte for byte, when the clock is fixed."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+    for name in ("first.nc", "second.nc"):
+        sweep.save(sweep.simulate(tilt_rate=0.1, precession_rate=3.5), tmp_path / name)
+    assert (tmp_path / "first.nc").read_bytes() == (tmp_path / "second.nc").read_bytes()

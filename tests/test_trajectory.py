@@ -1,0 +1,210 @@
+import math
+
+import numpy as np
+import pytest
+import referee
+from scipy.integrate import solve_ivp
+
+import sweep
+from kernels.steady import steady_roll_rate
+from sweep import compiled
+from sweep.schema import PARAMETERS
+
+pytestmark = pytest.mark.compiled
+
+#: The report's runs: tilt, tilt rate, precession rate, roll rate of a uniform disk of 0.5 m.
+CIRCLING = float(steady_roll_rate(math.radians(10.0), 0.5, 0.5, 0.5, 9.81))
+RUNS = {
+    "rolling, stable": (0.0, 0.01, 0.0, 3.0),
+    "rolling, unstable": (0.0, 0.01, 0.0, 2.0),
+    "spinning, stable": (0.0, 0.1, 4.5, 0.0),
+    "spinning, unstable": (0.0, 0.1, 3.5, 0.0),
+    "circling": (math.radians(10.0), 0.0, 0.5, CIRCLING),
+}
+STATE = (
+    "tilt",
+    "tilt_rate",
+    "precession_rate",
+    "roll_rate",
+    "heading",
+    "roll_angle",
+    "contact_x",
+    "contact_y",
+)
+
+
+def simulate(start, **words):
+    """Simulate a start given by its first four numbers."""
+    return sweep.simulate(**dict(zip(list(PARAMETERS)[:4], start, strict=True)), **words)
+
+
+def referee_path(start, times, alpha=0.5, radius=0.5, gravity=9.81):
+    """State and path by DOP853 at 1e-12 from the referee's equations; rows in the order of STATE."""
+
+    def slope(_, y):
+        tilting, turning, rolling = referee.accelerations(y[:4], alpha, radius, gravity)
+        ahead = radius * y[3]
+        return [y[1], tilting, turning, rolling, y[2], y[3], -ahead * math.sin(y[4]), ahead * math.cos(y[4])]
+
+    first = [*start, 0.0, 0.0, 0.0, 0.0]
+    return solve_ivp(slope, (0.0, times[-1]), first, "DOP853", times, rtol=1e-12, atol=1e-15).y
+
+
+@pytest.mark.parametrize("start", RUNS.values(), ids=RUNS)
+def test_the_reports_runs(start):
+    """Energy within 1e-10, state and path within 1e-8 of SciPy's DOP853 at 1e-12, balance law of H.e3 within 1e-10."""
+    motion = simulate(start, duration="10s")
+    assert motion["elapsed_time"].values.tolist() == np.linspace(0.0, 10.0, 1001).tolist()
+    expected = referee_path(start, motion["elapsed_time"].values)
+    for name, row in zip(STATE, expected, strict=True):
+        assert np.abs(motion[name].values - row).max() <= 1e-8, name
+    states = np.stack([motion[name].values for name in STATE[:4]], axis=-1)
+    energies = [referee.energy(state, 0.5, 0.5, 9.81) for state in states]
+    assert motion["energy"].values == pytest.approx(energies, rel=1e-13)
+    assert np.ptp(energies) <= 1e-10 * energies[0]
+    assert np.abs(motion["energy_drift"]).max() <= 1e-10
+    assert np.abs(motion["vertical_momentum_residual"]).max() <= 1e-10
+
+
+def test_the_vertical_momentum_is_not_conserved():
+    """H.e3 of the unstable rolling disk swings by more than its start's total spin; its balance law explains it all."""
+    motion = simulate(RUNS["rolling, unstable"])
+    assert np.ptp(motion["vertical_momentum"].values) > 1.0  # kg m2/s, where m R^2 phi' is 0.5
+    times, rate = motion["elapsed_time"].values, motion["vertical_momentum_rate"].values
+    # the integral once more, by Simpson over the samples: it does not trust the one carried along
+    simpson = (rate[:-2:2] + 4.0 * rate[1::2] + rate[2::2]).sum() * (times[1] - times[0]) / 3.0
+    gained = float(motion["vertical_momentum"][-1] - motion["vertical_momentum"][0])
+    assert gained == pytest.approx(simpson, abs=1e-7)
+
+
+def test_the_residual_of_the_balance_law_shows_the_error_of_the_integration():
+    """A coarse step leaves a residual that one can see; half the step leaves less than a tenth of it."""
+    coarse, fine = (
+        np.abs(
+            simulate(RUNS["rolling, unstable"], step=step, interval=0.2)["vertical_momentum_residual"]
+        ).max()
+        for step in (0.1, 0.05)
+    )
+    assert coarse > 1e-5
+    assert fine < 0.1 * coarse
+
+
+def test_a_circle_of_ten_turns():
+    """Ten turns on the circle of radius R|phi'/psi'|, within 1e-6 of the radius, and back to the start."""
+    motion = sweep.simulate(
+        tilt="10deg", precession_rate=0.5, roll_rate="steady", duration=10.0 * 2.0 * math.pi / 0.5
+    )
+    radius = 0.5 * abs(CIRCLING / 0.5)
+    # the disk starts at the origin towards -y (its roll rate is negative); psi' > 0 turns it left, towards +x
+    distance = np.hypot(motion["contact_x"] - radius, motion["contact_y"])
+    assert np.abs(distance / radius - 1.0).max() <= 1e-6
+    assert float(np.hypot(motion["contact_x"][-1], motion["contact_y"][-1])) <= 1e-6 * radius
+    assert float(motion["heading"][-1]) == pytest.approx(20.0 * math.pi, rel=1e-9)
+
+
+def test_the_largest_tilt_is_the_exact_one():
+    """Kick 0.01 rad/s at roll rate 2: the tilt swings to 41.6082 deg either way (exact turning points)."""
+    tilt = np.degrees(simulate(RUNS["rolling, unstable"], interval=0.001)["tilt"].values)
+    assert tilt.max() == pytest.approx(41.6082, abs=1e-4)
+    assert tilt.min() == pytest.approx(-41.6082, abs=1e-4)
+    assert max(tilt.max(), -tilt.min()) <= 41.60825
+
+
+@pytest.mark.parametrize("row", range(8), ids=STATE)
+def test_every_quantity_is_of_fourth_order(row):
+    """Half the step, a sixteenth of the error: path and angles are as good as the state."""
+    start = np.array([0.4, 0.5, 2.0, -4.0, 0.5, 0.5, 9.81])
+    times = np.linspace(0.0, 2.0, 21)
+
+    def samples(step):
+        rows = np.empty((9, times.size))
+        compiled.trajectory()(start, np.array([step, 0.0, 1.5]), times, rows)
+        return rows[:8]
+
+    exact = referee_path(start[:4], times)
+    coarse, fine = (np.abs(samples(step) - exact)[row].max() for step in (0.02, 0.01))
+    assert 15.0 < coarse / fine < 17.0
+
+
+def test_centre_of_mass_stands_over_the_contact_point():
+    """The centre is a radius away from the contact point, R cos(tilt) high, and leans where the heading says."""
+    motion = simulate((0.3, 0.2, 1.0, -2.0), alpha=1.0, radius=0.2)
+    offset = np.stack([motion["centre_x"] - motion["contact_x"], motion["centre_y"] - motion["contact_y"]])
+    assert np.hypot(np.hypot(*offset), motion["centre_z"]).values == pytest.approx(0.2, rel=1e-14)
+    lean = 0.2 * np.sin(motion["tilt"].values)
+    heading = motion["heading"].values
+    assert offset == pytest.approx(np.stack([lean * np.cos(heading), lean * np.sin(heading)]), abs=1e-15)
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+def test_a_fall_ends_the_motion(method):
+    """A disk without spin falls: the last sample is at fall_tilt, at the time that an independent integration finds."""
+    motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration=5.0, method=method)
+    expected = referee.motion([0.1, 0.1, 0.0, 0.0, 0.5, 0.5, 9.81], 5.0)
+    assert float(motion["fall_time"]) == pytest.approx(expected.fall_time, rel=1e-10)
+    assert float(motion["elapsed_time"][-1]) == float(motion["fall_time"])
+    assert float(motion["tilt"][-1]) == pytest.approx(math.radians(85.0), rel=1e-11)
+    assert (np.diff(motion["elapsed_time"]) > 0.0).all()
+    flags = dict(
+        zip(
+            motion["ending"].attrs["flag_values"],
+            motion["ending"].attrs["flag_meanings"].split(),
+            strict=True,
+        )
+    )
+    assert flags[int(motion["ending"])] == "fell"
+
+
+def test_a_fall_between_two_steps_is_seen():
+    """The disk turns back 1e-4 rad beyond fall_tilt, between two steps: it fell all the same, on the way up."""
+    start = (0.0, 0.01, 0.0, 2.0)
+    peak = float(referee.extremes(referee.starts(tilt_rate=0.01, roll_rate=2.0)).peak[0])
+    motion = simulate(start, fall_tilt=peak - 1e-4, step=0.05, interval=1.0)
+    assert float(motion["tilt"][-1]) == pytest.approx(peak - 1e-4, abs=1e-6)
+    assert float(motion["tilt_rate"][-1]) > 0.0
+
+
+@pytest.mark.parametrize("start", RUNS.values(), ids=RUNS)
+def test_both_methods_agree(start):
+    """method="dop853" gives the same variables as the engine's own method."""
+    own, other = (simulate(start, method=method, interval=0.1) for method in ("rk4", "dop853"))
+    assert own.attrs["method"] == "rk4"
+    assert other.attrs["method"] == "dop853"
+    for name in own.data_vars:
+        assert own[name].values == pytest.approx(other[name].values, abs=2e-8, nan_ok=True), name
+
+
+def test_the_contact_is_judged_by_the_friction_coefficient():
+    """Flags say slips where more friction is needed than there is, lifts_off where the plane would have to pull."""
+    motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, friction=0.4)
+    names = motion["contact"].attrs["flag_meanings"].split()
+    found = np.array(names)[motion["contact"].values]
+    lifted = motion["normal_force"].values <= 0.0
+    assert lifted.any()
+    assert ((found == "lifts_off") == lifted).all()
+    assert np.isnan(motion["friction_needed"].values[lifted]).all()
+    needed = motion["friction_needed"].values[~lifted]
+    assert ((found[~lifted] == "slips") == (needed > 0.4)).all()
+    assert {"rolls", "slips", "lifts_off"} == set(found)
+
+
+def test_mass_scales_energy_and_forces_only():
+    """Twice the mass: the same motion, bit for bit; twice the energy, the momentum and the forces."""
+    light, heavy = (simulate((0.2, 0.1, 1.0, 2.0), mass=mass) for mass in (1.0, 2.0))
+    for name in STATE:
+        assert (light[name] == heavy[name]).all()
+    for name in ("energy", "vertical_momentum", "normal_force", "friction_across", "friction_along"):
+        assert (2.0 * light[name] == heavy[name]).all()
+
+
+def test_samples_fit_the_duration():
+    """An interval that does not divide the duration becomes the next smaller that does; both ends are exact."""
+    times = simulate((0.1, 0.0, 0.0, 3.0), duration=1.0, interval=0.3)["elapsed_time"].values
+    assert times.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert simulate((0.1, 0.0, 0.0, 3.0), duration=10.0, interval=0.01)["elapsed_time"].size == 1001
+
+
+def test_a_motion_beyond_all_bounds_is_refused():
+    """Rates that overflow end in an error with what to do, not in a file of NaN."""
+    with pytest.raises(sweep.RequestError, match=r"could not be resolved.*slower rates"):
+        simulate((0.1, 1e200, 1.0, 1e200))
