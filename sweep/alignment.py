@@ -69,8 +69,6 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         _part(dataset, axes, {name: both[side] for name, both in places.items()})
         for side, dataset in enumerate((new, reference))
     ]
-    # the grids agree to the last bits: those of the reference name the cells
-    parts[0] = parts[0].assign_coords({name: parts[1][name] for name in axes})
     cut = {
         name
         for name, both in places.items()

@@ -133,6 +133,8 @@ def test_the_boundary_may_move_with_a_cell_on_the_edge(reference):
     comparison = compare(moved, edge)
     assert comparison.same
     assert finding(comparison, "boundary_roll_rate").on_edge == 1
+    # theory's lines know of no cell: they are excused nowhere
+    assert found(compare(changed(moved, "predicted_roll_rate", row, 9.0), edge)) == {"predicted_roll_rate": 1}
     other = int(rows[-1])
     assert found(compare(changed(new, "boundary_roll_rate", other, 9.0), edge)) == {"boundary_roll_rate": 1}
 

@@ -209,3 +209,33 @@ def test_udunits(units):
     """The library that CF names for units reads every one that a file can hold."""
     program("udunits2")
     assert said(f"udunits2 -H '{units}' -W '{units}'").strip().startswith(("1 ", f"1 {units}"))
+
+
+@pytest.mark.parametrize(
+    ("user", "ci", "installs", "said"),
+    [
+        (1000, "", False, "sudo apt-get install --no-install-recommends netcdf-bin cdo nco"),
+        (0, "", True, "That failed, see "),
+        (1000, "true", True, "That failed, see "),
+    ],
+    ids=["developer", "root", "CI"],
+)
+def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path, user, ci, installs, said):
+    """Root and CI install the programs, others hear how to; no program, and no success, is no reason to stop."""
+    stubs = {"id": f"echo {user}", "dpkg-query": "exit 1", "apt-get": f'echo "$@" >>{tmp_path}/asked; exit 1'}
+    stubs["sudo"] = 'shift; [ "$1" = true ] || exec "$@"'
+    for name, body in stubs.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / ".venv").mkdir()
+    script = Path(__file__).parents[1] / "scripts" / "readers.sh"
+    done = subprocess.run(
+        ["bash", "-uc", f"checkout={tmp_path}; source {script}; prepare_readers"],
+        env={"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "CI": ci},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "")
+    assert said in done.stderr
+    assert (tmp_path / "asked").exists() == installs
