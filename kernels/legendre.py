@@ -21,7 +21,7 @@ PANEL = 0.125  # spacing of the panel centres in y; a power of two, so that ever
 REACH = 57  # panels on each side of upright
 TERMS = 16  # truncation at 3/4 PANEL is below 1e-18 of the sum (nearest singularity pi/2 away)
 PANELS, NODES = 2 * REACH + 1, 4 * REACH + 1
-Y_END = REACH * PANEL  # 89.908 degrees
+Y_END = (REACH - 0.5) * PANEL  # 89.902 degrees, the last half panel that has a node at its end
 
 # Rows of a panel: Taylor coefficients in x = y - centre, for the values (s, p) of the motion at the centre.
 # Potential V = s^2 [SS] + s p [SP] + p^2 [PP] + [ONE]; transfer s(x) = s [S_S] + p [S_P], p(x) = s [P_S] + p [P_P].
@@ -195,7 +195,7 @@ def tables(alphas):
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def stretched(sin, cos):
-    """Y = atanh(sin tilt), to rounding at every tilt; odd to the last bit."""
+    """Stretched tilt atanh(sin(tilt)), to rounding at every tilt; odd to the last bit."""
     u = abs(sin)
     return math.copysign(0.5 * math.log1p(2.0 * u * (1.0 + u) / (cos * cos)), sin)
 

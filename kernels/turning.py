@@ -1,123 +1,221 @@
-"""The turning points of one motion: the ends of the interval of tilt on which its potential does not exceed its energy.
+"""The exact reduction: extreme tilts for all time, wells, separatrix and period of many cells, without time stepping.
 
-Everything is expanded about the start, so that a disk released at rest from 1e-5 rad is as exact as one at 1 rad: the
-force is computed once from the start's own numbers, and the start's potential is never subtracted from another of
-the same size within 3/4 of a panel.
+A motion is confined to the interval around its start on which its potential (`kernels.wells`) does not exceed its
+energy h; the ends of the interval are the turning points (`kernels.swing`).
 """
 
 import math
 
-from numba import njit
+import numpy as np
+from numba import njit, prange
 
+from kernels.borrow import borrowed
 from kernels.disk import CONTRACT
-from kernels.legendre import (
-    DP1,
-    DP2,
-    DS1,
-    DS2,
-    NODES,
-    P_P,
-    P_S,
-    PANEL,
-    PANELS,
-    REACH,
-    S_P,
-    S_S,
-    TERMS,
-    TILT,
-    Y_END,
-    row_value,
-)
-from kernels.period import NEAR
-from kernels.wells import NODE, expand_excess, rise, value, zero
+from kernels.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
+from kernels.legendre import TERMS, Y_END, stretched, tables
+from kernels.period import period
+from kernels.swing import BEYOND, OFF_TABLE, TURNS, begin, height_of, noise, tilt_error, turn
+from kernels.wells import ROUNDING, saddle
 
-#: How a search for a turning point ends.
-TURNS, BEYOND, OFF_TABLE = 0, 1, 2
+#: Cells that one task of the parallel loop owns.
+CHUNK = 512
+#: Tables held at once when alpha is an axis: 147 kB each.
+TABLES = 128
+#: A force at rest below this share of its terms is rounding (as in `kernels.cell`).
+_STEADY = 16.0 * ROUNDING
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def origin(table, panels, nodes, k0, x0, s0, p0):
-    """(s, p) at the start panel's centre and (c1, c2) at upright; both maps have determinant one."""
-    panel, node = table * PANELS + REACH + k0, table * NODES + 2 * (REACH + k0)
-    s = row_value(panels, panel, P_P, x0) * s0 - row_value(panels, panel, S_P, x0) * p0
-    p = row_value(panels, panel, S_S, x0) * p0 - row_value(panels, panel, P_S, x0) * s0
-    c1 = s + (nodes[node, DP2] * s - nodes[node, DS2] * p)
-    c2 = p + (nodes[node, DS1] * p - nodes[node, DP1] * s)
-    return s, p, c1, c2
+def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
+    measures[0, cell] = least
+    measures[1, cell] = greatest
+    measures[2, cell] = period
+    measures[3, cell] = height
+    measures[4, cell] = error
+    counts[0, cell] = ending
+    counts[1, cell] = wells
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _first_guess(coef, outer):
-    """Where a polynomial, negative at 0 and positive at `outer`, may vanish: a kick of 1e-9 turns the disk at 1e-9.
+def _write_nothing(cell, ending, wells, height, measures, counts):
+    _write(cell, ending, wells, math.nan, math.nan, math.nan, height, math.nan, measures, counts)
 
-    The root of its first three terms; if these never turn positive, a point within eight times of the root.
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _swing(
+    cell, tilt, w, unit, motion, force, sizes, wells, top, height,
+    fall_tilt, y_fall, with_period, panels, nodes, near, work, measures, counts,
+):  # fmt: skip
+    """Find both turning points of a motion that is neither steady nor on a separatrix, and write the cell.
+
+    A disk that falls has shown only what came before: the side to which it sets off is looked at first.
     """
-    a, b, c = coef[0], math.copysign(1.0, outer) * coef[1], coef[2]
-    root = math.sqrt(b * b - 4.0 * a * c)
-    guess = -2.0 * a / (b + root) if b > 0.0 else (root - b) / (2.0 * c)
-    if 0.0 < guess < abs(outer) and (b > 0.0 or c > 0.0):
-        return math.copysign(guess, outer)
-    for _ in range(350):
-        if not value(coef, 0.125 * outer) > 0.0:
-            break
-        outer *= 0.125
-    return outer
+    barrier = top if height > 0.0 else math.nan
+    ahead = 1 if w > 0.0 or (w == 0.0 and force > 0.0) else -1
+    end, dy1, tilt1, slope1 = turn(ahead, motion, panels, nodes, barrier, y_fall, near, work)
+    back, dy2, tilt2, slope2 = TURNS, 0.0, tilt, -force
+    falls = end == BEYOND or (end == TURNS and ahead * tilt1 >= fall_tilt)
+    if w != 0.0 and not falls:
+        back, dy2, tilt2, slope2 = turn(-ahead, motion, panels, nodes, barrier, y_fall, near, work)
+    if end == OFF_TABLE or back == OFF_TABLE:
+        _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
+        return
+    error = 0.0
+    if falls:
+        tilt1 = ahead * fall_tilt
+    else:
+        error = tilt_error(sizes, dy1, tilt1, slope1)
+    if back == BEYOND or -ahead * tilt2 >= fall_tilt:
+        falls, tilt2 = True, -ahead * fall_tilt
+    elif w != 0.0 and not end == BEYOND:
+        error = max(error, tilt_error(sizes, dy2, tilt2, slope2))
+    # rounding of the last place must not put the start outside its own interval
+    least, greatest = min(tilt, tilt1, tilt2), max(tilt, tilt1, tilt2)
+    duration = math.nan
+    if with_period and not falls:
+        duration = unit * period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, height)
+    _write(
+        cell, FELL if falls else BOUNDED, wells, least, greatest, duration, height, error, measures, counts
+    )
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _near_turn(side, near, reach, y0, work):
-    """Distance in y from the start to the turning point inside the start's own expansion, and dV/dy there."""
-    rest = near[0] == 0.0
-    for n in range(TERMS - 1):
-        work[n] = side * near[n + 1] if rest else near[n]
-    work[TERMS - 1] = 0.0 if rest else near[TERMS - 1]
-    dy, slope = zero(work, 0.0, side * reach, _first_guess(work, side * reach), abs(y0))
-    # without its root at the start the excess is dy times the quotient
-    return dy, side * dy * slope if rest else slope
+def _reduce_cell(
+    cell, starts, alpha, table, fall_tilt, y_fall, with_period, panels, nodes, near, work, measures, counts
+):
+    """Write one cell."""
+    tilt, rate, precession, roll = starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell]
+    radius, gravity = starts[5, cell], starts[6, cell]
+    possible = abs(tilt) < 0.5 * math.pi and 0.0 < radius < math.inf and 0.0 < gravity < math.inf
+    finite = math.isfinite(rate) and math.isfinite(precession) and math.isfinite(roll)
+    if table < 0 or not (possible and finite):
+        _write_nothing(cell, INVALID, 0, math.nan, measures, counts)
+        return
+    unit = math.sqrt(radius / gravity)
+    w, spin, roll = rate * unit, precession * unit, roll * unit
+    if w * w == 0.0:
+        w = 0.0  # a kick without energy is none
+    if abs(tilt) >= fall_tilt:
+        _write(cell, FELL, 0, tilt, tilt, math.nan, math.nan, 0.0, measures, counts)
+        return
+    S, C = math.sin(tilt), math.cos(tilt)
+    y0 = stretched(S, C)
+    if abs(y0) >= Y_END:
+        _write_nothing(cell, UNRESOLVED, 0, math.nan, measures, counts)
+        return
+    motion, force, sizes = begin(y0, w, roll + spin * S, spin * C, S, C, alpha, table, panels, nodes, near)
+    if not math.isfinite(motion[7]):
+        _write_nothing(cell, UNRESOLVED, 0, math.nan, measures, counts)
+        return
+    top = saddle(alpha, table, panels, nodes, motion[5], motion[6], work)
+    wells, height = 1, math.nan
+    if not math.isnan(top):
+        wells, height = 2, height_of(motion, panels, nodes, top, near, work)
+    if w == 0.0 and abs(force) <= _STEADY * sizes[1]:
+        _write(cell, STEADY, wells, tilt, tilt, math.nan, height, 0.0, measures, counts)
+    elif wells == 2 and abs(height) <= noise(sizes, top - motion[2]):
+        _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
+    else:
+        _swing(
+            cell, tilt, w, unit, motion, force, sizes, wells, top, height,
+            fall_tilt, y_fall, with_period, panels, nodes, near, work, measures, counts,
+        )  # fmt: skip
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def turn(side, motion, panels, nodes, barrier, y_fall, near, work):
-    """First turning point on one side (+1 or -1) of the start.
+@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
+def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts):
+    """Find the extremes of every cell for all time.
 
-    `barrier` is the saddle, if the motion cannot pass it: the turning point is then before it; otherwise the excess
-    has one zero only on this side. Returns the outcome, the distance from the start in y, the tilt, and dV/dy there.
+    Parameters
+    ----------
+    starts : float64[7, n]
+        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha [1] (not read), radius [m],
+        gravity [m/s^2].
+    fall_tilt : float
+        Magnitude of the tilt [rad] that counts as a fall.
+    with_period : bool
+        Whether to compute the period: a quadrature, several times the cost of the rest.
+    alphas : float64[m]
+        The values of alpha that occur, in (0, 1].
+    which : int64[n]
+        Index of each cell's alpha, negative where it is not in (0, 1].
+    panels, nodes : arrays
+        `kernels.legendre.tables` of `alphas`.
+    measures : float64[5, n], written
+        Rows: least and greatest tilt [rad], nutation period [s], separatrix [1], estimated error of the extremes [rad].
+        NaN where a measure does not exist. Separatrix is the saddle of the potential minus the energy, over m g
+        radius: positive for a motion trapped in one of two wells, negative for one that passes over the saddle, NaN
+        for one well.
+    counts : int32[2, n], written
+        Rows: ending (`kernels.endings`), wells of the potential (1, 2; 0 where it is not known).
+
+    Notes
+    -----
+    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and what came before.
+    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite
+    and it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
-    alpha, table, y0, k0, x0, c1, c2, base = motion
-    reach = NEAR - side * x0
-    blocked = side * (barrier - y0) > 0.0
-    within = blocked and abs(barrier - y0) <= reach
-    if within:
-        reach = abs(barrier - y0)
-    excess = value(near, side * reach)
-    if within or excess > 0.0:
-        dy, slope = _near_turn(side, near, reach, y0, work)
-        return TURNS, dy, row_value(panels, table * PANELS + REACH + k0, TILT, x0 + dy), slope
-    inner, outer, k = side * (NEAR - PANEL), side * NODE, k0 + side
-    while abs(k) <= REACH:
-        if side * (k * PANEL + inner) >= y_fall:
-            return BEYOND, 0.0, 0.0, 0.0
-        before, excess = excess, rise(alpha, nodes, table * NODES + 2 * (REACH + k) + side, c1, c2) - base
-        within = blocked and side * (barrier - k * PANEL) <= NODE
-        if within or excess > 0.0:
-            guess = inner - before * (outer - inner) / (excess - before)
-            if within:
-                outer = barrier - k * PANEL
-                guess = 0.5 * (inner + outer)
-            expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
-            x, slope = zero(work, inner, outer, guess, abs(k) * PANEL)
-            return TURNS, (k * PANEL - y0) + x, row_value(panels, table * PANELS + REACH + k, TILT, x), slope
-        inner = -outer
-        k += side
-    return (BEYOND if y_fall <= Y_END else OFF_TABLE), 0.0, 0.0, 0.0
+    n = which.size
+    chunks = (n + CHUNK - 1) // CHUNK
+    y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
+    scratch = np.empty((chunks, 2, TERMS))
+    for chunk in prange(chunks):
+        own_starts, own_panels, own_nodes = borrowed(starts), borrowed(panels), borrowed(nodes)
+        own_measures, own_counts = borrowed(measures), borrowed(counts)
+        near, work = borrowed(scratch[chunk, 0]), borrowed(scratch[chunk, 1])
+        for cell in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            table = which[cell]
+            _reduce_cell(
+                cell, own_starts, alphas[max(table, 0)], table, fall_tilt, y_fall, with_period,
+                own_panels, own_nodes, near, work, own_measures, own_counts,
+            )  # fmt: skip
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def height_of(motion, panels, nodes, top, near, work):
-    """V at the saddle minus h."""
-    alpha, table, y0, k0, x0, c1, c2, base = motion
-    if abs(x0 + (top - y0)) <= NEAR:
-        return value(near, top - y0)
-    k = int(round(top / PANEL))
-    expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
-    return value(work, top - k * PANEL)
+def extremes(starts, fall_tilt, with_period=False):
+    """Measures and counts of `reduce`, as new arrays: builds the tables of every alpha that occurs.
+
+    Parameters
+    ----------
+    starts : float64[7, n]
+    fall_tilt : float
+    with_period : bool
+
+    Returns
+    -------
+    measures : float64[5, n]
+    counts : int32[2, n]
+    """
+    starts = np.ascontiguousarray(starts, dtype=np.float64)
+    alpha, n = starts[4], starts.shape[1]
+    measures, counts = np.empty((5, n)), np.empty((2, n), np.int32)
+    # sorting a million equal numbers would take as long as reducing a million cells
+    found, which = (alpha[:1], np.zeros(n, np.int64)) if n and (alpha == alpha[0]).all() else _distinct(alpha)
+    possible = (found > 0.0) & (found <= 1.0)
+    which = np.where(possible[which], (np.cumsum(possible) - 1)[which], -1) if not possible.all() else which
+    found = found[possible]
+    if found.size <= TABLES:
+        known = found if found.size else np.ones(1)
+        reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
+        return measures, counts
+    for first in range(0, found.size, TABLES):
+        known = found[first : first + TABLES]
+        cells = np.flatnonzero((which >= first) & (which < first + TABLES) | ((which < 0) & (first == 0)))
+        some, numbers = np.empty((5, cells.size)), np.empty((2, cells.size), np.int32)
+        local = np.where(which[cells] < 0, -1, which[cells] - first)
+        reduce(
+            np.take(starts, cells, axis=1),
+            fall_tilt,
+            with_period,
+            known,
+            local,
+            *tables(known),
+            some,
+            numbers,
+        )
+        measures[:, cells], counts[:, cells] = some, numbers
+    return measures, counts
+
+
+def _distinct(alpha):
+    found, which = np.unique(alpha, return_inverse=True)
+    return found, which.astype(np.int64)

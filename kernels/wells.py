@@ -46,7 +46,7 @@ _MOST_STEPS = 100
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def value_slope(coef, x):
-    """Value and derivative of the polynomial with ascending coefficients; even and odd halves, for shorter chains."""
+    """Value and derivative of the polynomial with ascending coefficients, in two halves for shorter chains."""
     xx = x * x
     even, odd, even_slope, odd_slope = coef[TERMS - 2], coef[TERMS - 1], 0.0, 0.0
     for n in range(TERMS - 4, -1, -2):
@@ -121,10 +121,10 @@ def shift(coef, x):
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def zero(coef, inner, outer, guess, scale):
-    """Root of a polynomial that is negative at `inner` and positive at `outer`, and its slope there.
+    """Root of a polynomial, negative at `inner`, positive at `outer`, and its slope there: Newton in a bracket.
 
-    Newton kept inside the bracket, exact to the rounding of numbers of size `scale`. At a nearly double root Newton
-    only halves its distance at each step until it sees the two roots apart; the bracket keeps it on the right side.
+    Exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its distance at each
+    step until it sees the two roots apart; the bracket keeps it on the right side.
     """
     x, last, last_slope = guess, math.inf, math.nan
     for _ in range(_MOST_STEPS):
@@ -140,7 +140,7 @@ def zero(coef, inner, outer, guess, scale):
             step, last = x - new, math.inf
         # What Newton leaves is step^2 V''/(2 V'), and the last two slopes tell V'': it saves one evaluation.
         left = abs(step) if math.isinf(last) else abs(step * step * (slope - last_slope) / (last * slope))
-        if min(left, abs(step)) <= ROUNDING * (abs(x) + scale):
+        if min(left, abs(step)) <= ROUNDING * (2.0 * abs(x) + scale):
             return new, slope if math.isinf(last) else slope + step * (slope - last_slope) / last
         x, last, last_slope = new, step, slope
     return x, last_slope
@@ -165,7 +165,7 @@ def _slopes_at(alpha, table, panels, nodes, t, middle, side, c1, c2, out):
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _flattest(alpha, table, panels, nodes, side, node, c1, c2, out):
-    """Distance from upright where V' is least, within a node's two neighbours: bisection, for it is rarely wanted."""
+    """Distance from upright where V' is least, between a node's neighbours: by bisection, for it is rarely wanted."""
     low, high = max(node - 1, 0) * NODE, (node + 1) * NODE
     for _ in range(60):
         t = 0.5 * (low + high)

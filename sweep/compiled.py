@@ -45,11 +45,11 @@ def integrate() -> Callable[..., None]:
 
 @lru_cache
 def extremes() -> Callable[..., tuple[Any, Any]]:
-    """Return `kernels.reduction.extremes`, its kernels cached on disk where the cache folder can be written."""
-    from kernels import legendre, reduction
+    """Return `kernels.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels import legendre, turning
 
-    found: Callable[..., tuple[Any, Any]] = reduction.extremes
-    for kernel in (legendre.build_tables, reduction.reduce):
+    found: Callable[..., tuple[Any, Any]] = turning.extremes
+    for kernel in (legendre.build_tables, turning.reduce):
         _cache_on_disk(kernel)
     return found
 

@@ -88,7 +88,7 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
 
 
 def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
-    """Return what the exact reduction says of cells, without time stepping (`kernels.reduction`).
+    """Return what the exact reduction says of cells, without time stepping (`kernels.turning`).
 
     Parameters
     ----------

@@ -1,0 +1,208 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from kernels import steady, turning
+from kernels.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
+
+# uncompiled, the tables alone take minutes
+pytestmark = pytest.mark.compiled
+
+G, R = 9.81, 0.5
+DEGREE = math.radians(1.0)
+LEAST, GREATEST, PERIOD, HEIGHT, ERROR = range(5)
+
+
+def starts(*rows, alpha=0.5, radius=R, gravity=G):
+    """Return starts, one for each (tilt, tilt rate, precession rate, roll rate)."""
+    state = np.array(rows, dtype=float).T
+    others = np.repeat([[alpha], [radius], [gravity]], state.shape[1], axis=1)
+    return np.vstack([state, others])
+
+
+# --- exact values and symmetries ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("start", "low", "high"),
+    [
+        ((0.0, 0.01, 0.0, 2.0), -41.6082, 41.6082),
+        ((0.0, 0.01, 0.0, 2.5), -13.1205, 13.1205),
+        ((0.0, 0.1, 3.5, 0.0), -28.6591, 28.6591),
+        ((0.01, 0.0, 0.0, 3.0), 0.5730, 3.5887),
+        ((0.5, 0.0, 4.5, 0.0), 28.6479, 79.3831),
+    ],
+)
+def test_known_extremes(start, low, high):
+    """The extremes of five runs with the uniform disk, found from an independent quadrature."""
+    measures, _ = turning.extremes(starts(start), 85.0 * DEGREE)
+    assert [round(x / DEGREE, 4) for x in measures[:2, 0]] == [low, high]
+
+
+RATES = st.floats(-8.0, 8.0)
+
+
+@given(st.floats(-1.5, 1.5), RATES, RATES, RATES, st.floats(1e-3, 1.0))
+def test_mirrored_start(tilt, rate, precession, roll, alpha):
+    """The mirror image of a start moves in the mirror image, to the last bit."""
+    pair = starts((tilt, rate, precession, roll), (-tilt, -rate, -precession, roll), alpha=alpha)
+    measures, counts = turning.extremes(pair, 89.0 * DEGREE, True)
+    assert (counts[:, 0] == counts[:, 1]).all()
+    np.testing.assert_array_equal(measures[:2, 0], -measures[1::-1, 1])
+    np.testing.assert_array_equal(measures[HEIGHT:, 0], measures[HEIGHT:, 1])
+
+
+@given(st.floats(-1.4, 1.4), RATES, RATES, st.floats(0.01, 1.0))
+def test_released_at_rest(tilt, precession, roll, alpha):
+    """A start at rest is itself one of the extremes, exactly."""
+    measures, counts = turning.extremes(starts((tilt, 0.0, precession, roll), alpha=alpha), 89.0 * DEGREE)
+    assume(counts[0, 0] != UNRESOLVED)
+    assert tilt in measures[:2, 0]
+
+
+@given(st.floats(-1.4, 1.4), RATES, RATES, RATES, st.floats(0.05, 4.0), st.floats(0.5, 30.0))
+def test_radius_and_gravity_only_scale_time(tilt, rate, precession, roll, radius, gravity):
+    """Rates in units of sqrt(gravity/radius) decide the extremes."""
+    unit = math.sqrt(gravity / radius)
+    scaled = starts((tilt, rate, precession, roll), radius=1.0, gravity=1.0)
+    physical = starts((tilt, rate * unit, precession * unit, roll * unit), radius=radius, gravity=gravity)
+    (one, ones), (other, others) = (turning.extremes(x, 80.0 * DEGREE, True) for x in (scaled, physical))
+    assume(ones[0, 0] == BOUNDED and one[ERROR, 0] < 1e-13)
+    assert ones[1, 0] == others[1, 0]
+    np.testing.assert_allclose(other[:2, 0], one[:2, 0], rtol=0.0, atol=8 * one[ERROR, 0] + 1e-15)
+    assert other[PERIOD, 0] == pytest.approx(one[PERIOD, 0] / unit, rel=1e-9, nan_ok=True)
+
+
+# --- wells ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("alpha", [1e-6, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("away", [1e-2, 1e-6, 1e-10])
+def test_wells_change_at_the_fold(alpha, away):
+    """Slower than a marginal steady motion by a share of 1e-10, V has two wells; faster by as much, one."""
+    tilt = np.concatenate([np.geomspace(1e-3, 0.1, 60), np.linspace(0.1, 0.34, 60)])
+    for precession in steady.marginal_precession_rates(tilt, 0.0, alpha, R, G):
+        real = np.isfinite(precession)
+        t, p = tilt[real], precession[real]
+        f = steady.steady_roll_rate(t, p, alpha, R, G)
+        for factor, wells in ((1.0 - away, 2), (1.0 + away, 1)):
+            rows = np.stack([t, np.full_like(t, 0.3), p * factor, f * factor], axis=1)
+            assert (turning.extremes(starts(*rows, alpha=alpha), 89.0 * DEGREE)[1][1] == wells).all()
+
+
+def test_small_oscillations():
+    """Beside a steady motion the period is 2 pi over the square root of the stability coefficient."""
+    tilt, precession = 0.6, 3.0
+    roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
+    k = steady.stability_coefficient(tilt, precession, roll, 0.5, R, G)
+    measures, _ = turning.extremes(starts((tilt, 1e-6, precession, roll)), 80.0 * DEGREE, True)
+    # the force's own rounding shifts the middle by 1e-16, and the amplitude is 1e-6: the period is good to its square
+    assert measures[PERIOD, 0] == pytest.approx(2.0 * math.pi / math.sqrt(k), rel=1e-9)
+    assert measures[GREATEST, 0] - tilt == pytest.approx(1e-6 / math.sqrt(k), rel=1e-5)
+
+
+# --- endings --------------------------------------------------------------------------------------------------------
+
+
+def end_of(*start, fall=60.0, **others):
+    """Ending and extremes in degrees of one start."""
+    measures, counts = turning.extremes(starts(start, **others), fall * DEGREE)
+    return counts[0, 0], *(float(x) / DEGREE for x in measures[:2, 0])
+
+
+def test_fall_forward_shows_nothing_else():
+    """Kicked towards the fall, the disk has shown its start and the fall."""
+    ending, low, high = end_of(0.1, 0.5, 0.0, 0.5)
+    assert (ending, low, high) == (FELL, pytest.approx(0.1 / DEGREE), pytest.approx(60.0))
+
+
+def test_fall_after_a_turn():
+    """Kicked away from the fall, it turns first: the turning point is an extreme."""
+    ending, low, high = end_of(0.5, -0.5, 0.0, 0.5)
+    assert ending == FELL
+    assert high == pytest.approx(60.0)
+    assert 0.0 < low < 0.5 / DEGREE
+
+
+def test_fall_sideways_comes_first():
+    """Where both sides lead to a fall the disk falls on the side it is kicked to."""
+    assert end_of(0.1, -2.0, 0.0, 0.0)[1:] == pytest.approx((-60.0, 0.1 / DEGREE))
+
+
+def test_start_beyond_the_fall():
+    """A start at or beyond fall_tilt has fallen there."""
+    assert end_of(-1.2, 0.3, 1.0, 1.0) == (FELL, pytest.approx(-1.2 / DEGREE), pytest.approx(-1.2 / DEGREE))
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0, 0.0, 3.0), (0.0, 0.0, 2.0, 0.0), (0.0, 0.0, 0.0, 0.0)])
+def test_upright_without_disturbance(start):
+    """Upright rolling, spinning or standing, undisturbed, is steady, stable or not."""
+    assert end_of(*start) == (STEADY, 0.0, 0.0)
+
+
+@given(st.floats(0.02, 1.3), st.floats(0.2, 8.0), st.floats(0.01, 1.0))
+def test_circling_without_disturbance(tilt, precession, alpha):
+    """A circling disk is steady, to the rounding of its own roll rate."""
+    roll = steady.steady_roll_rate(tilt, precession, alpha, R, G)
+    assert end_of(tilt, 0.0, precession, roll, fall=85.0, alpha=alpha)[0] == STEADY
+
+
+def test_on_the_separatrix():
+    """With the energy of the saddle to the last bit, whether the disk passes is not decided."""
+    tilt = 0.2
+    kinetic = 1.0 - math.cos(tilt)  # without spin the potential is cos(tilt)
+    rate = math.sqrt(kinetic / (0.5 * 1.25) * G / R)
+    assert end_of(tilt, -rate, 0.0, 0.0)[0] == UNRESOLVED
+    assert end_of(tilt, -rate * (1.0 + 1e-12), 0.0, 0.0)[0] == FELL
+
+
+def test_beyond_the_table():
+    """A turning point beyond 89.9 degrees is not invented when fall_tilt lies beyond it too."""
+    assert end_of(1.0, 0.5, 0.0, 0.0, fall=89.99)[0] == UNRESOLVED
+    assert end_of(1.0, 0.5, 0.0, 0.0, fall=89.9)[0] == FELL
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"tilt": math.nan}, {"tilt": 1.6}, {"tilt": -math.pi / 2}, {"rate": math.inf}, {"roll": math.nan},
+        {"alpha": 0.0}, {"alpha": 1.5}, {"alpha": math.nan}, {"radius": 0.0}, {"radius": -1.0}, {"radius": math.inf},
+        {"gravity": 0.0}, {"gravity": math.nan},
+    ],
+)  # fmt: skip
+def test_impossible_start(bad):
+    """A start that is none is invalid, and its neighbours are computed as if it were not there."""
+    good = {"tilt": 0.1, "rate": 0.0, "precession": 0.0, "roll": 3.0, "alpha": 0.5, "radius": R, "gravity": G}
+    given_ = np.array([list(good.values()), list((good | bad).values()), list(good.values())]).T
+    measures, counts = turning.extremes(given_, 80.0 * DEGREE)
+    alone, _ = turning.extremes(given_[:, :1], 80.0 * DEGREE)
+    assert list(counts[0]) == [BOUNDED, INVALID, BOUNDED]
+    assert np.isnan(measures[:, 1]).all()
+    np.testing.assert_array_equal(measures[:, [0, 2]], alone.repeat(2, axis=1))
+
+
+@given(st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1.57, 1.57))
+def test_enormous_rates(rate, precession, roll, tilt):
+    """Whatever the numbers, every cell ends with a code and never with an extreme inside the start."""
+    measures, counts = turning.extremes(starts((tilt, rate, precession, roll)), 85.0 * DEGREE, True)
+    assert counts[0, 0] in (BOUNDED, STEADY, FELL, UNRESOLVED)
+    if counts[0, 0] != UNRESOLVED:
+        assert measures[LEAST, 0] <= tilt <= measures[GREATEST, 0]
+
+
+# --- a cell's bits depend on the cell alone -------------------------------------------------------------------------
+
+
+def test_alpha_as_an_axis():
+    """More values of alpha than tables are held at once give what each gives alone, bad ones among them."""
+    alpha = np.linspace(-0.1, 1.1, 2 * turning.TABLES + 51)
+    many = starts(*[(0.1, 0.2, 1.0, 2.0)] * alpha.size)
+    many[4] = alpha
+    measures, counts = turning.extremes(many, 80.0 * DEGREE, True)
+    assert ((counts[0] == INVALID) == ((alpha <= 0.0) | (alpha > 1.0))).all()
+    for i in (0, 40, 200, 300):
+        one, _ = turning.extremes(many[:, i : i + 1], 80.0 * DEGREE, True)
+        np.testing.assert_array_equal(one[:, 0], measures[:, i])
