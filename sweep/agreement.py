@@ -71,18 +71,19 @@ def check(spec: SweepSpec, given: dict[str, Array], stored: Columns) -> dict[str
     allowed = spec.tolerance + np.nan_to_num(exact["tilt_error"])
     difference = _tilt_difference(spec, stored, exact, allowed)
     period_difference = stored["nutation_period"] - exact["nutation_period"]
-    period_share = np.abs(period_difference) / _period_allowance(spec, exact)
+    period_share = np.abs(period_difference) / _period_allowance(exact, allowed)
     calm = _calm(stored, exact, allowed)
     marginal = _margin(spec, given, stored, exact, steady) <= allowed
     follows = _follows(spec, given, stored, steady, scale)
+    same_ending = calm | _endings_agree(spec, stored, exact)
+    same_verdict = calm | _verdicts_agree(stored, exact_stability)
     # each line overrules those before it
     code = np.where(stored["ending"] == _CODES["horizon"], WITHIN, AGREES)
-    same = calm | _verdicts_agree(stored, exact_stability)
-    code = np.where(same, code, np.where(marginal, MARGINAL, VERDICT_DIFFERS))
+    code = np.where(marginal & ~(same_ending & same_verdict), MARGINAL, code)
     code = np.where(follows, code, CONTRADICTORY)
+    code = np.where(marginal | same_verdict, code, VERDICT_DIFFERS)
     code = np.where(period_share > 1.0, PERIOD_DIFFERS, code)
-    same = calm | _endings_agree(spec, stored, exact)
-    code = np.where(same, code, np.where(marginal & follows, MARGINAL, ENDING_DIFFERS))
+    code = np.where(marginal | same_ending, code, ENDING_DIFFERS)
     # a difference that is no number is no agreement
     code = np.where(difference <= allowed, code, EXTREMES_DIFFER)
     return {
@@ -117,12 +118,12 @@ def _tilt_difference(spec: SweepSpec, stored: Columns, exact: Columns, allowed: 
     return difference
 
 
-def _period_allowance(spec: SweepSpec, exact: Columns) -> Array:
+def _period_allowance(exact: Columns, allowed: Array) -> Array:
     """How far [s] a period may be from the exact one."""
     width = exact["tilt_max"] - exact["tilt_min"]
     with np.errstate(divide="ignore"):
         lingering = np.nan_to_num(1.0 / np.abs(exact["separatrix"]), nan=0.0, posinf=np.inf)
-        share = _PERIOD_FLOOR + _PERIOD_FACTOR * spec.tolerance * (1.0 + 1.0 / width + lingering)
+        share = _PERIOD_FLOOR + _PERIOD_FACTOR * allowed * (1.0 + 1.0 / width + lingering)
     allowance: Array = share * exact["nutation_period"]
     return allowance
 
@@ -144,7 +145,8 @@ def _follows(
         & ((peak >= spec.fall_tilt) == _fell(stored))
     )
     if spec.circling:
-        follows &= _same(stored["roll_rate"], given["roll_rate"], _ROUNDING * np.abs(given["roll_rate"]))
+        rate = np.where(np.isfinite(given["roll_rate"]), given["roll_rate"], np.nan)
+        follows &= _same(stored["roll_rate"], rate, _ROUNDING * np.abs(rate))
     return follows
 
 
