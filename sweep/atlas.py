@@ -32,8 +32,12 @@ COMPRESSION = 1
 
 _SUMMARY = (
     "Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every start of a "
-    "grid the extreme tilts of the motion, integrated with RK4 until they are final, and the verdict of a criterion."
+    "grid the extreme tilts of the motion, {}, and the verdict of a criterion."
 )
+_WAYS = {
+    "rk4": "integrated with RK4 until they are final",
+    "exact": "as turning points of the exact reduction to one degree of freedom",
+}
 
 _REFERENCES = (
     "equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, Korteweg 1899; "
@@ -124,7 +128,7 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
     return {
         "Conventions": CONVENTIONS,
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
-        "summary": _SUMMARY,
+        "summary": _SUMMARY.format(_WAYS[spec.method]),
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
         "references": _REFERENCES,
         "source": f"eulerdisk {sweep.__version__}, method {spec.method}",

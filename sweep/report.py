@@ -1,6 +1,6 @@
 """An atlas in words and tables, for a person to read."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,23 +68,32 @@ def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
 
 
 def audit_text(found: Findings) -> str:
-    """Return what an audit found: counts, the distribution of the difference, and the worst cell."""
+    """Return what an audit found: counts, the distribution of the difference, and the cells to look at."""
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
-    units = {name: _shown_units(PARAMETERS[name]) for name in found.worst}
-    cell = ", ".join(
-        f"{name} {value * PARAMETERS[name].plot_scale:.10g} {units[name]}".strip()
-        for name, value in found.worst.items()
-    )
     lines = [
         f"cells        {counted}",
-        f"difference   of the extreme tilts from the exact ones: median {found.median:.1e}, "
-        f"99 % {found.percentile_99:.1e}, largest {found.largest:.1e} rad",
-        f"             of the nutation period: largest {found.largest_period:.1e} of it",
+        f"tilts        the extremes differ from the exact ones by {_spread(found.tilt)} rad",
+        f"periods      differ from the exact ones by {_spread(found.period)} of them; "
+        f"largest {found.period_share:.2g} of what the tolerance allows",
         f"tolerance    {found.tolerance:.1e} rad",
-        f"{'first wrong' if found.counts['disagrees'] else 'worst cell':<13}{cell or '-'}",
-        "every cell agrees" if found.passed else "NOT every cell agrees",
     ]
-    return "\n".join(lines)
+    head = "wrong" if found.disagreeing else "worst cell"
+    lines += [f"{head:<12} {_cell(place)}, {flag.replace('_', ' ')}" for flag, place in found.named]
+    if found.disagreeing > len(found.named):
+        lines.append(f"             and {found.disagreeing - len(found.named)} more")
+    return "\n".join([*lines, audit_line(found)])
+
+
+def audit_line(found: Findings) -> str:
+    """Return the outcome of an audit in one line."""
+    if found.passed:
+        return (
+            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} rad, "
+            f"largest difference {found.tilt[2]:.1e} rad"
+        )
+    return (
+        f"NOT verified: {found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
+    )
 
 
 def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str) -> Iterator[list[str]]:
@@ -204,6 +213,19 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             )
         else:
             yield f"boundary    no change of verdict along {axis} ({side})"
+
+
+def _spread(distribution: tuple[float, float, float]) -> str:
+    median, high, most = distribution
+    return f"{median:.1e} (median), {high:.1e} (99 %), {most:.1e} (largest)"
+
+
+def _cell(place: Mapping[str, float]) -> str:
+    shown = (
+        f"{name} {value * PARAMETERS[name].plot_scale:.10g} {_shown_units(PARAMETERS[name])}".strip()
+        for name, value in place.items()
+    )
+    return ", ".join(shown) or "the one cell"
 
 
 def _shown_units(quantity: Any) -> str:

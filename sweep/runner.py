@@ -1,4 +1,4 @@
-"""From a spec to computed blocks: the only caller of the lane kernel."""
+"""From a spec to computed blocks: the only caller of the kernels that compute cells."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -12,11 +12,13 @@ from sweep import cells, contact
 from sweep.blocks import BLOCK_CELLS, Span, blocks
 from sweep.compiled import extremes, integrate
 from sweep.errors import RequestError
-from sweep.schema import AUTOMATIC, Array
+from sweep.schema import AUTOMATIC, VARIABLES, Array
 from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
 Columns = Mapping[str, npt.NDArray[np.generic]]
+
+_UNRESOLVED = next(code for code, name in (VARIABLES["ending"].flags or {}).items() if name == "unresolved")
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ def run_blocks(
     """
     if block_cells < 1:
         raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
-    _set_threads(threads)
+    set_threads(threads)
     for span in blocks(spec.size, block_cells):
         yield Block(span, compute(spec, span))
 
@@ -99,15 +101,18 @@ def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt
     Returns
     -------
     dict of str to array, shape (n,)
-        Variables of `schema_exact.atlas_variables`; NaN or 0 where the reduction has none.
+        Variables of `schema_exact.atlas_variables`; NaN or 0 where the reduction has none. A cell whose extremes are
+        not known to the spec's tolerance (on a separatrix) is unresolved.
     """
     import numba
 
     with numba.parallel_chunksize(1):
         measures, counts = extremes()(np.stack(list(given.values())), spec.fall_tilt, True)
+    vague = measures[4] > spec.tolerance
+    measures[np.ix_((0, 1, 2, 4), vague)] = np.nan
     missing, none = np.full(measures.shape[1], np.nan), np.zeros(measures.shape[1], np.int32)
     return {
-        "ending": counts[0],
+        "ending": np.where(vague, _UNRESOLVED, counts[0]),
         "tilt_min": measures[0],
         "tilt_max": measures[1],
         "fall_time": missing,
@@ -165,7 +170,14 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
     return typed
 
 
-def _set_threads(threads: int | None) -> None:
+def set_threads(threads: int | None) -> None:
+    """Let the kernels use that many threads; all that this process may use if None.
+
+    Raises
+    ------
+    RequestError
+        If there are not so many.
+    """
     import numba
 
     most = int(numba.config.NUMBA_NUM_THREADS)

@@ -5,7 +5,9 @@ from types import MappingProxyType
 
 from sweep.schema import CONTACT_VARIABLES, EXACT_DECISION, VARIABLES, Quantity, Tolerance, table
 
-NOT_COMPUTED, AGREES, MARGINAL, DISAGREES, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
+NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
+AGREEING = (AGREES, WITHIN, MARGINAL)
+EXTREMES_DIFFER, ENDING_DIFFERS, PERIOD_DIFFERS, VERDICT_DIFFERS, CONTRADICTORY = DISAGREEING = range(7, 12)
 
 _AUDIT_TILT = Tolerance(1e-8, 0.0, "a difference from the exact value is as large as the error it measures")
 
@@ -24,14 +26,18 @@ REDUCTION: Mapping[str, Quantity] = table(
 AUDIT: Mapping[str, Quantity] = table(
     *REDUCTION.values(),
     Quantity("audit", "", "1", "the cell of the atlas against the exact reduction", EXACT_DECISION,
-             "marginal: verdict or ending differ, but within the tolerance of where they change", "i1",
+             "within: time ended the run inside the exact extremes; marginal: ending or verdict differ, but within the "
+             "tolerance of where they change; contradictory: its numbers do not follow from its own extremes", "i1",
              MappingProxyType({
-                 NOT_COMPUTED: "not_computed", AGREES: "agrees", MARGINAL: "marginal", DISAGREES: "disagrees",
+                 NOT_COMPUTED: "not_computed", AGREES: "agrees", WITHIN: "within", MARGINAL: "marginal",
                  ATLAS_UNRESOLVED: "unresolved_in_the_atlas", EXACT_UNRESOLVED: "unresolved_by_the_reduction",
-                 INVALID: "invalid"})),
+                 INVALID: "invalid", EXTREMES_DIFFER: "extremes_differ", ENDING_DIFFERS: "ending_differs",
+                 PERIOD_DIFFERS: "period_differs", VERDICT_DIFFERS: "verdict_differs",
+                 CONTRADICTORY: "contradictory"})),
     Quantity("tilt_difference", r"\Delta\theta", "rad", "larger difference of the extreme tilts from the exact ones",
-             _AUDIT_TILT),
+             _AUDIT_TILT, "of a run that time ended: how far its extremes lie beyond the exact ones"),
     Quantity("period_difference", r"\Delta P", "s", "nutation period minus the exact one", _AUDIT_TILT),
+    Quantity("period_share", "", "1", "magnitude of period_difference over what the tolerance allows", _AUDIT_TILT),
     Quantity("exact_tilt_min", r"\theta_{\min}", "rad", "exact smallest tilt of the motion", _AUDIT_TILT, "signed"),
     Quantity("exact_tilt_max", r"\theta_{\max}", "rad", "exact largest tilt of the motion", _AUDIT_TILT, "signed"),
     Quantity("exact_period", "P", "s", "exact nutation period", _AUDIT_TILT),

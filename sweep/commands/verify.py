@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile
+from sweep.errors import RequestError
 
 
 def verify(
@@ -25,7 +26,8 @@ def verify(
 
     with store.open_atlas(atlas) as dataset:
         if write is not None:
-            store.check_target(write, overwrite, 2.0 * dataset.nbytes)
+            _check_apart(atlas, write)
+            store.check_target(write, overwrite, dataset.nbytes)
         audited = audit(dataset)
     if write is not None:
         store.save(audited, write, overwrite=overwrite)
@@ -33,3 +35,14 @@ def verify(
     print(audit_text(found))
     if not found.passed:
         raise typer.Exit(1)
+
+
+def _check_apart(atlas: Path, write: Path) -> None:
+    if write.exists() and write.samefile(atlas):
+        raise RequestError(
+            "an audit does not replace its atlas",
+            "--write names another file",
+            str(write),
+            "give it another name, e.g. audit.nc",
+            "--write",
+        )

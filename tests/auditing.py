@@ -1,0 +1,70 @@
+"""How the tests of the audit come by atlases, right ones and wrong ones."""
+
+from functools import lru_cache
+
+import numpy as np
+
+import sweep
+from sweep.audit import audit, findings
+from sweep.axes import Range
+from sweep.schema import VARIABLES
+from sweep.schema_exact import AUDIT
+from sweep.spec import SweepSpec
+
+PRESETS = ("rolling", "spinning", "circling")
+ENDINGS = {name: code for code, name in VARIABLES["ending"].flags.items()}
+
+
+def coarse(preset, **changes):
+    """Return a preset with 40 x 30 cells over its own ranges."""
+    spec = SweepSpec.preset(preset)
+    for name in spec.axes:
+        axis = getattr(spec, name)
+        count = 30 if name == "tilt" else 40
+        spec = spec.replace(**{name: Range(axis.start, axis.stop, count, axis.spacing)})
+    return spec.replace(**changes)
+
+
+@lru_cache
+def atlas(preset):
+    """Return the coarse atlas of a preset, not to be changed."""
+    return sweep.run(coarse(preset))
+
+
+def flags(audited):
+    """Return the flag of each cell by its name."""
+    return np.array(list(AUDIT["audit"].flags.values()))[audited.audit.values]
+
+
+def counts(dataset):
+    """Return what the audit says of how many cells, flags that occur."""
+    return {name: count for name, count in findings(audit(dataset)).counts.items() if count}
+
+
+def changed(dataset, place, **values):
+    """Return a copy of an atlas with other values in one cell, given by its indices."""
+    copy = dataset.copy(deep=True)
+    for name, value in values.items():
+        copy[name].values[place] = value
+    return copy
+
+
+def moved(dataset, place, low=0.0, high=0.0):
+    """Return a copy with the extremes of one cell moved [rad], and all that follows from them made to follow."""
+    copy = changed(
+        dataset,
+        place,
+        tilt_min=dataset.tilt_min.values[place] + low,
+        tilt_max=dataset.tilt_max.values[place] + high,
+    )
+    spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    least, greatest = (float(copy[name].values[place]) for name in ("tilt_min", "tilt_max"))
+    start = float(dataset.tilt[place[spec.axes.index("tilt")]]) if "tilt" in spec.axes else spec.tilt
+    steady = start if spec.circling else 0.0
+    reach = max(abs(least - steady), abs(greatest - steady))
+    before = max(abs(float(dataset[name].values[place]) - steady) for name in ("tilt_min", "tilt_max"))
+    scale = before / float(dataset.amplification.values[place])
+    verdict = spec.criterion.verdict(dataset.ending.values[place], least, greatest, steady, scale)
+    return changed(
+        copy, place, peak_tilt=max(abs(least), abs(greatest)), amplification=reach / scale, stability=verdict
+    )

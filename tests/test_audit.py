@@ -1,0 +1,199 @@
+import numpy as np
+import pytest
+import referee
+import xarray as xr
+from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
+
+import sweep
+from sweep.audit import audit, findings
+from sweep.criterion import Criterion
+from sweep.errors import RequestError
+from sweep.report import audit_line
+from sweep.schema import PARAMETERS
+from sweep.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_presets_agree(preset):
+    """Every cell of the RK4 presets agrees: none is marginal, unresolved or left out."""
+    found = findings(audit(atlas(preset)))
+    assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}
+    assert found.passed
+    assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0)
+    assert 0.0 < found.tilt[0] < found.tilt[1] <= found.tilt[2] <= 1e-8
+    assert found.period_share < 0.01
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_exact_values_are_the_referee_s(preset):
+    """The extremes that the atlas is held against are those of an independent quadrature, to 1e-13 rad."""
+    dataset = atlas(preset)
+    audited = audit(dataset)
+    given = [
+        xr.broadcast(dataset[name], dataset.ending)[0].transpose(*dataset.ending.dims).values.ravel()
+        for name in PARAMETERS
+    ]
+    truth = referee.extremes(np.array(given))
+    assert np.abs(audited.exact_tilt_min.values.ravel() - truth.least).max() < 1e-13
+    assert np.abs(audited.exact_tilt_max.values.ravel() - truth.greatest).max() < 1e-13
+    difference = np.maximum(
+        np.abs(dataset.tilt_min.values.ravel() - truth.least),
+        np.abs(dataset.tilt_max.values.ravel() - truth.greatest),
+    )
+    assert np.abs(audited.tilt_difference.values.ravel() - difference).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        # falls and bounded motions side by side
+        ({"tilt": "20deg", "roll_rate": "0:3:31"}, {"agrees": 31}),
+        ({"tilt": "20deg", "roll_rate": "-3:3:7", "tilt_rate": "-1,0,1", "alpha": "0.3,1"}, {"agrees": 42}),
+        # already fallen at the start
+        ({"tilt": "-86deg,80deg,86deg"}, {"agrees": 3}),
+        # at rest on equilibria: nothing to disturb them
+        ({"tilt": 0, "roll_rate": "1:5:9"}, {"agrees": 9}),
+        ({"tilt": "5deg:40deg:8", "precession_rate": "0.5:5:10", "roll_rate": "steady"}, {"agrees": 80}),
+        # no roll rate holds a tilted disk that does not precess
+        (
+            {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3},
+            {"agrees": 4, "invalid": 1},
+        ),
+        # one cell, and three axes
+        ({"tilt": "1deg", "roll_rate": 3}, {"agrees": 1}),
+        ({"tilt": "1deg", "roll_rate": "2:4:5", "alpha": "0.1:1:4", "gravity": "1,9.81"}, {"agrees": 40}),
+        # another tolerance, and a step of one's own
+        ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "tolerance": 1e-4}, {"agrees": 81}),
+        ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "step": 0.05}, {"agrees": 81}),
+    ],
+)  # fmt: skip
+def test_all_kinds_of_atlases_agree(words, expected):
+    """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
+    dataset = sweep.run(SweepSpec(**words))
+    assert counts(dataset) == expected
+    assert findings(audit(dataset)).passed
+    assert audit(dataset).audit.dims == dataset.ending.dims
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_run_that_time_ended_is_within(preset):
+    """Where time ended the run, what it saw lies inside the exact extremes; such cells are counted apart, and pass."""
+    dataset = sweep.run(coarse(preset, duration=1.2))
+    found = findings(audit(dataset))
+    horizon = int((dataset.ending == ENDINGS["horizon"]).sum())
+    assert 200 <= horizon == found.counts["within"]
+    assert found.agreeing == 1200
+    assert found.passed
+    # they say nothing of how exact the others are
+    assert np.isnan(found.tilt[0]) if horizon == 1200 else 0.0 < found.tilt[2] < 1e-8
+
+
+def test_exact_atlases_agree():
+    """An atlas made by the reduction agrees with it to the last bit."""
+    for preset in PRESETS:
+        found = findings(audit(sweep.run(coarse(preset, method="exact"))))
+        assert found.agreeing == 1200
+        assert found.tilt == (0.0, 0.0, 0.0)
+
+
+def test_unresolved_cells_are_counted_apart():
+    """Cells that the atlas or the reduction could not resolve are neither dropped nor wrong."""
+    lost = sweep.run(SweepSpec(tilt="1deg,2deg,3deg", step=1e5, duration=1e6))
+    assert counts(lost) == {"unresolved_in_the_atlas": 3}
+    # pushed just as hard as it takes to reach the saddle of its potential: whether it passes is not known to rounding
+    words = {"tilt": "20deg", "roll_rate": 1.0}
+    height = float(sweep.run(SweepSpec(**words, method="exact")).separatrix)
+    push = -np.sqrt(2.0 * height / 1.25 * 9.81 / 0.5)
+    saddle = sweep.run(SweepSpec(**words, tilt_rate=[push, 0.5 * push], duration=0.05))
+    assert counts(saddle) == {"unresolved_by_the_reduction": 1, "within": 1}
+    for dataset in (lost, saddle):
+        found = findings(audit(dataset))
+        assert found.passed
+        assert found.cells == dataset.ending.size
+        assert f"{found.agreeing} of {found.cells} cells" in audit_line(found)
+
+
+@pytest.mark.parametrize("offset", [-3e-9, 0.0, 3e-9])
+def test_a_criterion_on_a_cell_s_reach(offset):
+    """With the limit within the tolerance of a reach either verdict is right; one that differs is marginal."""
+    exact = audit(atlas("rolling"))
+    place = (10, 20)
+    limit = Criterion("departure", float(exact.exact_tilt_max.values[place]) + offset)
+    dataset = sweep.reclassify(atlas("rolling"), limit)
+    for shift in (-6e-9, 6e-9):
+        audited = audit(moved(dataset, place, high=shift))
+        stored = 2 if shift > offset else 1
+        agrees = stored == audited.exact_stability.values[place]
+        assert flags(audited)[place] == ("agrees" if agrees else "marginal")
+        assert findings(audited).passed
+    # a verdict that does not follow from its own extremes is wrong there, too
+    flipped = changed(dataset, place, stability=3 - dataset.stability.values[place])
+    assert flags(audit(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal")
+    assert (
+        flags(audit(changed(moved(dataset, place, high=6e-9), place, stability=1)))[place] == "contradictory"
+    )
+
+
+@pytest.mark.parametrize("kick", [{"tilt_rate": 0.1}, {"tilt_rate": -0.1}, {"tilt": 0.01}])
+def test_a_fall_tilt_on_a_peak(kick):
+    """With fall_tilt within the tolerance of a peak either ending is right, though a fall shows but one side."""
+    words = {"precession_rate": 3.5, **kick}
+    peak = float(referee.extremes(referee.starts(**words)).peak[0])
+    grazing, clear = {-3e-9: "fell", 3e-9: "bounded"}, {}
+    for offset, ending in grazing.items():
+        spec = SweepSpec(**words, fall_tilt=peak + offset)
+        clear[ending] = sweep.run(spec)
+        assert clear[ending].ending == ENDINGS[ending]
+        assert counts(clear[ending]) == {"agrees": 1}
+    # each with the other's fall_tilt: the atlas and the reduction then say different things of one motion
+    bounded, fell = clear["bounded"], clear["fell"]
+    below = {
+        "tilt_min": max(float(bounded.tilt_min), -peak + 6e-9),
+        "tilt_max": min(float(bounded.tilt_max), peak - 6e-9),
+    }
+    below["peak_tilt"] = max(map(abs, below.values()))
+    below["amplification"] = float(bounded.amplification) * below["peak_tilt"] / float(bounded.peak_tilt)
+    claims_to_turn = changed(bounded, (), **below).assign_attrs(sweep_spec=fell.attrs["sweep_spec"])
+    assert counts(claims_to_turn) == {"marginal": 1}
+    ends = {name: np.sign(float(fell[name])) * (peak + 3e-9) for name in ("tilt_min", "tilt_max")
+            if abs(float(fell[name])) == peak - 3e-9}  # fmt: skip
+    above = {**ends, "peak_tilt": peak + 3e-9}
+    above["amplification"] = float(fell.amplification) * above["peak_tilt"] / float(fell.peak_tilt)
+    claims_to_fall = changed(fell, (), **above).assign_attrs(sweep_spec=bounded.attrs["sweep_spec"])
+    assert counts(claims_to_fall) == {"marginal": 1}
+    # further from the peak it is no longer the same motion
+    far = SweepSpec(**words, fall_tilt=peak + 1e-6)
+    assert counts(claims_to_fall.assign_attrs(sweep_spec=far.canonical())).keys() <= {
+        "extremes_differ",
+        "ending_differs",
+    }
+
+
+@pytest.mark.parametrize(
+    ("spoil", "rule", "given"),
+    [
+        (lambda d: d.drop_vars("tilt_min"), "an atlas has ending, stability, tilt_min", "missing: tilt_min"),
+        (lambda d: d.drop_vars(["ending", "nutation_period"]), "an atlas has ending", "missing: ending, nutation"),
+        (lambda d: d.assign(tilt_max=d.tilt_max.isel(tilt=0)), "dimensions are roll_rate, tilt", "others: tilt_max"),
+        (lambda d: d.isel(tilt=0), "the dimensions of an atlas are the axes of its spec", "{'roll_rate': 40}"),
+        (lambda d: d.assign_coords(tilt=d.tilt * (1.0 + 1e-9)), "coordinates of an atlas are", "other values of tilt"),
+        (lambda d: d.assign_coords(alpha=0.6), "the coordinates of an atlas are those", "other values of alpha"),
+        (lambda d: d.drop_vars("radius"), "the coordinates of an atlas are those", "other values of radius"),
+        (lambda d: xr.Dataset({"ending": d.ending}), "an atlas has the attribute sweep_spec", "it is missing"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_verified_is_refused(spoil, rule, given):
+    """What is missing or does not belong together is said, not guessed."""
+    with pytest.raises(RequestError) as refusal:
+        audit(spoil(atlas("rolling")))
+    assert rule in refusal.value.rule
+    assert given in refusal.value.given
+
+
+def test_the_atlas_is_not_changed():
+    """An audit reads."""
+    before = atlas("circling").copy(deep=True)
+    audit(atlas("circling"))
+    xr.testing.assert_identical(atlas("circling"), before)

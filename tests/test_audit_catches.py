@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+import referee
+from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
+from scipy.integrate import solve_ivp
+
+import sweep
+from sweep.audit import audit, findings
+from sweep.report import audit_text
+from sweep.schema import PARAMETERS
+from sweep.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+
+#: A cell that is bounded and stable in every coarse preset.
+PLACE = {"rolling": (35, 12), "spinning": (35, 12), "circling": (20, 30)}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(
+    ("variable", "change", "flag"),
+    [
+        ("tilt_min", lambda x: x + 1e-7, "extremes_differ"),
+        ("tilt_min", lambda x: x - 1e-7, "extremes_differ"),
+        ("tilt_max", lambda x: x + 1e-7, "extremes_differ"),
+        ("tilt_max", lambda x: x - 1e-7, "extremes_differ"),
+        ("tilt_min", lambda x: np.nan, "extremes_differ"),
+        ("tilt_max", lambda x: np.inf, "extremes_differ"),
+        # within the tolerance, but then the peak no longer follows
+        ("peak_tilt", lambda x: x + 1e-9, "contradictory"),
+        ("peak_tilt", lambda x: np.nan, "contradictory"),
+        ("amplification", lambda x: x * (1.0 + 1e-9), "contradictory"),
+        ("amplification", lambda x: np.nan, "contradictory"),
+        ("stability", lambda x: 2, "verdict_differs"),
+        ("stability", lambda x: 0, "verdict_differs"),
+        ("ending", lambda x: ENDINGS["steady"], "ending_differs"),
+        ("ending", lambda x: ENDINGS["horizon"], "ending_differs"),
+        ("ending", lambda x: ENDINGS["fell"], "ending_differs"),
+        ("ending", lambda x: ENDINGS["invalid"], "ending_differs"),
+        ("ending", lambda x: ENDINGS["unresolved"], "contradictory"),
+        ("nutation_period", lambda x: x * 1.01, "period_differs"),
+        ("nutation_period", lambda x: 2.0 * x, "period_differs"),
+        ("nutation_period", lambda x: np.nan, "contradictory"),
+    ],
+)  # fmt: skip
+def test_a_corrupted_cell_is_caught(preset, variable, change, flag):
+    """One wrong value in one cell: exactly that cell does not agree, for the right reason, and is named."""
+    dataset, place = atlas(preset), PLACE[preset]
+    assert (dataset.ending.values[place], dataset.stability.values[place]) == (ENDINGS["bounded"], 1)
+    corrupted = changed(dataset, place, **{variable: change(dataset[variable].values[place])})
+    audited = audit(corrupted)
+    names = flags(audited)
+    assert names[place] == flag
+    assert np.count_nonzero(names != "agrees") == 1
+    found = findings(audited)
+    assert not found.passed
+    where = {name: float(dataset[name][i]) for name, i in zip(dataset.ending.dims, place, strict=True)}
+    assert found.named == [(flag, where)]
+    text = audit_text(found)
+    assert f"1 {flag.replace('_', ' ')}" in text
+    assert f"tilt {np.degrees(where['tilt']):.10g} deg" in text
+    assert text.endswith("NOT verified: 1 of 1200 cells disagree, 0 are not computed")
+
+
+def test_a_corrupted_roll_rate_of_circling_is_caught():
+    """The steady roll rate, computed for each cell, is held against the formula."""
+    corrupted = changed(atlas("circling"), (3, 4), roll_rate=float(atlas("circling").roll_rate[3, 4]) + 1e-6)
+    assert list(zip(*np.nonzero(flags(audit(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
+
+
+@pytest.mark.parametrize("variable", ["tilt_min", "tilt_max", "nutation_period", "ending", "stability"])
+def test_a_corrupted_fall_is_caught(variable):
+    """A fall shows fall_tilt and what came before, is unstable, and has no period."""
+    dataset = sweep.run(SweepSpec(tilt="20deg,30deg", tilt_rate=-1.0))
+    assert (dataset.ending == ENDINGS["fell"]).all()
+    wrong = {"ending": ENDINGS["horizon"], "stability": 1, "nutation_period": 1.0}
+    value = wrong.get(variable, float(dataset[variable][1]) + 1e-7)
+    found = findings(audit(changed(dataset, 1, **{variable: value})))
+    assert (found.disagreeing, found.agreeing) == (1, 1)
+    assert found.named[0][1]["tilt"] == float(dataset.tilt[1])
+
+
+def test_a_run_that_time_ended_beyond_the_exact_extremes_is_caught():
+    """Time is no excuse for extremes that the motion never reaches, nor for a verdict before both ends are known."""
+    dataset = sweep.run(coarse("rolling", duration=1.2))
+    truth = audit(dataset)
+    place = tuple(
+        np.argwhere((dataset.ending.values == ENDINGS["horizon"]) & (truth.exact_stability.values == 1))[0]
+    )
+    exact = float(truth.exact_tilt_max.values[place])
+    beyond = exact - float(dataset.tilt_max.values[place]) + 1e-7
+    assert flags(audit(moved(dataset, place, high=beyond)))[place] == "extremes_differ"
+    assert flags(audit(changed(dataset, place, stability=1)))[place] == "contradictory"
+
+
+def test_cells_that_are_not_computed_do_not_pass():
+    """An atlas that is computed in part does not pass, though nothing in it is wrong."""
+    dataset = changed(atlas("rolling"), (slice(10), slice(None)), ending=0, stability=0)
+    found = findings(audit(dataset))
+    assert (found.missing, found.disagreeing, found.agreeing) == (300, 0, 900)
+    assert not found.passed
+    assert audit_text(found).endswith("NOT verified: 0 of 1200 cells disagree, 300 are not computed")
+
+
+def test_at_most_five_wrong_cells_are_named():
+    """The first five cells are named, the number of the others is told."""
+    dataset = changed(atlas("rolling"), (slice(2), slice(4)), stability=0)
+    text = audit_text(findings(audit(dataset)))
+    assert text.count("\nwrong ") == 5
+    assert "and 3 more" in text
+
+
+def wrong_equation(spec, coefficient):
+    """Return an atlas of a spec as someone makes it who has another coefficient in the equation of the tilt."""
+    dataset = sweep.run(spec)
+    for place in np.ndindex(*spec.shape):
+        where = dict(zip(spec.axes, place, strict=True))
+        start = [
+            float(dataset[name].isel({name: where[name]} if name in where else {})) for name in PARAMETERS
+        ]
+        alpha = start[4]
+
+        def slope(_, y, start=start, alpha=alpha):
+            tilting, turning, rolling = referee.accelerations(y, *start[4:])
+            sideways = 2.0 * (1.0 + alpha) / (2.0 + alpha) * y[3] * y[2] * np.cos(y[0])
+            return y[1], tilting + (coefficient - 1.0) * sideways, turning, rolling
+
+        run = solve_ivp(slope, (0.0, 20.0), start[:4], rtol=1e-10, atol=1e-12, events=lambda _, y: y[1])
+        turns = run.y_events[0][:, 0]
+        dataset = moved(
+            dataset,
+            place,
+            turns.min() - dataset.tilt_min.values[place],
+            turns.max() - dataset.tilt_max.values[place],
+        )
+    return dataset
+
+
+@pytest.mark.parametrize(("coefficient", "agree"), [(1.0, True), (1.001, False)])
+def test_an_atlas_made_with_a_wrong_equation_is_caught(coefficient, agree):
+    """A gyroscopic term that is 0.1 % too large is caught in every cell; with the right one SciPy's atlas is right."""
+    spec = SweepSpec(tilt="5deg,10deg", roll_rate="2.7:4:3", tilt_rate=0.2, tolerance=1e-5)
+    found = findings(audit(wrong_equation(spec, coefficient)))
+    assert (found.agreeing, found.disagreeing) == ((6, 0) if agree else (0, 6))
+    assert found.counts["extremes_differ"] == found.disagreeing
+
+
+def test_an_atlas_made_with_another_constant_is_caught():
+    """An atlas whose spec and coordinate claim alpha = 0.5 but that was made with 0.501 disagrees all over."""
+    made = sweep.run(coarse("rolling", alpha=0.501))
+    claimed = made.assign_attrs(sweep_spec=atlas("rolling").attrs["sweep_spec"]).assign_coords(alpha=0.5)
+    found = findings(audit(claimed))
+    # released from 1e-5 rad far above the critical rate the disk hardly moves, whatever its alpha
+    assert found.counts["extremes_differ"] > 900
+    assert not found.passed

@@ -1,0 +1,135 @@
+"""Atlases made by the exact reduction."""
+
+import numpy as np
+import pytest
+import referee
+import xarray as xr
+from auditing import ENDINGS, PRESETS, atlas, coarse
+
+import sweep
+from sweep.runner import exact_measures
+from sweep.schema import PARAMETERS, VARIABLES
+from sweep.schema_exact import REDUCTION
+from sweep.spec import SweepSpec
+from sweep.store import open_atlas, run_to_file
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_same_atlas(preset):
+    """Dimensions, coordinates, endings, verdicts and boundaries are those of RK4, extremes and periods nearly so."""
+    exact, rk4 = sweep.run(coarse(preset, method="exact")), atlas(preset)
+    assert exact.sizes == rk4.sizes
+    assert set(exact.data_vars) == {*rk4.data_vars, *REDUCTION}
+    for name in (
+        *rk4.coords,
+        "ending",
+        "stability",
+        *(each for each in rk4.data_vars if each not in VARIABLES),
+    ):
+        xr.testing.assert_equal(exact[name], rk4[name])
+    for name in ("tilt_min", "tilt_max", "peak_tilt"):
+        assert np.abs(exact[name] - rk4[name]).max() < 1e-8
+    # near a separatrix the period is not known better
+    assert (np.abs(exact.nutation_period / rk4.nutation_period - 1.0) < 1e-5).mean() > 0.95
+
+
+def test_what_needs_a_history_is_missing():
+    """No time of a fall, no drift, no steps; the method is named in the attributes and in the summary."""
+    exact = sweep.run(SweepSpec(tilt="20deg", roll_rate="0:3:11", method="exact"))
+    assert set(np.unique(exact.ending)) == {ENDINGS["bounded"], ENDINGS["fell"]}
+    for name in ("fall_time", "energy_drift"):
+        assert np.isnan(exact[name]).all()
+    for name in ("steps", "refinements"):
+        assert (exact[name] == 0).all()
+    assert np.array_equal(np.isfinite(exact.nutation_period), exact.ending == ENDINGS["bounded"])
+    assert exact.attrs["method"] == "exact"
+    assert exact.attrs["source"].endswith("method exact")
+    assert "RK4" not in exact.attrs["summary"]
+
+
+@pytest.mark.parametrize("duration", [1e-3, 1.0, 300.0])
+def test_time_never_ends_a_cell(duration):
+    """Verdicts are for all time: none is left open by a horizon, whatever the duration."""
+    exact = sweep.run(coarse("rolling", method="exact", duration=duration))
+    assert set(np.unique(exact.ending)) == {ENDINGS["bounded"]}
+    assert set(np.unique(exact.stability)) == {1, 2}
+
+
+def test_extremes_and_falls_of_random_starts(crowd):
+    """All over the seven parameters extremes are those of an independent quadrature, and so is who falls."""
+    given, truth = crowd
+    found = exact_measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))
+    assert np.array_equal(found["ending"] == ENDINGS["fell"], truth.fell)
+    assert np.abs(found["tilt_min"] - truth.least).max() < 1e-13
+    assert np.abs(found["tilt_max"] - truth.greatest).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"tilt_rate": 0.01, "roll_rate": 2.0},
+        {"tilt": 0.01, "roll_rate": 3.0},
+        {"tilt": 0.5, "precession_rate": 4.5},
+        {"tilt": -0.3, "tilt_rate": 0.4, "roll_rate": 4.0, "precession_rate": -2.0, "alpha": 0.9},
+    ],
+)
+def test_periods(start):
+    """The period is the time between returns to a turning point, as SciPy's integration in time has it."""
+    given = referee.starts(**start)
+    period = exact_measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))["nutation_period"][0]
+    assert np.isfinite(period)
+    times = referee.motion(given[:, 0], 6.0 * period).turn_times
+    assert times.size >= 10
+    assert np.allclose(times[2:] - times[:-2], period, rtol=1e-8)
+
+
+def test_wells_and_separatrix():
+    """Below the critical rate there are two wells, above it one; a released disk stays in its own, a kicked one not."""
+    words = {"roll_rate": "2:3:11", "method": "exact"}
+    released = sweep.run(SweepSpec(tilt="0.001deg", **words))
+    critical = np.sqrt(9.81 / 0.5 / 3.0)
+    assert np.array_equal(released.wells, np.where(released.roll_rate < critical, 2, 1))
+    assert np.array_equal(released.separatrix > 0.0, released.roll_rate < critical)
+    assert np.array_equal(np.isnan(released.separatrix), released.roll_rate > critical)
+    kicked = sweep.run(SweepSpec(tilt_rate=0.01, **words))
+    # over the top: what is left of the energy there is that of the kick, (1 + alpha/2) w^2 / 2 over g/R
+    assert np.allclose(-kicked.separatrix[released.wells == 2], 0.5 * 1.25 * 1e-4 * 0.5 / 9.81, rtol=1e-12)
+    assert (kicked.tilt_min < 0.0).all()
+
+
+def test_unresolved_where_the_tolerance_asks_too_much():
+    """A cell whose extremes are not known to the tolerance is unresolved and has none, in either method's atlas."""
+    start = {"tilt": "20deg", "roll_rate": 1.0}
+    height = float(sweep.run(SweepSpec(**start, method="exact")).separatrix)
+    push = -np.sqrt(2.0 * height / 1.25 * 9.81 / 0.5) * (1.0 - 3e-14)
+    sure = sweep.run(SweepSpec(**start, tilt_rate=push, method="exact", tolerance=1e-2))
+    vague = sweep.run(SweepSpec(**start, tilt_rate=push, method="exact", tolerance=1e-12))
+    assert sure.ending == ENDINGS["bounded"]
+    assert 1e-12 < float(sure.tilt_error) < 1e-2
+    assert vague.ending == ENDINGS["unresolved"]
+    assert vague.stability == 0
+    for name in ("tilt_min", "tilt_max", "peak_tilt", "nutation_period", "tilt_error"):
+        assert np.isnan(vague[name])
+    assert vague.wells == 2
+
+
+@pytest.mark.parametrize("alpha", [0.5, "0.01:1:140"])
+def test_bits_do_not_depend_on_threads_and_blocks(alpha):
+    """Threads, block size and the number of tables of alpha leave every bit as it is."""
+    spec = SweepSpec(alpha=alpha, tilt="-40deg:60deg:7", tilt_rate=0.3, roll_rate="0:4:5", method="exact")
+    reference = sweep.run(spec)
+    for how in ({"threads": 1}, {"block_cells": 900}, {"threads": 2, "block_cells": 1000}):
+        xr.testing.assert_identical(
+            sweep.run(spec, **how).drop_attrs(deep=False), reference.drop_attrs(deep=False)
+        )
+
+
+def test_the_file_is_the_dataset(tmp_path):
+    """An exact atlas written block by block reads back as what `run` returns."""
+    spec = SweepSpec(tilt="1deg:60deg:5", roll_rate="0:4:7", method="exact")
+    run_to_file(spec, tmp_path / "a.nc", block_cells=6)
+    with open_atlas(tmp_path / "a.nc") as read:
+        xr.testing.assert_equal(read, sweep.run(spec))
+        assert read.wells.attrs["flag_meanings"] == "unknown one_well two_wells"

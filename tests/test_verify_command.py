@@ -1,0 +1,235 @@
+"""`eulerdisk verify` as a user meets it."""
+
+import contextlib
+import shlex
+import sys
+import zlib
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.audit import audit
+from sweep.cli import main
+from sweep.schema import FILL, PARAMETERS
+from sweep.schema_exact import AUDIT
+from sweep.spec import SweepSpec
+from sweep.store import open_atlas, run_to_file, save
+
+pytestmark = pytest.mark.compiled
+
+SPEC = SweepSpec.preset("rolling").replace(roll_rate="2:4:21", tilt="0.1deg:5deg:10:log")
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line in a folder that holds the atlas a.nc: status, output, messages."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    run_to_file(SPEC, tmp_path / "a.nc")
+
+    def run(line):
+        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, *capsys.readouterr()
+
+    return run
+
+
+def rewritten(change, name="b.nc"):
+    """Write a changed copy of a.nc."""
+    with open_atlas("a.nc") as dataset:
+        dataset.load()
+    save(change(dataset), name)
+
+
+def assign(name, value, place):
+    """Return a change of one cell of a variable."""
+
+    def change(dataset):
+        dataset[name].values[place] = value
+        return dataset
+
+    return change
+
+
+def test_a_right_atlas_passes(command, tmp_path):
+    """Status 0, counts, distributions, tolerance, the worst cell and the outcome; nothing is written."""
+    before = (tmp_path / "a.nc").read_bytes()
+    status, out, err = command("verify a.nc")
+    assert (status, err) == (0, "")
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines] == [
+        "cells",
+        "tilts",
+        "periods",
+        "tolerance",
+        "worst",
+        "verified:",
+    ]
+    assert lines[0] == "cells        210 agrees"
+    assert lines[3] == "tolerance    1.0e-08 rad"
+    assert lines[4].startswith("worst cell   roll_rate ")
+    assert lines[5].startswith("verified: 210 of 210 cells within 1e-08 rad, largest difference ")
+    assert list(tmp_path.iterdir()) == [tmp_path / "a.nc"]
+    assert (tmp_path / "a.nc").read_bytes() == before
+
+
+def test_a_wrong_cell_fails_and_is_named(command):
+    """Status 1, and the cell by its coordinates and its fault."""
+    rewritten(assign("tilt_max", 0.5, (3, 4)))
+    status, out, err = command("verify b.nc")
+    assert (status, err) == (1, "")
+    assert "209 agrees, 1 extremes differ" in out
+    tilt = np.degrees(SPEC.tilt.array()[4])
+    assert f"wrong        roll_rate 2.3 rad s-1, tilt {tilt:.10g} deg, extremes differ\n" in out
+    assert out.endswith("NOT verified: 1 of 210 cells disagree, 0 are not computed\n")
+
+
+def test_a_part_fails(command):
+    """An atlas in which some cells are not computed yet does not pass."""
+    rewritten(assign("ending", 0, (slice(2), slice(None))))
+    status, out, _ = command("verify b.nc")
+    assert status == 1
+    assert "20 not computed, 190 agrees" in out
+    assert out.endswith("NOT verified: 0 of 210 cells disagree, 20 are not computed\n")
+
+
+@pytest.mark.parametrize(
+    "words", ["tilt=1deg roll_rate=3", "tilt=1deg roll_rate=2:4:5 alpha=0.5,1 gravity=1,9.81"]
+)
+def test_any_number_of_axes(command, words):
+    """One cell and three axes are verified like a map, and written."""
+    assert command(f"run rolling {words} -o b.nc")[0] == 0
+    status, out, _ = command("verify b.nc --write c.nc")
+    assert status == 0
+    if "alpha" not in words:
+        assert "worst cell   the one cell, agrees" in out
+    with xr.open_dataset("c.nc") as written:
+        assert written.audit.size in (1, 20)
+
+
+def cut(path):
+    """Take the end off a file."""
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def blot(path):
+    """Spoil the packed values of the measures, and nothing that is read when the file is opened."""
+    data = bytearray(path.read_bytes())
+    for i in range(len(data) - 1):
+        if data[i : i + 2] == b"\x78\x01":
+            with contextlib.suppress(zlib.error):
+                if len(zlib.decompressobj().decompress(data[i:])) == 8 * SPEC.size:
+                    data[i : i + 8] = b"\xff" * 8
+    assert data != path.read_bytes()
+    path.write_bytes(data)
+
+
+def foreign(path):
+    """Replace a file by a netCDF file of somebody else."""
+    xr.Dataset({"temperature": ("x", [1.0])}, attrs={"title": "Ocean"}).to_netcdf(path)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "what", "given"),
+    [
+        (cut, "not a readable netCDF file", "bytes"),
+        (blot, "an atlas that cannot be verified", "HDF error"),
+        (foreign, "not a stability atlas", "Ocean"),
+        (lambda path: path.unlink(), "no such file", "b.nc"),
+        (lambda path: path.write_text("roll_rate"), "not a readable netCDF file", "9 bytes"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_whole_atlas_is_refused(command, tmp_path, spoil, what, given):
+    """Status 2 and one message that says what is wrong; --write has written nothing."""
+    (tmp_path / "b.nc").write_bytes((tmp_path / "a.nc").read_bytes())
+    spoil(tmp_path / "b.nc")
+    status, out, err = command("verify b.nc --write c.nc")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"b.nc: {what}. Rule: " in err
+    assert given in err.partition(". Given: ")[2]
+    assert not (tmp_path / "c.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("names", "missing"),
+    [
+        (["nutation_period"], "missing: nutation_period"),
+        (["stability", "amplification"], "missing: stability, amplification"),
+        (["tilt_min"], "missing: tilt_min"),
+    ],
+)  # fmt: skip
+def test_missing_variables_are_named(command, names, missing):
+    """An atlas without what the audit reads is refused with the names of what it lacks."""
+    rewritten(lambda dataset: dataset.drop_vars(names))
+    status, out, err = command("verify b.nc")
+    assert (status, out) == (2, "")
+    assert missing in err
+
+
+def test_an_audit_is_no_atlas(command):
+    """What --write wrote cannot be verified itself, and the message says why."""
+    assert command("verify a.nc --write b.nc")[0] == 0
+    status, _, err = command("verify b.nc")
+    assert status == 2
+    assert "missing: ending" in err
+
+
+def test_what_is_written(command, tmp_path):
+    """The file holds what the Python form returns, with flags, in the profile of atlases, also when cells disagree."""
+    rewritten(assign("tilt_max", 0.5, (3, 4)))
+    assert command("verify b.nc --write c.nc")[0] == 1
+    with xr.open_dataset("c.nc") as written, open_atlas("b.nc") as dataset:
+        xr.testing.assert_identical(written, audit(dataset))
+        assert written.attrs["title"] == "Audit of: Rolling along a line: stability of the upright disk"
+        assert written.attrs["history"].endswith("\n1970-01-01T00:00:00Z sweep.audit")
+        assert int((written.audit == 7).sum()) == 1
+    with netCDF4.Dataset("c.nc") as file:
+        assert file.data_model == "NETCDF4_CLASSIC"
+        assert file["audit"].flag_meanings.split()[:2] == ["not_computed", "agrees"]
+        assert len(file["audit"].flag_meanings.split()) == file["audit"].flag_values.size == 12
+        for name, variable in file.variables.items():
+            measured = name in AUDIT and variable.dtype.kind == "f"
+            assert variable.dtype.str in ("|i1", "<f8"), name
+            assert getattr(variable, "_FillValue", None) == (FILL if measured else None), name
+            assert name in AUDIT or name in PARAMETERS
+            if name in AUDIT:
+                assert variable.filters()["zlib"]
+            for attribute in variable.ncattrs():
+                text = variable.getncattr(attribute)
+                assert not isinstance(text, str) or text.isascii()
+
+
+def test_an_existing_file_is_kept(command, tmp_path):
+    """An audit replaces a file only when told to, and never the atlas that it is about."""
+    (tmp_path / "b.nc").write_text("old")
+    before = (tmp_path / "a.nc").read_bytes()
+    for line, what in (
+        ("verify a.nc --write b.nc", "the file exists"),
+        ("verify a.nc --write a.nc --overwrite", "an audit does not replace its atlas"),
+        ("verify a.nc --write ./a.nc", "an audit does not replace its atlas"),
+        ("verify a.nc --write no/b.nc", "no such folder"),
+    ):
+        status, out, err = command(line)
+        assert (status, out) == (2, "")
+        assert what in err
+        assert (tmp_path / "b.nc").read_text() == "old"
+        assert (tmp_path / "a.nc").read_bytes() == before
+    assert command("verify a.nc --write b.nc --overwrite")[0] == 0
+    with xr.open_dataset("b.nc") as written:
+        assert "audit" in written
+
+
+def test_the_exact_method_from_the_command_line(command):
+    """`method=exact` makes an atlas that says so, that every command reads, and that passes."""
+    assert command("run rolling method=exact roll_rate=2:4:21 tilt=0.1deg:5deg:10:log -o b.nc")[0] == 0
+    assert "method      exact" in command("info b.nc")[1]
+    assert command("verify b.nc")[0] == 0
+    assert command("boundary b.nc")[1] == command("boundary a.nc")[1]
+    assert command("plot b.nc -o b.png")[0] == 0
+    with sweep.open_atlas("b.nc") as dataset:
+        assert dataset.attrs["method"] == "exact"
