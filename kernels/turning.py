@@ -67,7 +67,7 @@ def _swing(
         error = tilt_error(sizes, dy1, tilt1, slope1)
     if back == BEYOND or -ahead * tilt2 >= fall_tilt:
         falls, tilt2 = True, -ahead * fall_tilt
-    elif w != 0.0 and not end == BEYOND:
+    elif w != 0.0 and not falls:
         error = max(error, tilt_error(sizes, dy2, tilt2, slope2))
     # rounding of the last place must not put the start outside its own interval
     least, greatest = min(tilt, tilt1, tilt2), max(tilt, tilt1, tilt2)
