@@ -2,6 +2,11 @@
 
 The scalar side of `kernels.lanes`: everything that happens a few times per cell instead of once per step. `lanes` is
 the flat array of `kernels.rows`, `lane` a column of it.
+
+A start that is not at rest lies between its turning points. It is followed forward to the one and then, from the start
+again, backward to the other. Forward through both would be as right in exact arithmetic, but a disk kicked off the
+top of the potential has to pass that top again on its way, by a margin far below any error of a step. As a
+nutation runs back from a turning point the way it came, times follow too.
 """
 
 import math
@@ -13,19 +18,18 @@ from kernels.disk import CONTRACT, energy, energy_change, inertia, scaled_state
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
-#: What became of a lane.
+#: What became of a lane: it has a new cell, it is at its cell's start again, or its cell has ended.
 BEGUN = 1
-GOES_ON = 2
-AFRESH = 3
-DONE = 4
+AFRESH = 2
+DONE = 3
 
 _EPS = 2.0**-52
 
 #: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `_first_step`.
-_PACE = 0.055
+_PACE = 0.042
 
 #: A result is accepted when its estimated error is within this share of the tolerance.
-_SHARE = 0.5
+_SHARE = 0.125
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -119,58 +123,58 @@ def begin(cell, lane, starts, settings, lanes, measures, counts):
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = o, s
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
-    lanes[at.STEP + lane], lanes[at.REFINED + lane], lanes[at.UNIT + lane] = scale, 0.0, unit
-    _set_off(lane, tilt, acceleration, settings, lanes)
+    lanes[at.STEP + lane], lanes[at.REFINED + lane], lanes[at.FAILED + lane] = scale, 0.0, math.nan
+    lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane], lanes[at.STEPS_KEPT + lane] = 0.0, 0.0, 0.0
+    lanes[at.LEAST + lane], lanes[at.GREATEST + lane], lanes[at.UNIT + lane] = tilt, tilt, unit
+    lanes[at.ERROR + lane], lanes[at.CHANGE + lane] = 0.0, 0.0
+    _set_off(lane, settings, lanes)
     return BEGUN
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _set_off(lane, tilt, acceleration, settings, lanes):
-    """Place the lane at the cell's start, with the step scale that it holds."""
-    S, C, step_scale = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.STEP + lane]
-    lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, S / C
-    lanes[at.W + lane] = lanes[at.W_0 + lane]
-    lanes[at.O_RATE + lane], lanes[at.S_RATE + lane] = lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
+def _time_left(lane, settings, lanes):
+    """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
+    return settings[0] / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _set_off(lane, settings, lanes):
+    """Place the lane at the cell's start, facing the way that it goes now, with the step scale that it holds."""
+    S, C, w, o, s = _start(lane, lanes)
+    scale = lanes[at.STEP + lane]
+    # the motion backward in time is the motion forward with all rates reversed
+    sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
+    state = (S, C, S / C, sense * w, sense * o, sense * s)
+    lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, state[2]
+    lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane] = state[3], state[4], state[5]
     uniform = settings[1] > 0.0
-    lanes[at.STEP_UNIFORM + lane] = step_scale if uniform else 0.0
-    lanes[at.STEP_GRADED + lane] = 0.0 if uniform else step_scale
+    lanes[at.STEP_UNIFORM + lane] = scale if uniform else 0.0
+    lanes[at.STEP_GRADED + lane] = 0.0 if uniform else scale
     lanes[at.TIME + lane] = 0.0
-    lanes[at.END + lane] = min(settings[0] / lanes[at.UNIT + lane], _MOST_STEPS * step_scale)
-    w = lanes[at.W_0 + lane]
-    lanes[at.HEADING + lane] = math.copysign(1.0, acceleration if w == 0.0 else w)
-    # a start at rest is itself a turning point
-    lanes[at.TURNS_LEFT + lane] = 1.0 if w == 0.0 else 2.0
-    lanes[at.LEAST + lane] = lanes[at.GREATEST + lane] = tilt
-    lanes[at.FIRST_TURN + lane] = lanes[at.ERROR + lane] = 0.0
+    lanes[at.END + lane] = min(_time_left(lane, settings, lanes), _MOST_STEPS * scale)
+    goes = tilt_acceleration(state, _constants(lane, lanes)) if w == 0.0 else state[3]
+    lanes[at.HEADING + lane] = math.copysign(1.0, goes)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _loss(state, alpha, steps, lane, lanes):
-    """What a state has lost of its invariants, in units of energy over m g R, and the energy change alone.
+    """What a state has lost of its invariants, in units of energy over m g R; its rounding; the energy change alone.
 
     Energy, S^2 + C^2 = 1 and T = S/C are independent gauges: where the energy error happens to pass through zero the
-    others do not. Rounding alone moves each of them by about eps*sqrt(steps); that much says nothing of the step.
+    others do not. Rounding alone moves each of them by about eps*sqrt(steps).
     """
     S, C, T, w, o, s = state
     S0, C0, w0, o0, s0 = _start(lane, lanes)
-    change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
-    loss = abs(change) + abs((S - 1.0) * (S + 1.0) + C * C) + abs(T * C - S)
-    loss -= _EPS * math.sqrt(steps + 4.0) * (1.0 + lanes[at.ENERGY_0 + lane])
-    # not max(0, loss), which takes a NaN for no loss at all
-    return (0.0 if loss <= 0.0 else loss), change
+    change = abs(energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha))
+    loss = change + abs((S - 1.0) * (S + 1.0) + C * C) + abs(T * C - S)
+    return loss, _EPS * math.sqrt(steps + 4.0) * (1.0 + lanes[at.ENERGY_0 + lane]), change
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def _event(lane, fall_tilt, lanes):
     """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
-    state = (
-        lanes[at.S + lane],
-        lanes[at.C + lane],
-        lanes[at.T + lane],
-        lanes[at.W + lane],
-        lanes[at.O_RATE + lane],
-        lanes[at.S_RATE + lane],
-    )
+    S, C, T, w = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane]
+    state = (S, C, T, w, lanes[at.O_RATE + lane], lanes[at.S_RATE + lane])
     constants = _constants(lane, lanes)
     t, end = lanes[at.TIME + lane], lanes[at.END + lane]
     longest = 2.0 * (lanes[at.STEP_UNIFORM + lane] + lanes[at.STEP_GRADED + lane] * abs(state[1]))
@@ -195,67 +199,99 @@ def _event(lane, fall_tilt, lanes):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _estimated_error(ending, state, loss, constants):
-    """Error [rad] of the tilt reached, as far as the lost invariants tell.
+def _estimated_error(ending, state, loss, rounding, constants):
+    """Error [rad] of the tilt reached, as far as the lost invariants tell; infinite where they leave it open.
 
-    At a turning point: the loss, and the kinetic energy that is left there, over the force of the potential. Against
-    exact turning points the ratio of true to estimated error stays below 1.1 in the presets and below 10 over random
-    starts. Elsewhere the speed carries the motion on, and the larger of force and speed takes the force's place.
+    At a turning point: the loss beyond rounding, and the kinetic energy that is left there, over the force of the
+    potential. Against exact turning points the ratio of true to estimated error stays below 1.1 in the presets and
+    below 10 over random starts. Elsewhere the speed carries the motion on, and the larger of force and speed takes the
+    force's place.
     """
-    force = abs(tilt_acceleration(state, constants)) / constants[0]
+    force, stiffness = _force(state, constants)
     speed = abs(state[3])
-    if ending == BOUNDED:
-        return (loss + 0.5 * speed * speed / constants[0]) / force
-    return loss / max(force, speed)
+    # not max(0, ...), which takes a NaN for no loss at all
+    beyond = 0.0 if loss <= rounding else loss - rounding
+    if ending != BOUNDED:
+        return beyond / max(force, speed)
+    # short of a summit of the potential by less than the loss: the disk may as well have passed it
+    if stiffness < 0.0 and force * force <= -8.0 * stiffness * (loss + rounding):
+        return math.inf
+    return (beyond + 0.5 * speed * speed / constants[0]) / force
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _refine(cell, lane, error, starts, settings, lanes):
+def _force(state, constants):
+    """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
+
+    V' = -(S + o q) with q = (1+alpha) s - (alpha/2) o T, differentiated along s' = -o/(1+alpha), o' = oT - 2s.
+    """
+    S, C, T, _, o, s = state
+    q = constants[1] * s - constants[2] * (o * T)
+    o_slope = o * T - 2.0 * s
+    q_slope = -o - constants[2] * (o_slope * T + o * (1.0 + T * T))
+    return abs(S + o * q), -(C + o_slope * q + o * q_slope)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _refine(lane, error, settings, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
+    # in the reach of the method a step of half the length leaves a sixteenth of the error; rounding stays
+    hopeless = lanes[at.FAILED + lane] < _MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
+    lanes[at.FAILED + lane] = error
     shrink = 0.8 * math.sqrt(math.sqrt(_SHARE * settings[3] / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
+    if hopeless or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
+        return False
     lanes[at.STEP + lane] *= min(0.5, shrink)
     lanes[at.REFINED + lane] += 1.0
-    if lanes[at.REFINED + lane] > _MOST_REFINEMENTS:
-        return False
-    constants = _constants(lane, lanes)
-    S, C, w, o, s = _start(lane, lanes)
-    acceleration = tilt_acceleration((S, C, S / C, w, o, s), constants)
-    _set_off(lane, starts[0, cell], acceleration, settings, lanes)
+    _set_off(lane, settings, lanes)
     return True
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
-    """Find out what occurred in a lane: GOES_ON, AFRESH (the same cell with a smaller step) or DONE (written)."""
-    constants = _constants(lane, lanes)
+    """Find out what occurred in a lane: AFRESH (at its start again) or DONE (its cell is written)."""
     ending, state, t = _event(lane, settings[2], lanes)
-    loss, change = _loss(state, starts[4, cell], steps, lane, lanes)
-    error = _estimated_error(ending, state, loss, constants)
-    refinements = int(lanes[at.REFINED + lane])
-    out_of_steps = ending == HORIZON and lanes[at.END + lane] < settings[0] / lanes[at.UNIT + lane]
-    if out_of_steps or not (error <= _SHARE * settings[3] and loss <= _MOST_LOSS):
-        if not out_of_steps and _refine(cell, lane, error, starts, settings, lanes):
+    loss, rounding, change = _loss(state, starts[4, cell], steps, lane, lanes)
+    error = math.inf
+    if loss <= _MOST_LOSS:
+        error = _estimated_error(ending, state, loss, rounding, _constants(lane, lanes))
+    out_of_steps = ending == HORIZON and lanes[at.END + lane] < _time_left(lane, settings, lanes)
+    if out_of_steps or not error <= _SHARE * settings[3]:
+        if not out_of_steps and _refine(lane, error, settings, lanes):
             return AFRESH
-        nan = math.nan
-        _write(cell, UNRESOLVED, nan, nan, nan, nan, nan, nan, steps, refinements, measures, counts)
+        nan, taken = math.nan, lanes[at.STEPS_KEPT + lane] + steps
+        _write(
+            cell, UNRESOLVED, nan, nan, nan, nan, nan, nan, taken, lanes[at.REFINED + lane], measures, counts
+        )
         return DONE
     tilt = math.copysign(settings[2], state[0]) if ending == FELL else math.atan2(state[0], state[1])
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
     lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], error)
-    lanes[at.TURNS_LEFT + lane] -= 1.0
-    if ending == BOUNDED and lanes[at.TURNS_LEFT + lane] > 0.0:
-        lanes[at.FIRST_TURN + lane] = t
-        lanes[at.HEADING + lane] = -lanes[at.HEADING + lane]
-        return GOES_ON
-    unit = lanes[at.UNIT + lane]
-    fall_time = unit * t if ending == FELL else math.nan
-    period = 2.0 * unit * (t - lanes[at.FIRST_TURN + lane]) if ending == BOUNDED else math.nan
-    drift = abs(change) / lanes[at.ENERGY_0 + lane]
+    lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], change)
+    lanes[at.STEPS_KEPT + lane] += steps
+    at_rest = lanes[at.W_0 + lane] == 0.0
+    if ending == BOUNDED and not at_rest and lanes[at.BACKWARD + lane] == 0.0:
+        lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane] = 1.0, t
+        lanes[at.FAILED + lane] = math.nan
+        if _time_left(lane, settings, lanes) > 0.0:
+            _set_off(lane, settings, lanes)
+            return AFRESH
+        ending = HORIZON
+    _finish(cell, lane, ending, t, lanes, measures, counts)
+    return DONE
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _finish(cell, lane, ending, t, lanes, measures, counts):
+    """Write a cell whose last leg ended at the scaled time t."""
+    unit, before = lanes[at.UNIT + lane], lanes[at.FIRST_TURN + lane]
+    fall_time = unit * (2.0 * before + t) if ending == FELL else math.nan
+    period = 2.0 * unit * (before + t) if ending == BOUNDED else math.nan
+    drift = lanes[at.CHANGE + lane] / lanes[at.ENERGY_0 + lane]
     _write(
         cell, ending, lanes[at.LEAST + lane], lanes[at.GREATEST + lane], fall_time, period, drift,
-        lanes[at.ERROR + lane], steps, refinements, measures, counts,
+        lanes[at.ERROR + lane], lanes[at.STEPS_KEPT + lane], lanes[at.REFINED + lane], measures, counts,
     )  # fmt: skip
-    return DONE

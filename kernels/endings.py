@@ -15,6 +15,6 @@ ENDINGS: dict[int, tuple[str, str]] = {
     STEADY: ("steady", "an exact steady motion with nothing to disturb it: there is nothing to measure"),
     HORIZON: ("horizon", "the duration was over before both turning points were passed"),
     FELL: ("fell", "the tilt reached fall_tilt"),
-    UNRESOLVED: ("unresolved", "the error gauge stayed over the tolerance even at the smallest step"),
+    UNRESOLVED: ("unresolved", "the estimated error stayed over the tolerance, or the steps were too many"),
     INVALID: ("invalid", "no such start: not finite, or outside the domain of a parameter"),
 }

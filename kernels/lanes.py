@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit, prange
 
 from kernels import rows as at
+from kernels.borrow import borrowed
 from kernels.cell import AFRESH, BEGUN, DONE, begin, examine
 from kernels.disk import CONTRACT
 from kernels.rk4 import lane_step
@@ -66,8 +67,7 @@ def _fill(lane, following, stop, starts, settings, lanes, measures, counts):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _integrate_chunk(start, stop, starts, settings, measures, counts):
-    lanes = np.zeros(at.SIZE)
+def _integrate_chunk(start, stop, starts, settings, lanes, measures, counts):
     cells = np.full(at.LANES, -1)
     begun = np.zeros(at.LANES, np.int64)
     following = start
@@ -119,5 +119,11 @@ def integrate(starts, settings, measures, counts):
     (`numba.parallel_chunksize`, set by the caller).
     """
     n = starts.shape[1]
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        _integrate_chunk(chunk * CHUNK, min(n, (chunk + 1) * CHUNK), starts, settings, measures, counts)
+    chunks = (n + CHUNK - 1) // CHUNK
+    lanes = np.zeros((chunks, at.SIZE))
+    for chunk in prange(chunks):
+        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+        _integrate_chunk(
+            start, stop, borrowed(starts), borrowed(settings), borrowed(lanes[chunk]),
+            borrowed(measures), borrowed(counts),
+        )  # fmt: skip

@@ -32,28 +32,34 @@ def lane_step(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse, h):
     -----
     The classical method of order 4 (Kutta 1901); local error O(h^5).
     """
+    # The slopes are summed as they come: all four together would not fit the vector registers.
     half = 0.5 * h
-    S1, C1, T1, w1, o1, s1 = derivatives(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse)
-    S2, C2, T2, w2, o2, s2 = derivatives(
-        S + half * S1, C + half * C1, T + half * T1, w + half * w1, o + half * o1, s + half * s1,
+    dS, dC, dT, dw, do, ds = derivatives(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse)
+    sS, sC, sT, sw, so, ss = dS, dC, dT, dw, do, ds
+    dS, dC, dT, dw, do, ds = derivatives(
+        S + half * dS, C + half * dC, T + half * dT, w + half * dw, o + half * do, s + half * ds,
         i_tilt, i_roll, i_spin, i_inverse,
     )  # fmt: skip
-    S3, C3, T3, w3, o3, s3 = derivatives(
-        S + half * S2, C + half * C2, T + half * T2, w + half * w2, o + half * o2, s + half * s2,
+    sS, sC, sT = sS + 2.0 * dS, sC + 2.0 * dC, sT + 2.0 * dT
+    sw, so, ss = sw + 2.0 * dw, so + 2.0 * do, ss + 2.0 * ds
+    dS, dC, dT, dw, do, ds = derivatives(
+        S + half * dS, C + half * dC, T + half * dT, w + half * dw, o + half * do, s + half * ds,
         i_tilt, i_roll, i_spin, i_inverse,
     )  # fmt: skip
-    S4, C4, T4, w4, o4, s4 = derivatives(
-        S + h * S3, C + h * C3, T + h * T3, w + h * w3, o + h * o3, s + h * s3,
+    sS, sC, sT = sS + 2.0 * dS, sC + 2.0 * dC, sT + 2.0 * dT
+    sw, so, ss = sw + 2.0 * dw, so + 2.0 * do, ss + 2.0 * ds
+    dS, dC, dT, dw, do, ds = derivatives(
+        S + h * dS, C + h * dC, T + h * dT, w + h * dw, o + h * do, s + h * ds,
         i_tilt, i_roll, i_spin, i_inverse,
     )  # fmt: skip
     sixth = h * (1.0 / 6.0)  # a division would cost a tenth of the step
     return (
-        S + sixth * (S1 + 2.0 * (S2 + S3) + S4),
-        C + sixth * (C1 + 2.0 * (C2 + C3) + C4),
-        T + sixth * (T1 + 2.0 * (T2 + T3) + T4),
-        w + sixth * (w1 + 2.0 * (w2 + w3) + w4),
-        o + sixth * (o1 + 2.0 * (o2 + o3) + o4),
-        s + sixth * (s1 + 2.0 * (s2 + s3) + s4),
+        S + sixth * (sS + dS),
+        C + sixth * (sC + dC),
+        T + sixth * (sT + dT),
+        w + sixth * (sw + dw),
+        o + sixth * (so + do),
+        s + sixth * (ss + ds),
     )
 
 

@@ -20,9 +20,11 @@ HEADING, LEAST_C, END = (row * LANES for row in range(13, 16))
 
 # What a cell remembers between its events: the start,
 S_0, C_0, W_0, O_RATE_0, S_RATE_0, ENERGY_0 = (row * LANES for row in range(16, 22))
-#: the scale of the step, how often it was reduced, and how many turning points are still to be passed,
-STEP, REFINED, TURNS_LEFT = (row * LANES for row in range(22, 25))
-#: the extreme tilts so far, the time of the first turning point, the worst estimated error, and sqrt(R/g) in s.
-LEAST, GREATEST, FIRST_TURN, ERROR, UNIT = (row * LANES for row in range(25, 30))
+#: the scale of the step, how often it was reduced, the error that was last found too large,
+STEP, REFINED, FAILED = (row * LANES for row in range(22, 25))
+#: whether the motion is followed backward in time now, the time and the steps of the leg before,
+BACKWARD, FIRST_TURN, STEPS_KEPT = (row * LANES for row in range(25, 28))
+#: the extreme tilts so far, the worst estimated error, the largest energy change, and sqrt(R/g) in s.
+LEAST, GREATEST, ERROR, CHANGE, UNIT = (row * LANES for row in range(28, 33))
 
-SIZE = 30 * LANES
+SIZE = 33 * LANES

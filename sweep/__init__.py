@@ -1,12 +1,14 @@
 """Stability atlases of a disk rolling without slip.
 
-``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; see `__all__` for the rest.
+``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; see `__all__` for the rest. Datasets have the
+accessor ``dataset.eulerdisk``.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import kernels
+from sweep.arrival import on_arrival
 
 __version__ = "0.1.0"
 
@@ -47,6 +49,10 @@ _HOME = {
 }
 
 __all__ = ["__version__", *_HOME]
+
+
+# dataset.eulerdisk, as soon as there are datasets
+on_arrival("xarray", lambda: import_module("sweep.accessor"))
 
 
 def __getattr__(name: str) -> Any:

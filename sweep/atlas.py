@@ -15,7 +15,8 @@ from sweep.boundary import Edge, edges
 from sweep.compiled import kernel_hash
 from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
-from sweep.schema import CONTACT_VARIABLES, FILL, PARAMETERS, SETTINGS, VARIABLES, boundary_quantities
+from sweep.schema import FILL, PARAMETERS, SETTINGS, Quantity, boundary_quantities
+from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -33,6 +34,14 @@ _SUMMARY = (
     "Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every start of a "
     "grid the extreme tilts of the motion, integrated with RK4 until they are final, and the verdict of a criterion."
 )
+
+_REFERENCES = (
+    "equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, Korteweg 1899; "
+    "stability: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201"
+)
+
+#: What ACDD wants to know of every variable that is not a coordinate.
+_CONTENT = {"coverage_content_type": "modelResult"}
 
 
 @dataclass(frozen=True)
@@ -53,15 +62,21 @@ class Declaration:
 
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
-    method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
-    shared = method | _scalars(spec)
-    declared = []
-    contact = CONTACT_VARIABLES if spec.contact == "yes" else {}
     computed = {name: PARAMETERS[name] for name in _computed(spec)}
-    for name, quantity in {**VARIABLES, **contact, **computed}.items():
+    return declare_cells(spec, {**atlas_variables(spec.method, spec.contact), **computed}, "ending")
+
+
+def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
+    """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
+    method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
+    shared = method | _CONTENT | _scalars(spec)
+    declared = []
+    for name, quantity in quantities.items():
         attributes = {**quantity.attributes(), **shared}
         if quantity.flags is None:
-            attributes["ancillary_variables"] = "ending"
+            attributes["ancillary_variables"] = status
+        elif name == status:
+            attributes["standard_name"] = "status_flag"
         declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
     return declared
 
@@ -69,10 +84,14 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
 def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
     """Return the variables of one edge of the unstable band, in the order of the fields of `Edge`."""
     dims = tuple(name for name in spec.axes if name != axis)
-    return [
-        Declaration(quantity.name, dims, quantity.dtype, quantity.attributes() | _scalars(spec))
-        for quantity in boundary_quantities(axis, edge).values()
-    ]
+    declared = []
+    quantities = boundary_quantities(axis, edge)
+    for name, quantity in quantities.items():
+        attributes = quantity.attributes() | _CONTENT | _scalars(spec)
+        if f"{name}_halfwidth" in quantities:
+            attributes["ancillary_variables"] = f"{name}_halfwidth"
+        declared.append(Declaration(name, dims, quantity.dtype, attributes))
+    return declared
 
 
 def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
@@ -107,6 +126,7 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),
         "summary": _SUMMARY,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
+        "references": _REFERENCES,
         "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
         "history": _ascii(f"{now} {command}"),
         "date_created": now,
@@ -156,9 +176,9 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
             flat[name][block.span.start : block.span.stop] = column
     stability = flat["stability"].reshape(spec.shape)
     return xr.Dataset(
-        {each.name: _variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+        {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
         | edge_variables(spec, stability),
-        {each.name: _variable(each, values, spec) for each, values in coordinates(spec)},
+        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
         global_attributes(spec, command),
     )
 
@@ -190,7 +210,7 @@ def edge_values(line: Edge) -> list[npt.NDArray[np.float64]]:
 def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
     """Return the variables of all edges that a grid of verdicts, of the spec's shape, has."""
     return {
-        each.name: _variable(each, values, spec)
+        each.name: as_variable(each, values, spec)
         for (axis, edge), line in edges(spec, stability).items()
         for each, values in zip(edge_declarations(spec, axis, edge), edge_values(line), strict=True)
     }
@@ -229,7 +249,8 @@ def _scalars(spec: SweepSpec) -> dict[str, str]:
     return {"coordinates": " ".join(fixed)} if fixed else {}
 
 
-def _variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+    """Return a declared variable with its values and the encoding of the file profile."""
     import xarray as xr
 
     encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}

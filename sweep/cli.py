@@ -10,7 +10,8 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import compute, look, motion
+from sweep.commands import check, compute, convert, look, motion, verify
+from sweep.commands.explain import explain
 from sweep.errors import RequestError
 
 app = typer.Typer(
@@ -22,7 +23,19 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-for _command in (compute.run, look.plot, look.info, look.boundary, motion.simulate):
+_COMMANDS = (
+    compute.run,
+    look.plot,
+    look.info,
+    look.boundary,
+    verify.verify,
+    check.compare,
+    explain,
+    convert.export,
+    motion.simulate,
+)
+
+for _command in _COMMANDS:
     app.command()(_command)
 
 

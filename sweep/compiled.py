@@ -44,6 +44,17 @@ def integrate() -> Callable[..., None]:
 
 
 @lru_cache
+def extremes() -> Callable[..., tuple[Any, Any]]:
+    """Return `kernels.reduction.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels import legendre, reduction
+
+    found: Callable[..., tuple[Any, Any]] = reduction.extremes
+    for kernel in (legendre.build_tables, reduction.reduce):
+        _cache_on_disk(kernel)
+    return found
+
+
+@lru_cache
 def trajectory() -> Callable[..., tuple[int, int, float, int]]:
     """Return `kernels.path.trajectory`, cached in the same way."""
     from kernels import path

@@ -116,7 +116,10 @@ class Criterion:
         cell that could not be resolved, whatever its extremes say.
         """
         reach = np.maximum(np.abs(tilt_max - steady_tilt), np.abs(tilt_min - steady_tilt))
-        limit = self.limit * np.asarray(scale) if self.kind == "amplification" else self.limit
+        limit: Array | float = self.limit
+        if self.kind == "amplification":
+            # nothing is amplified where nothing was put in
+            limit = np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
         bounded = ending == _CODES["bounded"]
         # Both comparisons are false for NaN: a cell without numbers is neither stable nor unstable.
         beyond = (bounded | (ending == _CODES["horizon"])) & (reach > limit)

@@ -221,18 +221,22 @@ def _edges(dataset: "xr.Dataset", spec: SweepSpec, rate: str, up: Scale, across:
         has = np.isfinite(measured)
         middle, low, high = measured[has], (measured - half)[has], (measured + half)[has]
         critical, predicted = (np.atleast_1d(line) for line in lines.get(name, (nothing, nothing)))
+        # where the analytic rate is zero (circling upright) there is nothing to compare with
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = [(each / analytic[has]) ** 2 for each in (low, middle, high)]
+            predicted_ratio = (predicted / critical) ** 2
         edges.append(
             Edge(
                 name,
                 across.values[has] if across else np.zeros(middle.shape),
                 up.shown(middle),
                 _spread(*map(up.shown, (low, middle, high))),
-                (middle / analytic[has]) ** 2,
-                _spread(*((each / analytic[has]) ** 2 for each in (low, middle, high))),
+                ratios[1],
+                _spread(*ratios),
                 across.shown(fine) if across else fine,
                 up.shown(critical),
                 up.shown(predicted),
-                (predicted / critical) ** 2,
+                predicted_ratio,
             )
         )
     return edges

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kernels.steady import steady_roll_rate
 from sweep.atlas import spec_of
+from sweep.audit import Findings
 from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
 from sweep.spec import SweepSpec
 
@@ -59,47 +59,56 @@ def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
     for dataset in datasets:
         spec = spec_of(dataset)
         for axis, lower in _found_edges(dataset, spec):
-            rows += _critical_rows(dataset, spec, axis, lower)
+            if not lower:
+                rows += _critical_rows(dataset, spec, axis)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
     )
 
 
-def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, lower: str) -> Iterator[list[str]]:
-    measured = dataset[f"boundary_{lower}{axis}"]
+def audit_text(found: Findings) -> str:
+    """Return what an audit found: counts, the distribution of the difference, and the worst cell."""
+    counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
+    units = {name: _shown_units(PARAMETERS[name]) for name in found.worst}
+    cell = ", ".join(
+        f"{name} {value * PARAMETERS[name].plot_scale:.10g} {units[name]}".strip()
+        for name, value in found.worst.items()
+    )
+    lines = [
+        f"cells        {counted}",
+        f"difference   of the extreme tilts from the exact ones: median {found.median:.1e}, "
+        f"99 % {found.percentile_99:.1e}, largest {found.largest:.1e} rad",
+        f"             of the nutation period: largest {found.largest_period:.1e} of it",
+        f"tolerance    {found.tolerance:.1e} rad",
+        f"{'first wrong' if found.counts['disagrees'] else 'worst cell':<13}{cell or '-'}",
+        "every cell agrees" if found.passed else "NOT every cell agrees",
+    ]
+    return "\n".join(lines)
+
+
+def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str) -> Iterator[list[str]]:
+    measured = dataset[f"boundary_{axis}"]
     if "tilt" not in measured.dims or measured.ndim != 1:
         return
     known = np.flatnonzero(np.isfinite(measured.values))
     if not known.size:
         return
     row = {"tilt": int(known[0])}
-    tilt = float(dataset["tilt"][row])
-    names = (f"boundary_{lower}{axis}", f"boundary_{lower}{axis}_halfwidth", f"predicted_{lower}{axis}")
+    names = (f"boundary_{axis}", f"boundary_{axis}_halfwidth", f"predicted_{axis}")
     rate, halfwidth, predicted = (float(dataset[name][row]) for name in names)
-    shown = "roll_rate" if lower and spec.circling else axis
-    low, middle, high, theory = (
-        _scaled_square(dataset, tilt, value, shown != axis)
-        for value in (rate - halfwidth, rate, rate + halfwidth, predicted)
-    )
+    unit_squared = float(dataset["radius"]) / float(dataset["gravity"])
     alpha = float(dataset["alpha"])
-    limit = 1.0 / (2.0 * (1.0 + alpha)) if shown == "roll_rate" else 2.0 / (2.0 + alpha)
+    limit = 1.0 / (2.0 * (1.0 + alpha)) if axis == "roll_rate" else 2.0 / (2.0 + alpha)
     yield [
         dataset.attrs["title"].split(":")[0],
-        f"{np.degrees(tilt):.3g} deg",
-        shown,
-        f"{middle:.5f} +- {abs(high - low) / 2:.5f}",
+        f"{np.degrees(float(dataset['tilt'][row])):.3g} deg",
+        axis,
+        f"{rate**2 * unit_squared:.5f} +- {2.0 * rate * halfwidth * unit_squared:.5f}",
         str(spec.criterion),
-        f"{theory:.5f}",
+        f"{predicted**2 * unit_squared:.5f}",
         f"{limit:.5f}",
     ]
-
-
-def _scaled_square(dataset: "xr.Dataset", tilt: float, rate: float, as_roll_rate: bool) -> float:
-    radius, gravity = float(dataset["radius"]), float(dataset["gravity"])
-    if as_roll_rate:
-        rate = float(steady_roll_rate(tilt, rate, float(dataset["alpha"]), radius, gravity))
-    return rate**2 * radius / gravity
 
 
 def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[str]:

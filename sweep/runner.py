@@ -3,15 +3,17 @@
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep import cells, contact
 from sweep.blocks import BLOCK_CELLS, Span, blocks
-from sweep.compiled import integrate
+from sweep.compiled import extremes, integrate
 from sweep.errors import RequestError
-from sweep.schema import AUTOMATIC, VARIABLES, Array
+from sweep.schema import AUTOMATIC, Array
+from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
 Columns = Mapping[str, npt.NDArray[np.generic]]
@@ -76,39 +78,62 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     Returns
     -------
     mapping of str to array, shape (len(span),)
-        Every variable of the atlas, of its type in `schema.VARIABLES`; `roll_rate` [rad/s] where it is computed; those
-        of `schema.CONTACT_VARIABLES` where they are asked for.
+        Every variable of the atlas, of its type in the schema; `roll_rate` [rad/s] where it is computed; the
+        extremes of the contact forces where they are asked for.
+    """
+    given = cells.starts(spec, span)
+    measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
+    return _columns(spec, given, measured)
+
+
+def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
+    """Return what the exact reduction says of cells, without time stepping (`kernels.reduction`).
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    given : mapping of str to array, shape (n,)
+        The starts, as from `cells.starts`.
+
+    Returns
+    -------
+    dict of str to array, shape (n,)
+        Variables of `schema_exact.atlas_variables`; NaN or 0 where the reduction has none.
     """
     import numba
 
-    given = cells.starts(spec, span)
+    with numba.parallel_chunksize(1):
+        measures, counts = extremes()(np.stack(list(given.values())), spec.fall_tilt, True)
+    missing, none = np.full(measures.shape[1], np.nan), np.zeros(measures.shape[1], np.int32)
+    return {
+        "ending": counts[0],
+        "tilt_min": measures[0],
+        "tilt_max": measures[1],
+        "fall_time": missing,
+        "nutation_period": measures[2],
+        "energy_drift": missing,
+        "tilt_error": measures[4],
+        "steps": none,
+        "refinements": none,
+        "wells": counts[1],
+        "separatrix": measures[3],
+    }
+
+
+def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
+    import numba
+
+    n = len(given["tilt"])
     step = 0.0 if spec.step == AUTOMATIC else spec.step
     settings = np.array([spec.duration, step, spec.fall_tilt, spec.tolerance])
-    measures = np.empty((6, len(span)))
-    counts = np.zeros((3, len(span)), np.int32)
+    measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
     # one chunk at a time to whichever thread is free: what a cell costs is known only afterwards
     with numba.parallel_chunksize(1):
         integrate()(np.stack(list(given.values())), settings, measures, counts)
-    columns = _columns(spec, given, measures, counts)
-    return columns | contact.columns(given, measures[0], measures[1]) if spec.contact == "yes" else columns
-
-
-def _columns(
-    spec: SweepSpec, given: dict[str, Array], measures: Array, counts: npt.NDArray[np.int32]
-) -> dict[str, npt.NDArray[np.generic]]:
-    ending = counts[0]
-    least, greatest = measures[0], measures[1]
-    steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reach = np.maximum(np.abs(greatest - steady), np.abs(least - steady))
-        amplification = np.where(scale > 0.0, reach / scale, np.nan)
-    columns = {
-        "ending": ending,
-        "stability": spec.criterion.verdict(ending, least, greatest, steady, scale),
-        "tilt_min": least,
-        "tilt_max": greatest,
-        "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
-        "amplification": amplification,
+    return {
+        "ending": counts[0],
+        "tilt_min": measures[0],
+        "tilt_max": measures[1],
         "fall_time": measures[2],
         "nutation_period": measures[3],
         "energy_drift": measures[4],
@@ -116,8 +141,25 @@ def _columns(
         "steps": counts[1],
         "refinements": counts[2],
     }
+
+
+def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
+    least, greatest = measured["tilt_min"], measured["tilt_max"]
+    steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.maximum(np.abs(greatest - steady), np.abs(least - steady))
+        amplification = np.where(scale > 0.0, reach / scale, np.nan)
+    derived: dict[str, npt.NDArray[Any]] = {
+        "stability": spec.criterion.verdict(measured["ending"], least, greatest, steady, scale),
+        "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
+        "amplification": amplification,
+    }
+    if spec.contact == "yes":
+        derived |= contact.columns(given, least, greatest)
+    table = atlas_variables(spec.method, spec.contact)
     typed: dict[str, npt.NDArray[np.generic]] = {
-        name: column.astype(VARIABLES[name].dtype, copy=False) for name, column in columns.items()
+        name: (measured | derived)[name].astype(quantity.dtype, copy=False)
+        for name, quantity in table.items()
     }
     if spec.circling:
         typed["roll_rate"] = np.where(np.isfinite(given["roll_rate"]), given["roll_rate"], np.nan)

@@ -56,13 +56,14 @@ def scale(name: str, values: Array, *, squares: bool, from_zero: bool = False) -
     squares : bool
         Whether to show squares, if no value is negative.
     from_zero : bool
-        Whether values that begin near zero are shown from zero on; squares are in any case.
+        Whether values that begin near zero, and not below it, are shown from zero on; squares are in any case.
     """
     gaps = np.diff(values)
     even = np.allclose(gaps, gaps[0], rtol=1e-6, atol=0.0)
     log = bool(not even and values[0] > 0.0 and values[-1] > _MANY * values[0])
     squared = squares and bool(values[0] >= 0.0)
     borders = np.exp(_borders(np.log(values))) if log else _borders(values)
+    from_zero = from_zero and bool(values[0] >= 0.0)
     if squared or from_zero:
         borders = np.maximum(borders, 0.0)
     low, high = borders[[0, -1]]

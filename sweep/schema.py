@@ -25,7 +25,7 @@ STEADY_ROLL = "steady"
 AUTOMATIC = "auto"
 
 #: The methods of integration.
-METHODS = ("rk4",)
+METHODS = ("rk4", "exact")
 
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 
@@ -80,7 +80,7 @@ class Tolerance:
     reason: str
 
 
-_EXACT = Tolerance(0.0, 0.0, "a decision is the same or it is not")
+EXACT_DECISION = Tolerance(0.0, 0.0, "a decision is the same or it is not")
 _GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits between processors")
 _TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of the exact one")
 _DERIVED = Tolerance(
@@ -122,10 +122,10 @@ class Quantity:
         """Factor from the value in `units` to the value that `plot_label` speaks of."""
         return _SHOWN[self.units][1]
 
-    def spell(self, value: float) -> str:
+    def spell(self, value: float, digits: int = 10) -> str:
         """Return a value as a message says it, angles in degrees."""
         shown = "deg" if self.units == "rad" else self.units
-        return f"{value * self.plot_scale:.10g}" + (f" {shown}" if shown != "1" else "")
+        return f"{value * self.plot_scale:.{digits}g}" + (f" {shown}" if shown != "1" else "")
 
     def attributes(self) -> dict[str, object]:
         """Return the CF attributes, ASCII only; an enumerated quantity has flags instead of units."""
@@ -165,7 +165,8 @@ class Word:
 _Row = TypeVar("_Row", Quantity, Input, Word)
 
 
-def _table(*rows: _Row) -> Mapping[str, _Row]:
+def table(*rows: _Row) -> Mapping[str, _Row]:
+    """Return rows by their names, not to be changed."""
     return MappingProxyType({row.name: row for row in rows})
 
 
@@ -194,7 +195,7 @@ def _upright(tilt: Array) -> Truths:
 
 
 # fmt: off
-PARAMETERS: Mapping[str, Input] = _table(
+PARAMETERS: Mapping[str, Input] = table(
     _input("tilt", r"\theta_0", "rad", "initial tilt of the plane of the disk from the vertical",
            0.0, "|tilt| < 90 deg", _upright),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
@@ -206,7 +207,7 @@ PARAMETERS: Mapping[str, Input] = _table(
     _input("gravity", "g", "m s-2", "acceleration of gravity", 9.81, "gravity > 0", _positive),
 )
 
-SETTINGS: Mapping[str, Input] = _table(
+SETTINGS: Mapping[str, Input] = table(
     _input("duration", "t", "s", "longest time simulated for a cell", 300.0, "duration > 0", _positive),
     _input("step", "h", "s", "time step", AUTOMATIC, "step > 0, or auto", _positive),
     _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
@@ -215,18 +216,18 @@ SETTINGS: Mapping[str, Input] = _table(
            1e-8, "1e-12 rad <= tolerance <= 0.1 rad", lambda error: (error >= 1e-12) & (error <= 0.1)),
 )
 
-WORDS: Mapping[str, Word] = _table(
+WORDS: Mapping[str, Word] = table(
     Word("title", "what the atlas is about, in one line", ""),
     Word("criterion", "what counts as unstable", "departure:5deg"),
     Word("method", "how the motion is integrated", METHODS[0]),
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no"),
 )
 
-VARIABLES: Mapping[str, Quantity] = _table(
-    Quantity("ending", "", "1", "how the integration of the cell ended", _EXACT,
+VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("ending", "", "1", "how the integration of the cell ended", EXACT_DECISION,
              "; ".join(f"{name}: {meaning}" for name, meaning in ENDINGS.values()),
              "i1", MappingProxyType({code: name for code, (name, _) in ENDINGS.items()})),
-    Quantity("stability", "", "1", "verdict of the stability criterion", _EXACT,
+    Quantity("stability", "", "1", "verdict of the stability criterion", EXACT_DECISION,
              "follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell undecided",
              "i1", MappingProxyType({UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"})),
     Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, "signed"),
@@ -237,7 +238,7 @@ VARIABLES: Mapping[str, Quantity] = _table(
              _DERIVED, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
     Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _DERIVED),
     Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _DERIVED),
-    Quantity("energy_drift", r"|\Delta E|/E", "1", "relative change of the energy by the end of the integration",
+    Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
              _GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", _GAUGE,
              "what the invariants of the motion have lost, over the force at the turning point", "f4"),
@@ -246,13 +247,16 @@ VARIABLES: Mapping[str, Quantity] = _table(
 )
 
 #: What an atlas holds besides with ``contact=yes``.
-CONTACT_VARIABLES: Mapping[str, Quantity] = _table(
+CONTACT_VARIABLES: Mapping[str, Quantity] = table(
     Quantity("least_normal_force", r"\min N/mg", "1", "least normal force of the motion over the weight", _FORCE,
              "the disk would lift off where it is not positive"),
     Quantity("friction_needed", r"\max\mu", "1", "largest friction coefficient that rolling without slip needs",
              _FORCE, "missing where the normal force is not positive all the time"),
 )
 # fmt: on
+
+#: Variables of the run rather than of the disk, its errors and its work: other kernels or steps have others.
+EFFORT = ("energy_drift", "tilt_error", "steps", "refinements")
 
 
 def boundary_quantities(axis: str, edge: str = "upper") -> Mapping[str, Quantity]:
@@ -281,6 +285,6 @@ def boundary_quantities(axis: str, edge: str = "upper") -> Mapping[str, Quantity
         f"predicted_{lower}{axis}": f"{words} at which theory puts the boundary for this criterion and perturbation",
         f"critical_{lower}{axis}": f"analytic critical {words}, the limit of a vanishing perturbation",
     }
-    return _table(
+    return table(
         *(Quantity(name, along.symbol, along.units, words, _BOUNDARY) for name, words in meanings.items())
     )

@@ -20,6 +20,9 @@ from sweep.spec import SweepSpec
 #: The terms fall like sin(tilt)**n: this many suffice for 1e-15 up to the steepest fall_tilt that makes sense.
 _MOST_TERMS = 200_000
 
+#: Places on the way to the limit at which a barrier is looked for.
+_ON_THE_WAY = 32
+
 
 def edges(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
     """Return the edges of the unstable band along a rate axis.
@@ -48,12 +51,16 @@ def edges(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
         slow, fast = None, _upright_edges(rows, given, axis)
     if fast is None:
         return {}
-    critical, predicted = (line.reshape(shape) for line in fast)
-    if along[0] < 0.0:
-        return {"upper": (critical, predicted), "lower": (-critical, -predicted)}
-    if slow is None:
-        return {"upper": (critical, predicted)}
-    return {"upper": (critical, predicted), "lower": (slow[0].reshape(shape), slow[1].reshape(shape))}
+    if along[0] < 0.0 < along[1]:
+        return {"upper": _shaped(fast, shape, 1.0), "lower": _shaped(fast, shape, -1.0)}
+    # the motion does not care for the sign of its rates: on a negative axis the band lies mirrored
+    sign, outer, inner = (1.0, "upper", "lower") if along[1] > 0.0 else (-1.0, "lower", "upper")
+    found = {outer: _shaped(fast, shape, sign)}
+    return found if slow is None else found | {inner: _shaped(slow, shape, sign)}
+
+
+def _shaped(lines: tuple[Array, Array], shape: tuple[int, ...], sign: float) -> tuple[Array, Array]:
+    return sign * lines[0].reshape(shape), sign * lines[1].reshape(shape)
 
 
 def limit(spec: SweepSpec, given: dict[str, Array]) -> Array:
@@ -82,22 +89,41 @@ def _circling_edges(
 def _upright_edges(spec: SweepSpec, given: dict[str, Array], axis: str) -> tuple[Array, Array] | None:
     """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
     other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
-    if other is None or np.any(given[other] != 0.0):
+    if other is None or np.all(given[other] != 0.0):
         return None
     alpha, radius, gravity = (given[name] for name in ("alpha", "radius", "gravity"))
     reach = np.minimum(limit(spec, given), spec.fall_tilt)
     outward = np.where(given["tilt"] < 0.0, -1.0, 1.0)
-    predicted = _turning_rate(given, outward * reach, axis)
+    predicted = _holding_rate(given, outward * reach, axis)
     # a kicked disk swings to both sides, a released one only away from its start
-    both = np.fmax(predicted, _turning_rate(given, -outward * reach, axis))
+    both = np.maximum(predicted, _holding_rate(given, -outward * reach, axis))
     predicted = np.where(given["tilt_rate"] != 0.0, both, predicted)
-    if axis == "roll_rate":
-        return np.sqrt(critical_roll_rate_squared(alpha, radius, gravity)), predicted
-    return np.sqrt(critical_precession_rate_squared(alpha, radius, gravity)), predicted
+    squared = (
+        critical_roll_rate_squared(alpha, radius, gravity)
+        if axis == "roll_rate"
+        else critical_precession_rate_squared(alpha, radius, gravity)
+    )
+    known = given[other] == 0.0
+    return np.where(known, np.sqrt(squared), np.nan), np.where(
+        known & np.isfinite(predicted), predicted, np.nan
+    )
+
+
+def _holding_rate(given: dict[str, Array], tilt: Array, axis: str) -> Array:
+    """Least rate [rad/s] along `axis` with which a start turns back on its way to `tilt` [rad]; infinite if none does.
+
+    Usually it is the rate that turns it back at `tilt`; a tilted disk that is pushed towards upright may meet a barrier
+    before.
+    """
+    start = given["tilt"]
+    least = np.full_like(start, np.inf)
+    for share in np.arange(1, _ON_THE_WAY + 1) / _ON_THE_WAY:
+        least = np.minimum(least, _turning_rate(given, start + share * (tilt - start), axis))
+    return np.where(np.abs(start) < np.abs(tilt), least, np.nan)
 
 
 def _turning_rate(given: dict[str, Array], tilt: Array, axis: str) -> Array:
-    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; NaN where none does.
+    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does.
 
     The scaled rates are s = p f, o = p g with p the rate sought and f, g fixed functions of the tilt, so that energy
     conservation is linear in p^2.
@@ -112,8 +138,8 @@ def _turning_rate(given: dict[str, Array], tilt: Array, axis: str) -> Array:
     height = height + 2.0 * np.sin(half[0]) * np.sin(half[1])
     barrier = 0.5 * (1.0 + alpha) * (f - f0) * (f + f0) + 0.25 * alpha * (g - g0) * (g + g0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rate = np.sqrt(height / (barrier * unit_squared))
-    return np.where((np.abs(start) < np.abs(tilt)) & (barrier > 0.0), rate, np.nan)
+        rate = np.sqrt(np.maximum(height, 0.0) / (barrier * unit_squared))
+    return np.where(barrier > 0.0, rate, np.inf)
 
 
 def carried_rates(start: Array, tilt: Array, s0: Array, o0: Array, alpha: Array) -> tuple[Array, Array]:

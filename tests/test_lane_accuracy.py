@@ -99,3 +99,25 @@ def test_a_long_step_is_refined():
     assert long.steps[0] > 5
     for found in (own, long):
         assert errors(found, truth)[0] <= 1e-5
+
+
+@compiled
+def test_a_faint_kick_off_the_summit_swings_to_both_sides():
+    """A kick off an unstable upright disk swings it as far to the one side as to the other, however faint the kick."""
+    kicks, rates = np.meshgrid(np.geomspace(1e-9, 1e-2, 15), np.linspace(2.0, 2.5, 30))
+    found = engine.run(referee.starts(tilt_rate=kicks.ravel(), roll_rate=rates.ravel()))
+    assert (found.ending == BOUNDED).all()
+    assert list(found.greatest) == list(-found.least)
+    # energy of the kick against the depth of the wells: beyond 1e-6 rad/s the swing is that of no kick at all
+    swings = found.greatest.reshape(kicks.shape)
+    assert np.abs(swings[:, 0] - swings[:, 6]).max() <= 1e-7
+
+
+@compiled
+def test_what_lies_on_a_separatrix_is_admitted():
+    """A motion that reaches the summit of its potential with no more energy than rounding is unresolved, or right."""
+    given = referee.starts(tilt=0.3, tilt_rate=np.linspace(-1.45, -1.25, 2001), roll_rate=1.5)
+    found, truth = engine.run(given), referee.extremes(given)
+    resolved = found.ending != UNRESOLVED
+    assert resolved.mean() > 0.99
+    assert errors(found, truth)[resolved].max() <= 1e-6

@@ -84,9 +84,11 @@ def test_metadata(wheel: zipfile.ZipFile) -> None:
 
 
 def test_command_is_called_eulerdisk(wheel: zipfile.ZipFile) -> None:
-    """One console script, eulerdisk, leads to sweep.cli.main."""
+    """One console script, eulerdisk, leads to sweep.cli.main; one plugin of pytest, eulerdisk_atlas, to its module."""
     written = metadata(wheel, "entry_points.txt").strip()
-    assert written == "[console_scripts]\neulerdisk = sweep.cli:main"
+    assert written == (
+        "[console_scripts]\neulerdisk = sweep.cli:main\n\n[pytest11]\neulerdisk_atlas = sweep.pytest_plugin"
+    )
 
 
 def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:

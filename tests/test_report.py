@@ -144,7 +144,7 @@ def test_the_boundary_table_of_any_number_of_axes(count):
 
 
 def test_the_critical_table():
-    """At the smallest tilt rate^2 R/g comes near 1/3, 4/5 and their circling ends, as measured and as predicted."""
+    """At the smallest tilt rate^2 R/g comes near 1/3 and 4/5, as measured and as predicted."""
     specs = [
         ROLLING,
         SweepSpec.preset("spinning").replace(precession_rate="3:6:81", tilt="0.001deg,4deg"),
@@ -158,7 +158,6 @@ def test_the_critical_table():
         ("Rolling along a line", "roll_rate", 0.33333),
         ("Spinning about the vertical", "precession_rate", 0.8),
         ("Circling at constant tilt", "precession_rate", 0.8),
-        ("Circling at constant tilt", "roll_rate", 0.33333),
     ]
     for line in lines:
         measured, error = map(float, line[3].split(" +- "))

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from sweep import theory
 from sweep.atlas import run
+from sweep.axes import Range
 from sweep.spec import SweepSpec
 
 CRITICAL = {"roll_rate": 9.81 / 0.5 / 3.0, "precession_rate": 4.0 * 9.81 / 0.5 / 5.0}
@@ -186,3 +187,18 @@ def test_the_measured_boundary_converges_to_the_critical_rate(preset, axis):
         distances.append(float(abs(atlas[f"boundary_{axis}"] - critical).max()))
     assert all(after < 0.4 * before for before, after in pairwise(distances))
     assert distances[-1] < 1e-3 * critical
+
+
+@pytest.mark.parametrize("preset", ["rolling", "spinning", "circling"])
+def test_edges_on_a_negative_axis_are_mirrored(preset):
+    """The motion does not care for the sign of its rates: upper and lower edge change places and sign."""
+    spec = SweepSpec.preset(preset)
+    axis = next(name for name in spec.axes if name != "tilt")
+    along = getattr(spec, axis)
+    mirrored = spec.replace(**{axis: Range(-along.stop, -along.start, along.count)})
+    lines, negative = theory.edges(spec, axis), theory.edges(mirrored, axis)
+    other = {"upper": "lower", "lower": "upper"}
+    assert set(negative) == {other[edge] for edge in lines}
+    for edge, (critical, predicted) in lines.items():
+        assert np.array_equal(negative[other[edge]][0], -critical, equal_nan=True)
+        assert np.array_equal(negative[other[edge]][1], -predicted, equal_nan=True)

@@ -13,8 +13,13 @@ Words = Annotated[
         show_default=False,
     ),
 ]
-Spec = Annotated[
-    str, typer.Argument(metavar="SPEC", help="A preset (rolling, spinning, circling) or a .toml file.")
+OptionalSpec = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="SPEC",
+        help="A preset (rolling, spinning, circling) or a .toml file; none with --from.",
+        show_default=False,
+    ),
 ]
 AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made by eulerdisk run.")]
 Criterion = Annotated[

@@ -7,14 +7,19 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import Spec, Words
+from sweep.commands.arguments import OptionalSpec, Words
+from sweep.commands.requests import read_request
 from sweep.commands.stopping import stoppable
 
 
 def run(
-    spec: Spec,
+    spec: OptionalSpec = None,
     words: Words = None,
     *,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="ATLAS.nc", help="Repeat the run of an atlas, instead of a SPEC."),
+    ] = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")
     ],
@@ -24,10 +29,10 @@ def run(
     """Compute an atlas and write it to one netCDF file.
 
     eulerdisk run rolling roll_rate=0.5:6:400 tilt=0.01deg:20deg:300:log -o rolling.nc
-    """
-    from sweep.spec import SweepSpec
 
-    request = SweepSpec.from_words(spec, words or [])
+    eulerdisk run --from rolling.nc -o again.nc
+    """
+    request = read_request(spec, words or [], source)
     from sweep.progress import reporting
     from sweep.store import run_to_file
 

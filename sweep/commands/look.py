@@ -1,5 +1,6 @@
 """Look at finished atlases: `info`, `boundary`, `plot`."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -50,7 +51,8 @@ def plot(
         raise RequestError(
             "not a friction coefficient", "friction > 0", f"{friction:g}", "give one, as in --friction 0.5"
         )
-    datasets = [open_atlas(path) for path in atlases]
-    if criterion is not None:
-        datasets = [reclassify(dataset, criterion) for dataset in datasets]
-    plots.save(plots.figure(datasets, friction), output)
+    with ExitStack() as opened:
+        datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
+        if criterion is not None:
+            datasets = [reclassify(dataset, criterion) for dataset in datasets]
+        plots.save(plots.figure(datasets, friction), output)

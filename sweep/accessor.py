@@ -1,0 +1,213 @@
+"""``dataset.eulerdisk``: what an atlas can be asked, from the xarray.Dataset itself.
+
+The package registers it when both this package and xarray have been imported, in whichever order. Nothing heavy is
+imported here before something is asked.
+"""
+
+import html
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from sweep.errors import RequestError
+from sweep.schema import STABLE, UNSTABLE, boundary_quantities
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sweep.criterion import Criterion
+    from sweep.spec import SweepSpec
+
+NAME = "eulerdisk"
+
+
+class Eulerdisk:
+    """An atlas as its reader sees it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas or a selection from one. What needs the whole grid says so.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset
+
+    @property
+    def spec(self) -> "SweepSpec":
+        """The request that the atlas was made from.
+
+        Raises
+        ------
+        RequestError
+            If it is no atlas, or only a part of one.
+        """
+        from sweep.atlas import spec_of
+
+        self._check()
+        return spec_of(self._dataset)
+
+    @property
+    def stable(self) -> xr.DataArray:
+        """Where the criterion says stable: array of bool over the grid. Undecided cells are neither."""
+        return self._verdict(STABLE)
+
+    @property
+    def unstable(self) -> xr.DataArray:
+        """Where the criterion says unstable: array of bool over the grid."""
+        return self._verdict(UNSTABLE)
+
+    @property
+    def critical(self) -> xr.DataArray:
+        """The analytic critical rate [rad/s], the upper edge of the unstable band, over the remaining axes."""
+        return self.boundary()["critical"]
+
+    def boundary(self, axis: str | None = None, edge: str = "upper") -> xr.Dataset:
+        """Return the boundary of stability along a rate.
+
+        Parameters
+        ----------
+        axis : str, optional
+            The rate; needed only if the atlas has boundaries along two.
+        edge : {"upper", "lower"}
+            The edge of the unstable band: stable above it, or below it.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [rad/s], over the remaining axes.
+
+        Raises
+        ------
+        RequestError
+            If it is no atlas, or has no such boundary.
+        """
+        self._check()
+        name = axis or self._rate(edge)
+        names = dict(
+            zip(
+                boundary_quantities(name, edge),
+                ("measured", "halfwidth", "predicted", "critical"),
+                strict=True,
+            )
+        )
+        if not set(names) <= set(self._dataset.data_vars):
+            self._no_boundary(f"{edge} edge along {name}")
+        found = self._dataset[list(names)].rename(names)
+        # it is not an atlas any more
+        found.attrs = {}
+        return found
+
+    def reclassify(self, criterion: "Criterion | str") -> xr.Dataset:
+        """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
+        from sweep.verdicts import reclassify
+
+        self._check()
+        return reclassify(self._dataset, criterion)
+
+    def cell(self, **given: float | str) -> xr.Dataset:
+        """Return the cell nearest to the values given for the axes: ``cell(roll_rate=2.4, tilt="1deg")``.
+
+        Raises
+        ------
+        RequestError
+            If an axis has no value, or a value lies outside the atlas.
+        """
+        from sweep.nearest import nearest_cell
+
+        place = nearest_cell(self.spec, given)
+        rows = [str(name) for name in self._dataset.data_vars if self._dataset[name].ndim == len(place)]
+        return self._dataset[rows].isel(place)
+
+    def plot(self) -> "Figure":
+        """Return the stability map as a matplotlib Figure; see `sweep.plots.figure`."""
+        from sweep import plots
+
+        self._check()
+        return plots.figure([self._dataset])
+
+    def __repr__(self) -> str:
+        """Return a few lines: what it is, its grid, its verdicts, its boundaries."""
+        return "\n".join(f"{label:<10} {text}" for label, text in self._summary())
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(label)}</th>"
+            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            for label, text in self._summary()
+        )
+        return f"<table>{rows}</table>"
+
+    def _summary(self) -> Iterator[tuple[str, str]]:
+        data = self._dataset
+        if not _is_atlas(data):
+            yield NAME, "not a stability atlas"
+            return
+        yield NAME, str(data.attrs["title"])
+        sizes = data["ending"].sizes
+        yield "grid", " x ".join(f"{name} {count}" for name, count in sizes.items()) or "one cell"
+        yield "criterion", str(data.attrs["criterion"])
+        counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
+        counts["undecided"] = data["ending"].size - sum(counts.values())
+        yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        for name, variable in data.data_vars.items():
+            if (
+                str(name).startswith("boundary_")
+                and not str(name).endswith("_halfwidth")
+                and variable.notnull().any()
+            ):
+                yield (
+                    "boundary",
+                    f"{float(variable.min()):.6g} to {float(variable.max()):.6g} {variable.units}, {name}",
+                )
+
+    def _check(self) -> None:
+        if not _is_atlas(self._dataset):
+            raise RequestError(
+                "not a stability atlas",
+                "the accessor eulerdisk serves datasets that sweep.run and eulerdisk run have made",
+                f"a dataset of {', '.join(map(str, self._dataset.data_vars)) or 'no variables'}",
+                "open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True))",
+            )
+
+    def _verdict(self, code: int) -> xr.DataArray:
+        self._check()
+        verdict: xr.DataArray = self._dataset["stability"] == code
+        verdict.attrs = {}
+        return verdict.rename({STABLE: "stable", UNSTABLE: "unstable"}[code])
+
+    def _rate(self, edge: str) -> str:
+        rates = [
+            name
+            for name in ("roll_rate", "precession_rate")
+            if f"boundary_{'lower_' if edge == 'lower' else ''}{name}" in self._dataset
+        ]
+        if len(rates) != 1:
+            self._no_boundary(f"{edge} edges along {' and '.join(rates) or 'no rate'}")
+        return rates[0]
+
+    def _no_boundary(self, given: str) -> None:
+        held = [
+            str(name)
+            for name in self._dataset.data_vars
+            if str(name).startswith("boundary_") and not str(name).endswith("_halfwidth")
+        ]
+        raise RequestError(
+            "no such boundary, or more than one",
+            f"this atlas has {', '.join(held) or 'no boundary: no rate is among its axes'}",
+            given,
+            "name one of them, as in boundary('roll_rate', 'upper')",
+        )
+
+
+def _is_atlas(dataset: xr.Dataset) -> bool:
+    return {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys() and {
+        "ending",
+        "stability",
+    } <= dataset.keys()
+
+
+# importlib.reload would register it again, and xarray warn of it
+if not hasattr(xr.Dataset, NAME):
+    xr.register_dataset_accessor(NAME)(Eulerdisk)  # type: ignore[no-untyped-call]

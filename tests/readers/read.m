@@ -1,0 +1,13 @@
+% The atlas as Octave sees it: one fact a line.
+pkg load netcdf
+path = argv(){1};
+ncinfo(path); % of the whole file: it fails where the file holds a type that it does not know
+time = ncread(path, "fall_time");
+known = !isnan(time);
+printf("shape %s\n", num2str(fliplr(size(time)))); % Octave counts the dimensions from the fastest
+printf("units %s\n", ncreadatt(path, "fall_time", "units"));
+printf("known %d\n", sum(known(:)));
+printf("mean %.17g\n", mean(time(known)));
+printf("meanings %s\n", ncreadatt(path, "ending", "flag_meanings"));
+printf("flags %s\n", num2str(double(ncreadatt(path, "ending", "flag_values")(:)')));
+printf("criterion %s\n", ncreadatt(path, "/", "criterion"));

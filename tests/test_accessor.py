@@ -1,0 +1,177 @@
+"""dataset.eulerdisk: there in whichever order things are imported, and what it answers."""
+
+import importlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import cf_xarray  # noqa: F401  (registers the accessor .cf)
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.errors import RequestError
+
+CHECKOUT = Path(__file__).parents[1]
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:30deg:5:log")
+CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas of released disks."""
+    return sweep.run(SPEC)
+
+
+@pytest.mark.parametrize(
+    "imports",
+    [
+        "import sweep, xarray as xr",
+        "import xarray as xr, sweep",
+        "import sweep, importlib.util; importlib.util.find_spec('xarray'); import xarray as xr",
+        "import sweep; from xarray.core import dataset; import xarray as xr",
+        "import sweep, importlib, xarray as xr; importlib.reload(sweep)",
+        "import sweep.cli, xarray as xr",
+    ],
+)
+def test_the_accessor_is_there_in_any_order(imports):
+    """Once both are imported datasets have the accessor, and xarray and the import system are as they were."""
+    check = (
+        "; import sys; print(xr.Dataset.eulerdisk.__name__, type(xr.__loader__).__name__,"
+        " [each for each in sys.meta_path if type(each).__module__.startswith('sweep')],"
+        " 'exec_module' in vars(xr.__loader__))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", imports + check],
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout == "Eulerdisk SourceFileLoader [] False\n", done.stderr
+
+
+def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
+    """A module that cannot be imported raises what it would have raised, and is watched no more than once."""
+    from sweep.arrival import on_arrival
+
+    heard = []
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "breaks.py").write_text("1 / 0\n")
+    (tmp_path / "works.py").write_text("answer = 42\n")
+    before = list(sys.meta_path)
+    on_arrival("breaks", lambda: heard.append("breaks"))
+    on_arrival("works", lambda: heard.append("works"))
+    on_arrival("no_such_module", lambda: heard.append("none"))
+    for name, error in (("breaks", ZeroDivisionError), ("no_such_module", ModuleNotFoundError)):
+        with pytest.raises(error):
+            importlib.import_module(name)
+    assert importlib.import_module("works").answer == 42
+    assert heard == ["works"]
+    on_arrival("works", lambda: heard.append("again"))
+    assert heard == ["works", "again"]
+    monkeypatch.delitem(sys.modules, "works")
+    sys.meta_path[:] = before
+
+
+def test_verdicts_are_masks(atlas):
+    """`stable` and `unstable` are the flags as truths; cf-xarray decodes the same from the file's own attributes."""
+    mine = atlas.eulerdisk
+    np.testing.assert_array_equal(mine.stable, atlas["stability"] == 1)
+    np.testing.assert_array_equal(mine.unstable, atlas["stability"].values == 2)
+    assert mine.stable.dtype == bool
+    assert 0 < int(mine.stable.sum()) < SPEC.size
+    np.testing.assert_array_equal(atlas["stability"].cf == "stable", mine.stable)
+    np.testing.assert_array_equal(atlas["ending"].cf == "bounded", atlas["ending"] == 1)
+    part = atlas.isel(tilt=slice(2))
+    np.testing.assert_array_equal(part.eulerdisk.stable, part["stability"] == 1)
+
+
+def test_boundaries_and_critical_rates(atlas):
+    """The boundary has short names; the critical rate of a rolling disk is sqrt(g/3R)."""
+    found = atlas.eulerdisk.boundary()
+    assert list(found) == ["measured", "halfwidth", "predicted", "critical"]
+    np.testing.assert_array_equal(found["measured"], atlas["boundary_roll_rate"])
+    np.testing.assert_array_equal(found["predicted"], atlas["predicted_roll_rate"])
+    np.testing.assert_allclose(atlas.eulerdisk.critical, np.sqrt(9.81 / (3 * 0.5)), rtol=1e-15)
+    circling = sweep.run(CIRCLING)
+    lower = circling.eulerdisk.boundary("precession_rate", "lower")
+    np.testing.assert_array_equal(lower["measured"], circling["boundary_lower_precession_rate"])
+    for refused in (lambda: atlas.eulerdisk.boundary("tilt"), lambda: atlas.eulerdisk.boundary(edge="lower")):
+        with pytest.raises(RequestError, match="this atlas has boundary_roll_rate"):
+            refused()
+
+
+def test_a_cell_is_the_nearest(atlas):
+    """A cell is picked by values with units, nearest along each axis, and in the logarithm where the axis has it."""
+    tilts = np.degrees(atlas["tilt"].values)
+    # between the arithmetic and the geometric middle of two tilts: the larger is nearer in the logarithm
+    between = 0.5 * (np.sqrt(tilts[2] * tilts[3]) + 0.5 * (tilts[2] + tilts[3]))
+    cell = atlas.eulerdisk.cell(roll_rate=2.4, tilt=f"{between}deg")
+    assert cell.sizes == {}
+    np.testing.assert_array_equal(cell["tilt_max"], atlas["tilt_max"].values[2, 3])
+    assert float(cell["roll_rate"]) == 2.5
+    assert "boundary_roll_rate" not in cell
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"roll_rate": 2.4}, "which cell?.*add tilt="),
+        ({"roll_rate": 9, "tilt": "1deg"}, "outside the atlas.*2 rad s-1 to 4 rad s-1"),
+        ({"roll_rate": 2.4, "tilt": "1deg", "alpha": 1}, "alpha of this atlas is 0.5"),
+        ({"rol_rate": 2.4, "tilt": "1deg"}, "did you mean roll_rate"),
+        ({"roll_rate": "2.4m", "tilt": "1deg"}, "does not fit"),
+    ],
+)
+def test_no_cell_is_refused(atlas, given, said):
+    """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
+    with pytest.raises(RequestError, match=said):
+        atlas.eulerdisk.cell(**given)
+
+
+def test_the_rate_that_is_computed_names_no_cell():
+    """In an atlas of circling the roll rate follows from the cell."""
+    with pytest.raises(RequestError, match="computed in every cell"):
+        sweep.run(CIRCLING).eulerdisk.cell(roll_rate=1, tilt="5deg", precession_rate=1)
+
+
+def test_another_criterion_and_a_figure(atlas):
+    """`reclassify` is that of the package; `plot` gives a figure with the map."""
+    other = atlas.eulerdisk.reclassify("departure:1deg")
+    xr.testing.assert_equal(other, sweep.reclassify(atlas, "departure:1deg"))
+    assert atlas.eulerdisk.spec == SPEC
+    assert atlas.eulerdisk.plot().axes
+
+
+def test_a_few_lines_say_what_it_is(atlas):
+    """Text and HTML name title, grid, criterion, counts and boundary, and escape what is not HTML."""
+    text = repr(atlas.eulerdisk)
+    stable, unstable = int(atlas.eulerdisk.stable.sum()), int(atlas.eulerdisk.unstable.sum())
+    assert len(text.splitlines()) == 5
+    for part in (
+        "Rolling along a line",
+        "roll_rate 9 x tilt 5",
+        "departure:5deg",
+        f"{stable} stable, {unstable} unst",
+    ):
+        assert part in text
+    assert "boundary_roll_rate" in text
+    odd = atlas.assign_attrs(title="a < b & <script>")
+    assert "<td style='text-align:left'>a &lt; b &amp; &lt;script&gt;</td>" in odd.eulerdisk._repr_html_()
+
+
+def test_another_dataset_has_it_and_says_what_is_wrong():
+    """On a dataset that is no atlas the repr says so, and every question is refused with what to do."""
+    foreign = xr.Dataset({"sst": ("x", [1.0])})
+    assert repr(foreign.eulerdisk) == "eulerdisk  not a stability atlas"
+    for ask in (
+        lambda it: it.stable,
+        lambda it: it.critical,
+        lambda it: it.cell(tilt=1),
+        lambda it: it.plot(),
+    ):
+        with pytest.raises(RequestError, match=r"not a stability atlas.*a dataset of sst"):
+            ask(foreign.eulerdisk)

@@ -1,0 +1,256 @@
+"""The regression check finds what was changed, where it was changed, and nothing else."""
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.compare import compare
+from sweep.errors import RequestError
+from sweep.regression import in_words
+from sweep.schema import FILL, STABLE, UNSTABLE, VARIABLES
+
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")
+CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """Return an atlas with falls, so that some measures are missing in some cells."""
+    return sweep.run(SPEC)
+
+
+def changed(atlas, name, place, value):
+    """Return a copy of an atlas with one value changed."""
+    copy = atlas.copy(deep=True)
+    copy[name].values[place] = value
+    return copy
+
+
+def found(comparison):
+    """Return the variables that differ, with the number of values that do."""
+    return {finding.name: finding.different for finding in comparison.findings if finding.different}
+
+
+def finding(comparison, name):
+    """Return what is said of one variable."""
+    return next(each for each in comparison.findings if each.name == name)
+
+
+@pytest.mark.parametrize(
+    "spec", [SPEC, CIRCLING, SPEC.replace(roll_rate=3, tilt=0.1)], ids=["2-d", "circling", "cell"]
+)
+def test_an_atlas_is_the_same_as_itself(spec):
+    """Two runs of one spec are the same, every variable is compared, and every value of it."""
+    atlas = sweep.run(spec)
+    comparison = compare(sweep.run(spec), atlas)
+    assert comparison.same
+    assert comparison.cells == spec.size
+    assert {each.name: each.values for each in comparison.findings} == {
+        name: variable.size for name, variable in atlas.data_vars.items()
+    }
+    assert all(each.largest == 0.0 and each.on_edge == 0 for each in comparison.findings)
+
+
+@pytest.mark.parametrize("name", [name for name, each in VARIABLES.items() if each.flags is None])
+def test_a_measure_beyond_its_tolerance_is_found_where_it_is(reference, name):
+    """Just within the tolerance of the schema is the same; just beyond it differs, and that cell is named."""
+    tolerance = VARIABLES[name].tolerance
+    place = tuple(np.argwhere(np.isfinite(reference[name].values))[3])
+    value = float(reference[name].values[place])
+    allowed = tolerance.absolute + tolerance.relative * abs(value)
+    whole = reference[name].dtype.kind == "i"
+    near, far = (allowed, allowed + 1.0) if whole else (0.9 * allowed, 1.1 * allowed)
+    assert compare(changed(reference, name, place, value + near), reference).same
+    comparison = compare(changed(reference, name, place, value + far), reference)
+    assert found(comparison) == {name: 1}
+    worst = finding(comparison, name).worst
+    assert worst.where == {
+        axis: float(reference[axis][i]) for axis, i in zip(reference[name].dims, place, strict=True)
+    }
+    assert worst.reference == value
+
+
+def test_missing_has_to_be_missing(reference):
+    """A value where the reference has none differs, and none where the reference has one; both cells are told."""
+    gap = tuple(np.argwhere(np.isnan(reference["fall_time"].values))[0])
+    known = tuple(np.argwhere(np.isfinite(reference["fall_time"].values))[0])
+    for place, value, told in (
+        (gap, 1.0, (1.0, None)),
+        (known, np.nan, (None, float(reference.fall_time[known]))),
+    ):
+        comparison = compare(changed(reference, "fall_time", place, value), reference)
+        assert found(comparison) == {"fall_time": 1}
+        worst = finding(comparison, "fall_time").worst
+        assert (worst.new, worst.reference) == told
+    assert FILL not in reference["fall_time"].values
+
+
+@pytest.mark.parametrize("name", ["boundary_roll_rate", "predicted_roll_rate", "critical_roll_rate"])
+def test_lines_are_compared(reference, name):
+    """The boundary and the lines of theory are compared like the measures."""
+    row = int(np.flatnonzero(np.isfinite(reference[name].values))[0])
+    comparison = compare(changed(reference, name, row, 3.9), reference)
+    assert found(comparison) == {name: 1}
+    assert finding(comparison, name).worst.where == {"tilt": float(reference["tilt"][row])}
+
+
+def test_a_decision_that_changes_in_the_midst_differs(reference):
+    """A verdict or an ending flipped where nothing is near an edge is a disagreement."""
+    for name in ("stability", "ending"):
+        place = next(
+            tuple(cell)
+            for cell in np.argwhere(reference[name].values == 1)
+            if (reference[name].values[max(0, cell[0] - 1) : cell[0] + 2, cell[1]] == 1).all()
+        )
+        assert found(compare(changed(reference, name, place, 2), reference)) == {name: 1}
+
+
+def test_a_verdict_may_flip_on_the_edge_alone(reference):
+    """A cell whose departure is the criterion's limit may be stable or unstable; its neighbour may not change sides."""
+    place = tuple(np.argwhere(reference["stability"].values == STABLE)[0])
+    reach = float(reference["peak_tilt"].values[place])
+    edge = sweep.reclassify(reference, f"departure:{reach!r}rad")
+    assert edge["stability"].values[place] == STABLE
+    new = changed(edge, "stability", place, UNSTABLE)
+    comparison = compare(new, edge)
+    assert comparison.same
+    assert finding(comparison, "stability").on_edge == 1
+    assert "1 on an edge flipped" in in_words(comparison)
+    # the same flip where the limit is 1e-4 rad further is no matter of the last bit
+    inside = sweep.reclassify(reference, f"departure:{reach + 1e-4!r}rad")
+    assert found(compare(changed(inside, "stability", place, UNSTABLE), inside)) == {"stability": 1}
+
+
+def test_the_boundary_may_move_with_a_cell_on_the_edge(reference):
+    """Where a cell on the edge flips, the boundary of its row moves by a cell and is excused; other rows are not."""
+    rows = np.flatnonzero(np.isfinite(reference["boundary_roll_rate"].values))
+    row = int(rows[0])
+    first = int(np.argmax(reference["stability"].values[:, row] == STABLE))
+    reach = float(reference["peak_tilt"].values[first, row])
+    edge = sweep.reclassify(reference, f"departure:{reach!r}rad")
+    new = changed(edge, "stability", (first, row), UNSTABLE)
+    moved = changed(new, "boundary_roll_rate", row, float(edge["boundary_roll_rate"][row]) + 0.25)
+    comparison = compare(moved, edge)
+    assert comparison.same
+    assert finding(comparison, "boundary_roll_rate").on_edge == 1
+    other = int(rows[-1])
+    assert found(compare(changed(new, "boundary_roll_rate", other, 9.0), edge)) == {"boundary_roll_rate": 1}
+
+
+def test_an_ending_may_flip_beside_its_like(reference):
+    """A cell beside a fall may fall in the new atlas, with all that follows; one amid the bounded may not."""
+    codes = {name: code for code, name in VARIABLES["ending"].flags.items()}
+    fell = reference["ending"].values == codes["fell"]
+    beside = np.zeros_like(fell)
+    beside[1:] |= fell[:-1]
+    place = tuple(np.argwhere(beside & ~fell)[0])
+    fallen = reference
+    for name, value in {
+        "ending": codes["fell"],
+        "stability": UNSTABLE,
+        "tilt_max": 1.48,
+        "fall_time": 1.0,
+    }.items():
+        fallen = changed(fallen, name, place, value)
+    comparison = compare(fallen, reference)
+    assert comparison.same
+    assert finding(comparison, "ending").on_edge == 1
+    apart = tuple(np.argwhere(~beside & ~fell)[-1])
+    assert "ending" in found(compare(changed(reference, "ending", apart, codes["fell"]), reference))
+
+
+def test_other_units_or_codes_mean_another_thing(reference):
+    """Numbers in other units, or flags with other meanings, are not the same numbers."""
+    for name, key, value in (("tilt_max", "units", "degree"), ("stability", "flag_meanings", "a b c")):
+        copy = reference.copy(deep=True)
+        copy[name].attrs[key] = value
+        comparison = compare(copy, reference)
+        assert list(found(comparison)) == [name]
+        assert value in finding(comparison, name).note
+
+
+def test_a_variable_that_one_does_not_have(reference):
+    """A measure that is not there is not the same as one that is."""
+    comparison = compare(reference.drop_vars("nutation_period"), reference)
+    assert found(comparison) == {"nutation_period": SPEC.size}
+    assert finding(comparison, "nutation_period").note == "the new atlas does not have it"
+    assert not compare(reference, reference.drop_vars("nutation_period")).same
+
+
+def test_provenance_is_listed_and_not_judged(reference):
+    """Who made it, when and in which words, differs without harm, and is told apart from content."""
+    copy = reference.copy(deep=True)
+    copy.attrs.update(history="another day", kernel_hash="0", title="Mine")
+    copy["tilt_max"].attrs["long_name"] = "greatest tilt"
+    comparison = compare(copy, reference)
+    assert comparison.same
+    assert comparison.provenance.keys() == {"history", "kernel_hash", "title", "tilt_max:long_name"}
+    assert comparison.provenance["title"] == ("Mine", reference.attrs["title"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields"),
+    [
+        ({"alpha": 1.0}, "alpha"),
+        ({"radius": 1.0, "gravity": 1.62}, "radius, gravity"),
+        ({"criterion": "departure:2deg"}, "criterion"),
+        ({"method": "exact"}, "method"),
+        ({"duration": 100.0, "fall_tilt": 1.0}, "duration, fall_tilt"),
+        ({"roll_rate": "steady", "precession_rate": "1:2:13"}, "roll_rate"),
+    ],
+)
+def test_another_model_or_criterion_is_refused(reference, changes, fields):
+    """Atlases of other disks, starts or criteria are not compared, common part or not; the fields are named."""
+    other = sweep.run(SPEC.replace(**changes))
+    for common in (False, True):
+        with pytest.raises(RequestError, match=f"not comparable: they differ in {fields}"):
+            compare(other, reference, common=common)
+
+
+def test_another_grid_is_refused_unless_the_common_part_will_do(reference):
+    """Cells that both have are compared when asked; what depends on a whole axis is then left out, and that is said."""
+    finer = sweep.run(SPEC.replace(roll_rate="0:3:25", alpha="0.5,1"))
+    with pytest.raises(RequestError, match=r"not the same grid: they differ in roll_rate, alpha.*--common"):
+        compare(finer, reference)
+    comparison = compare(finer, reference, common=True)
+    assert comparison.same
+    assert comparison.cells == SPEC.size
+    assert any("boundary_roll_rate is not compared" in note for note in comparison.notes)
+    place = int(np.flatnonzero(np.isclose(finer["roll_rate"], 0.25))[0])
+    wrong = changed(finer, "tilt_max", (place, 2, 0), 0.0)
+    worst = finding(compare(wrong, reference, common=True), "tilt_max").worst
+    assert worst.where == {
+        "roll_rate": float(reference["roll_rate"][1]),
+        "tilt": float(reference["tilt"][2]),
+        "alpha": 0.5,
+    }
+    with pytest.raises(RequestError, match="no cell in common"):
+        compare(sweep.run(SPEC.replace(tilt="1deg,2deg")), reference, common=True)
+
+
+def test_the_order_of_axes_is_part_of_the_grid(reference):
+    """The transposed atlas is the same in common, and not the same grid."""
+    turned = sweep.run(SPEC.replace(axes=("tilt", "roll_rate")))
+    with pytest.raises(RequestError, match="differ in axes"):
+        compare(turned, reference)
+    assert compare(turned, reference, common=True).same
+    place = (1, 3)
+    assert found(compare(changed(turned, "tilt_max", place, 1.0), reference, common=True)) == {"tilt_max": 1}
+
+
+def test_another_step_is_compared_by_its_results(reference):
+    """The step may differ: then what it cost is left out, and the measures are judged."""
+    comparison = compare(sweep.run(SPEC.replace(tolerance=1e-9)), reference)
+    assert comparison.same
+    assert {"steps", "energy_drift"}.isdisjoint(each.name for each in comparison.findings)
+    assert "steps is not compared: tolerance differ" in comparison.notes
+    assert not compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference).same
+
+
+def test_other_kernels_are_compared_by_their_results(reference):
+    """Other kernels have other errors and take other steps: these are left out, and everything else is judged."""
+    new = changed(reference, "steps", (2, 2), 10**6).assign_attrs(kernel_hash="0")
+    comparison = compare(new, reference)
+    assert comparison.same
+    assert "steps is not compared: the kernels differ" in comparison.notes
+    assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}

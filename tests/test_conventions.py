@@ -1,0 +1,93 @@
+"""Every file that the project writes keeps the conventions that it claims: the IOOS checker is the referee."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import pytest
+
+import sweep
+from sweep.audit import audit
+
+CHECKER = Path(sys.executable).with_name("compliance-checker")
+SPECS = {
+    "rolling": sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:30deg:5:log"),
+    "circling": sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0:5:12"),
+    "cube": sweep.SweepSpec(alpha="0.5,1", tilt="1deg,2deg", precession_rate="3:6:7", title="Münze"),
+    "cell": sweep.SweepSpec(tilt="1deg", roll_rate=3),
+}
+
+
+def check(*paths):
+    """Return what the checker says: file name -> checklist -> results."""
+    report = paths[0].with_suffix(".json")
+    words = [CHECKER, "-t", "cf:1.11", "-t", "acdd:1.3", "-f", "json_new", "-o", report, *paths]
+    subprocess.run(words, capture_output=True, check=False)
+    return {Path(name).name: lists for name, lists in json.loads(report.read_text()).items()}
+
+
+def complaints(results):
+    """Return the results of a checklist that are not full marks, in words."""
+    return [
+        each["name"] + "; ".join(each["msgs"]) for each in results if each["value"][0] != each["value"][1]
+    ]
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    """Return the checker's report on every kind of file: by blocks, from memory, reclassified, audited."""
+    folder = tmp_path_factory.mktemp("files")
+    for name, spec in SPECS.items():
+        sweep.run_to_file(spec, folder / f"{name}.nc")
+    sweep.save(sweep.run(SPECS["rolling"]), folder / "saved.nc")
+    with sweep.open_atlas(folder / "circling.nc") as atlas:
+        sweep.save(sweep.reclassify(atlas, "departure:2deg"), folder / "reclassified.nc")
+        sweep.save(audit(atlas), folder / "audit.nc")
+    sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
+    return check(*sorted(folder.glob("*.nc")))
+
+
+FILES = [*(f"{name}.nc" for name in SPECS), "saved.nc", "reclassified.nc", "exact.nc", "audit.nc"]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_cf(judged, name):
+    """No error and no warning of CF 1.11."""
+    results = judged[name]["cf:1.11"]["all_priorities"]
+    assert len(results) > 10
+    assert complaints(results) == []
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_acdd(judged, name):
+    """All that ACDD 1.3 highly recommends but standard names: CF has none for the motion of a rigid body."""
+    results = judged[name]["acdd:1.3"]["high_priorities"]
+    assert len(results) > 4
+    for each in results:
+        assert set(each["msgs"]) <= {"standard_name"}, complaints([each])
+
+
+def test_the_checker_sees_what_is_wrong(tmp_path):
+    """The referee is awake: a file without its title, with wrong units and a wrong flag, does not pass."""
+    path = tmp_path / "a.nc"
+    sweep.run_to_file(SPECS["cell"], path)
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("title")
+        file["tilt_min"].units = "degrees of angle"
+        file["stability"].flag_meanings = "undecided stable"
+    lists = check(path)["a.nc"]
+    said = " ".join(complaints(lists["cf:1.11"]["all_priorities"]))
+    assert re.search("tilt_min", said)
+    assert re.search("flag_meanings", said)
+    assert "title" in " ".join(complaints(lists["acdd:1.3"]["high_priorities"]))
+
+
+def test_the_ending_is_the_status_flag_of_the_measures():
+    """A reader that knows CF finds what a measure can be trusted for: its ancillary variable is a status flag."""
+    atlas = sweep.run(SPECS["rolling"])
+    assert atlas["ending"].attrs["standard_name"] == "status_flag"
+    assert atlas["tilt_max"].attrs["ancillary_variables"] == "ending"
+    assert atlas["boundary_roll_rate"].attrs["ancillary_variables"] == "boundary_roll_rate_halfwidth"

@@ -1,0 +1,235 @@
+"""A cell explained: it is repeated to the bit, the exact values are exact, and the words say the verdict."""
+
+import json
+import math
+import shlex
+import sys
+
+import netCDF4
+import numpy as np
+import pytest
+import referee
+
+import sweep
+from sweep import cellplot, expectation
+from sweep.cli import main
+from sweep.explain import explain
+from sweep.swing import swing
+
+ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
+KICKED = sweep.SweepSpec(
+    tilt=0.0,
+    tilt_rate="0.01:10:4:log",
+    roll_rate="8:20:9",
+    radius="2cm",
+    duration="0.5s",
+    criterion="amplification:10",
+)
+CIRCLING = sweep.SweepSpec.preset("circling").replace(precession_rate="0.05:5:12", tilt="1deg:25deg:9")
+
+
+def start(**changed):
+    """Return one start as the modules of a cell take it, a disk of the report unless told otherwise."""
+    disk = {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0}
+    return disk | {"alpha": 0.5, "radius": 0.5, "gravity": 9.81} | changed
+
+
+@pytest.mark.parametrize(
+    ("given", "degrees"),
+    [
+        ({"tilt_rate": 0.01, "roll_rate": 2.0}, (-41.6082, 41.6082)),
+        ({"tilt_rate": 0.1, "precession_rate": 3.5}, (-28.6591, 28.6591)),
+        ({"tilt": 0.5, "precession_rate": 4.5}, (28.6479, 79.3831)),
+    ],
+)
+def test_the_exact_values_are_those_of_the_literature(given, degrees):
+    """The report gives the turning points of known starts, and how far off the cell is."""
+    found = explain(sweep.run(sweep.SweepSpec(**given)), {})
+    words = found.text.splitlines()
+    for name, value in zip(("tilt_min", "tilt_max"), degrees, strict=True):
+        line = next(line for line in words if line.startswith(f"  {name}") and "the cell is off by" in line)
+        assert float(line.split()[1]) == pytest.approx(value, abs=5.1e-5)
+        assert float(line.split()[-2]) < 1e-8
+
+
+def test_the_curve_is_the_motion():
+    """Tilt and path of the figure are those of the tests' own integration, and a fall ends the curve."""
+    given = start(tilt=0.3, tilt_rate=0.2, precession_rate=1.0, roll_rate=2.0)
+    found = swing(given, 2.0, math.radians(85))
+    truth = referee.extremes(referee.starts(**given))
+    long = swing(given, 20.0, math.radians(85))
+    np.testing.assert_allclose(
+        [long.tilt.min(), long.tilt.max()], [truth.least[0], truth.greatest[0]], atol=1e-4
+    )
+    # a disk that circles steadily runs a circle of radius R |roll rate / precession rate|
+    circle = swing(start(tilt=math.radians(10), precession_rate=0.5, roll_rate=-4.68510), 4 * math.pi, 1.4)
+    assert np.ptp(circle.x) == pytest.approx(2 * 0.5 * 4.6851 / 0.5, rel=1e-4)
+    np.testing.assert_allclose(circle.tilt, math.radians(10), atol=1e-5)
+    assert found.time[-1] == 2.0
+    fell = swing(start(tilt=0.7, roll_rate=1.0), 20.0, math.radians(85))
+    assert fell.tilt[-1] == pytest.approx(math.radians(85), abs=1e-9)
+    assert fell.time[-1] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("spec", "given"),
+    [
+        (ROLLING, {"roll_rate": 2.4, "tilt": "1deg"}),
+        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}),
+        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}),
+        (KICKED, {"roll_rate": 8, "tilt_rate": 10}),
+        (CIRCLING, {"precession_rate": 4, "tilt": "10deg"}),
+        (ROLLING.replace(roll_rate=3.0, tilt="1deg"), {}),
+    ],
+)
+def test_every_cell_is_repeated_to_the_bit(tmp_path, spec, given):
+    """From the file alone the cell is run again: each of its values has the same bits, and the report says so."""
+    sweep.run_to_file(spec, tmp_path / "a.nc")
+    with sweep.open_atlas(tmp_path / "a.nc") as atlas:
+        found = explain(atlas, given)
+    assert found.exactly
+    assert found.repeated
+    assert "every value agrees bit for bit" in found.text
+    assert "with the same kernels" in found.text
+
+
+@pytest.mark.parametrize(
+    ("spec", "given", "verdict", "because"),
+    [
+        (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", "left its steady value by 4"),
+        (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", "both turning points were passed"),
+        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", "reached fall_tilt, 85 deg after 0.39"),
+        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}, "undecided", "duration of 0.5 s was over"),
+        (KICKED, {"roll_rate": 20, "tilt_rate": 0.01}, "stable", "10 times the perturbation, 0.0289"),
+        (ROLLING.replace(roll_rate=3.0, tilt="0"), {}, "undecided", "exact steady motion"),
+        (
+            CIRCLING.replace(tilt=0.1, precession_rate="-1,0,1"),
+            {"precession_rate": 0},
+            "undecided",
+            "no such start",
+        ),
+    ],
+)
+def test_the_words_say_why(spec, given, verdict, because):
+    """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
+    found = explain(sweep.run(spec), given)
+    words = " ".join(found.text.split())
+    assert f"verdict {verdict} by {spec.criterion} because" in words
+    assert because in words.partition("verdict ")[2]
+
+
+def test_linear_theory():
+    """Period and reach of small motions are those that the exact extremes have; growth is that of k < 0."""
+    atlas = sweep.run(ROLLING)
+    text = explain(atlas, {"roll_rate": 3.5, "tilt": "0.01deg"}).text
+    assert "small oscillations of period 1.69729 s (the cell has 1.69729 s)" in text
+    assert "unstable: k = -" in explain(atlas, {"roll_rate": 2, "tilt": "1deg"}).text
+    for given, spec in [
+        (start(tilt=1e-5, roll_rate=3.5), ROLLING),
+        (start(tilt=1e-5, precession_rate=5.0, alpha=1.0), ROLLING),
+        (start(tilt_rate=1e-5, roll_rate=3.0), KICKED),
+    ]:
+        reach = expectation.small_reach(spec, given, expectation.coefficient(spec, given))
+        assert reach == pytest.approx(referee.extremes(referee.starts(**given)).peak[0], rel=1e-5)
+    both = explain(sweep.run(ROLLING.replace(precession_rate=1.0)), {"roll_rate": 2, "tilt": "1deg"}).text
+    assert "has no upright steady motion" in both
+
+
+def test_the_row_has_its_boundaries():
+    """Measured, predicted and critical rate of the cell's row are the numbers of the atlas."""
+    atlas = sweep.run(CIRCLING)
+    cell = {"precession_rate": 4, "tilt": "10deg"}
+    text = explain(atlas, cell).text
+    for name in ("boundary", "predicted", "critical"):
+        for edge in ("", "lower_"):
+            value = float(atlas[f"{name}_{edge}precession_rate"].values[3])
+            assert f"{value:.6g} rad s-1" in text, name
+
+
+def run(monkeypatch, capsys, line):
+    """Run a command line and return status, output and messages."""
+    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return end.value.code, *capsys.readouterr()
+
+
+def test_the_command(tmp_path, monkeypatch, capsys):
+    """It prints the report, draws the figure when asked, and refuses a cell that is none before it draws."""
+    monkeypatch.chdir(tmp_path)
+    sweep.run_to_file(ROLLING, "a.nc")
+    status, out, err = run(monkeypatch, capsys, "explain a.nc roll_rate=2.4 tilt=1deg --plot a.png")
+    assert (status, err) == (0, "")
+    assert out.startswith("cell        roll_rate 2.5 rad s-1 (4 of 7)")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    for line in (
+        "explain a.nc roll_rate=2.4 --plot b.png",
+        "explain a.nc roll_rate=2 tilt=1deg --plot b.xyz",
+    ):
+        assert run(monkeypatch, capsys, line)[0] == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "a.png"]
+
+
+def test_a_cell_that_was_tampered_with(tmp_path, monkeypatch, capsys):
+    """A value that no run gives is named, and the status is 1; a last bit is told, and is no failure."""
+    monkeypatch.chdir(tmp_path)
+    sweep.run_to_file(ROLLING, "a.nc")
+    line = "explain a.nc roll_rate=2.5 tilt=0.01deg"
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file["tilt_max"][3, 0] = np.nextafter(file["tilt_max"][3, 0], 2.0)
+        file.kernel_hash = "0" * 64
+    status, out, _ = run(monkeypatch, capsys, line)
+    words = " ".join(out.split())
+    assert (status, "not to the bit (tilt_max), but within the tolerances" in words) == (0, True)
+    assert "with other kernels than those of the file (000000000000)" in words
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file["tilt_max"][3, 0] = 0.5
+    status, out, _ = run(monkeypatch, capsys, line)
+    assert (status, "tilt_max DIFFER beyond the tolerance" in " ".join(out.split())) == (1, True)
+
+
+def test_the_figure_has_the_extremes_and_the_limit():
+    """The tilt runs between the atlas' extremes, and the criterion's limit is drawn where it can be seen."""
+    found = explain(sweep.run(ROLLING), {"roll_rate": 2.5, "tilt": "1.5deg"})
+    left, right = cellplot.figure(found).axes
+    curve, *lines = left.get_lines()
+    drawn = sorted({round(float(line.get_ydata()[0]), 6) for line in lines})
+    degrees = [math.degrees(found.stored[name]) for name in ("tilt_min", "tilt_max")]
+    assert drawn == sorted(round(each, 6) for each in (*degrees, -5.0, 5.0))
+    np.testing.assert_allclose([curve.get_ydata().min(), curve.get_ydata().max()], degrees, atol=1e-3)
+    assert (left.get_xlabel(), right.get_xlabel()) == ("time (s)", "x (m)")
+
+
+def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsys):
+    """--from needs nothing but the file: the new atlas has the same bits; changes and a second spec are told apart."""
+    monkeypatch.chdir(tmp_path)
+    with sweep.open_atlas(sweep_file(tmp_path)) as atlas:
+        before = atlas.load()
+    assert run(monkeypatch, capsys, "run --from a.nc -o b.nc")[::2] == (0, "eulerdisk: b.nc: 42 cells\n")
+    with sweep.open_atlas("b.nc") as again:
+        assert again.attrs["sweep_fingerprint"] == before.attrs["sweep_fingerprint"]
+        for name in before.variables:
+            assert again[name].values.tobytes() == before[name].values.tobytes(), name
+        assert again.attrs["history"].endswith("eulerdisk run --from a.nc -o b.nc")
+    assert run(monkeypatch, capsys, "run --from a.nc alpha=1 tilt=1deg -o c.nc")[0] == 0
+    with sweep.open_atlas("c.nc") as changed:
+        spec = ROLLING.replace(alpha=1.0, tilt="1deg")
+        assert json.loads(changed.attrs["sweep_spec"]) == json.loads(spec.canonical())
+    for line, said in [
+        ("run rolling --from a.nc -o d.nc", "not both"),
+        ("run -o d.nc", "nothing to run"),
+        ("run --from missing.nc -o d.nc", "no such file"),
+        ("run --from a.nc rol_rate=2 -o d.nc", "did you mean roll_rate"),
+    ]:
+        status, out, err = run(monkeypatch, capsys, line)
+        assert (status, out) == (2, "")
+        assert said in err
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file.kernel_hash = "0" * 64
+    assert "was made by other kernels" in run(monkeypatch, capsys, "run --from a.nc -o e.nc")[2]
+
+
+def sweep_file(folder):
+    """Write the atlas of released disks and return its path."""
+    sweep.run_to_file(ROLLING, folder / "a.nc")
+    return folder / "a.nc"

@@ -1,0 +1,130 @@
+"""An atlas in other formats holds the same numbers, and other programs read them."""
+
+import csv
+import sys
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.cli import main
+from sweep.errors import RequestError
+from sweep.export import export
+from sweep.schema import PARAMETERS, VARIABLES
+
+SPECS = {
+    "falling": sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze"),
+    "circling": sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0:5:12"),
+    "cell": sweep.SweepSpec(tilt="1deg", roll_rate=3),
+}
+
+
+@pytest.fixture(params=SPECS)
+def atlas(request):
+    """Return an atlas; one has falls, one has a cell that is invalid, one has no axis."""
+    return sweep.run(SPECS[request.param])
+
+
+def expected(atlas):
+    """Return the rows that a table has to have, made by numpy alone."""
+    ending = atlas["ending"]
+    rows = {}
+    for name in (*ending.dims, *PARAMETERS, *atlas.data_vars):
+        if name in atlas:
+            variable = atlas[name]
+            shape = [count if dim in variable.dims else 1 for dim, count in ending.sizes.items()]
+            rows[name] = np.broadcast_to(variable.values.reshape(shape), ending.shape).reshape(-1)
+    for name in ("ending", "stability"):
+        words = np.array(atlas[name].attrs["flag_meanings"].split())
+        rows[name] = words[rows[name]]
+    return rows
+
+
+def read_csv(path):
+    """Return the columns of a table, read without pandas: an empty field is a missing value."""
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [row[name] or "nan" for row in rows] for name in rows[0]}
+
+
+@pytest.mark.parametrize("rows", [250_000, 10], ids=["whole", "in parts"])
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_tables_hold_every_bit(tmp_path, monkeypatch, atlas, kind, rows):
+    """One row per cell in C order, each number to the last bit, flags in words, gaps where there is no value."""
+    monkeypatch.setattr("sweep.export._ROWS", rows)
+    path = tmp_path / f"a.{kind}"
+    export(atlas, path, kind)
+    truth = expected(atlas)
+    read = read_csv(path) if kind == "csv" else pd.read_parquet(path)
+    assert list(read)[: len(atlas.dims)] == list(atlas.dims)
+    assert set(read) == set(truth)
+    for name, values in truth.items():
+        np.testing.assert_array_equal(np.asarray(read[name]).astype(values.dtype), values, err_msg=name)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_parquet_keeps_units_and_types(tmp_path):
+    """The metadata of a parquet file have the attributes; small integers and floats stay small."""
+    atlas = sweep.run(SPECS["falling"])
+    export(atlas, tmp_path / "a.parquet", "parquet")
+    schema = pyarrow.parquet.read_schema(tmp_path / "a.parquet")
+    for name, quantity in VARIABLES.items():
+        metadata = schema.field(name).metadata
+        assert metadata[b"long_name"].decode() == quantity.long_name
+        if quantity.flags is None:
+            assert metadata[b"units"].decode() == quantity.units
+            assert schema.field(name).type.to_pandas_dtype() == np.dtype(quantity.dtype)
+    assert schema.metadata[b"sweep_spec"].decode() == SPECS["falling"].canonical()
+
+
+def test_zarr_is_the_same_dataset(tmp_path, atlas):
+    """Read by xarray, the store has every value, type and attribute of the atlas."""
+    export(atlas, tmp_path / "a.zarr", "zarr")
+    with xr.open_zarr(tmp_path / "a.zarr") as read:
+        xr.testing.assert_equal(read, atlas)
+        assert set(read.coords) == set(atlas.coords)
+        for name, variable in atlas.variables.items():
+            assert read[name].dtype == variable.dtype
+            assert read[name].attrs.keys() == variable.attrs.keys()
+        assert read.attrs["sweep_spec"] == atlas.attrs["sweep_spec"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+
+
+def test_what_exists_is_replaced_only_when_asked(tmp_path):
+    """A file or a store is replaced with overwrite; a folder that is no store never."""
+    atlas = sweep.run(SPECS["cell"])
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("dear")
+    for kind in ("csv", "zarr"):
+        path = tmp_path / f"a.{kind}"
+        export(atlas, path, kind)
+        with pytest.raises(RequestError, match="add --overwrite"):
+            export(atlas, path, kind)
+        export(atlas, path, kind, overwrite=True)
+    with pytest.raises(RequestError, match="not a zarr store"):
+        export(atlas, tmp_path / "mine", "zarr", overwrite=True)
+    assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
+
+
+def test_a_format_that_cannot_be(tmp_path, monkeypatch):
+    """An unknown format and a missing library are refused with what to do, and nothing is written."""
+    atlas = sweep.run(SPECS["cell"])
+    with pytest.raises(RequestError, match="csv, parquet, zarr"):
+        export(atlas, tmp_path / "a.xls", "xls")
+    monkeypatch.setattr("sweep.export.find_spec", lambda _: None)
+    with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[formats\]'"):
+        export(atlas, tmp_path / "a.parquet", "parquet")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command(tmp_path, monkeypatch):
+    """Without -o the table stands beside the atlas."""
+    sweep.run_to_file(SPECS["cell"], tmp_path / "a.nc")
+    monkeypatch.setattr(sys, "argv", ["eulerdisk", "export", str(tmp_path / "a.nc"), "--to", "csv"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
+    assert len((tmp_path / "a.csv").read_text().splitlines()) == 2

@@ -1,0 +1,72 @@
+"""The pytest plugin as another project meets it: a run of pytest in a folder of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import pytest
+
+import sweep
+
+CHECKOUT = Path(__file__).parents[1]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(CHECKOUT), os.environ.get("PYTHONPATH", "")])}
+
+#: A preset, a spec file beside the test, and a reference that is to be spoilt.
+TESTS = """
+def test_file(eulerdisk_atlas):
+    eulerdisk_atlas("mine.toml alpha=1", "data/file.nc")
+
+def test_changed(eulerdisk_atlas):
+    eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/changed.nc")
+
+def test_other(eulerdisk_atlas):
+    eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/other.nc")
+"""
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Return a folder with tests that use the plugin."""
+    (tmp_path / "data").mkdir()
+    (tmp_path / "test_mine.py").write_text(TESTS)
+    (tmp_path / "mine.toml").write_text('roll_rate = 3\ntilt = "1deg:2deg:3"\n')
+    return tmp_path
+
+
+def run(folder, *words):
+    """Run pytest in a folder, without what other plugins load, and return its status and what it said."""
+    without = [
+        word for name in ("cacheprovider", "hypothesispytest", "zarr") for word in ("-p", f"no:{name}")
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rA", *without, *words],
+        cwd=folder,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.returncode, done.stdout
+
+
+def test_references_are_written_and_compared(project):
+    """Without references the tests fail and say what to do; written, they pass unless a reference says otherwise."""
+    status, said = run(project)
+    assert status == 1
+    assert said.count("does not exist: pytest --eulerdisk-regen writes it") >= 3
+    status, said = run(project, "--eulerdisk-regen")
+    assert (status, "3 skipped" in said) == (0, True)
+    with sweep.open_atlas(project / "data" / "file.nc") as atlas:
+        assert atlas.attrs["history"].endswith("Z eulerdisk run mine.toml alpha=1 -o data/file.nc")
+        assert float(atlas["alpha"]) == 1.0
+    with netCDF4.Dataset(project / "data" / "changed.nc", "a") as file:
+        file["tilt_max"][...] = 0.5
+    shutil.copy(project / "data" / "file.nc", project / "data" / "other.nc")
+    status, said = run(project)
+    assert (status, "2 failed, 1 passed" in said) == (1, True)
+    assert "DIFFERENT in tilt_max: 1 cell" in said
+    assert "worst cell: the only one" in said
+    assert "not comparable: they differ in" in said

@@ -1,0 +1,211 @@
+"""An atlas read by programs that know nothing of this project: names, units, flags, missing values and a mean.
+
+scripts/test installs these programs where it may (scripts/readers.sh). Away from CI a missing one is skipped, and the
+summary names it; in CI it is an error.
+"""
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
+
+READERS = Path(__file__).with_name("readers")
+
+#: A few disks fall: `fall_time` has values and gaps. The title is to be read by programs that only know ASCII.
+SPEC = sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze", criterion="departure:5deg")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What every reader has to find."""
+
+    shape: list[int]
+    units: str
+    known: int
+    mean: float
+    meanings: str
+    flags: list[int]
+    criterion: str
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """Return an atlas."""
+    path = tmp_path_factory.mktemp("readers") / "atlas.nc"
+    sweep.run_to_file(SPEC, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def truth(path):
+    """Return what xarray finds, which is not all missing and not all known."""
+    with xr.open_dataset(path, engine="netcdf4") as atlas:
+        time, ending = atlas["fall_time"], atlas["ending"]
+        known = int(time.notnull().sum())
+        assert 0 < known < time.size
+        return Facts(
+            list(time.shape),
+            time.attrs["units"],
+            known,
+            pytest.approx(float(time.mean()), rel=1e-14),
+            ending.attrs["flag_meanings"],
+            ending.attrs["flag_values"].tolist(),
+            atlas.attrs["criterion"],
+        )
+
+
+def program(*names):
+    """Skip the test if one of the programs is missing; in CI that is a failure."""
+    missing = [name for name in names if not shutil.which(name)]
+    if missing and os.environ.get("CI") == "true":
+        pytest.fail(f"CI has every reader, but {', '.join(missing)} is missing: see scripts/readers.sh")
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)} (scripts/test says how)")
+
+
+def said(command, *paths):
+    """Run a command line, which must end well, and return what it printed."""
+    done = subprocess.run(
+        [*shlex.split(command), *paths], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def facts(text):
+    """Return the facts that a program printed, one a line."""
+    found = dict(line.split(maxsplit=1) for line in text.splitlines())
+    assert len(found) == 7, text
+    return Facts(
+        [int(each) for each in found["shape"].split()],
+        found["units"].strip(),
+        int(found["known"]),
+        float(found["mean"]),
+        found["meanings"].strip(),
+        [int(each) for each in found["flags"].split()],
+        found["criterion"].strip(),
+    )
+
+
+def test_c(path, truth, tmp_path):
+    """Twenty lines of C find every fact: text attributes are plain characters, flags are bytes."""
+    program("cc", "nc-config")
+    libraries = shlex.split(said("nc-config --cflags --libs"))
+    said("cc -Wall -Werror -o", tmp_path / "read", READERS / "read.c", *libraries)
+    assert facts(said(str(tmp_path / "read"), path)) == truth
+
+
+@pytest.mark.parametrize(
+    ("command", "library", "probe"),
+    [
+        ("Rscript --vanilla read.R", "ncdf4", 'Rscript -e "library(ncdf4)"'),
+        ("octave-cli --no-gui -q -f read.m", "netcdf", 'octave-cli -f --eval "pkg load netcdf"'),
+    ],
+    ids=["R", "Octave"],
+)
+def test_script(path, truth, command, library, probe):
+    """R and Octave find every fact, and Octave lists the whole file, which one foreign type would prevent."""
+    name, *_, script = command.split()
+    program(name)
+    if subprocess.run(shlex.split(probe), capture_output=True, check=False).returncode:
+        assert os.environ.get("CI") != "true", f"CI has every reader, but {name} lacks {library}"
+        pytest.skip(f"not installed: {library} of {name} (scripts/test says how)")
+    assert facts(said(command.replace(script, str(READERS / script)), path)) == truth
+
+
+def test_ncdump(path, truth):
+    """The text of ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
+    program("ncdump")
+    assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
+    text = said("ncdump -p 9,17 -v fall_time", path)
+    assert text.isascii()
+    assert 'title = "M\\\\xfcnze"' in text
+    assert f'fall_time:units = "{truth.units}" ;' in text
+    assert f'ending:flag_meanings = "{truth.meanings}" ;' in text
+    assert f"ending:flag_values = {', '.join(f'{flag}b' for flag in truth.flags)} ;" in text
+    values = re.search(r"\n fall_time =\n(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
+    known = [float(each) for each in values if each != "_"]
+    assert (len(values), len(known)) == (np.prod(truth.shape), truth.known)
+    assert np.mean(known) == truth.mean
+
+
+def test_cdo(path, truth):
+    """CDO finds all variables on the grid, units, flags, the gaps, and the mean of a field."""
+    program("cdo")
+    names = said("cdo -s showname", path).split()
+    assert set(names) >= set(VARIABLES)
+    assert said("cdo -s showunit -selname,fall_time", path).strip() == truth.units
+    assert f'flag_meanings = "{truth.meanings}"' in said("cdo -s showattribute,ending@flag_meanings", path)
+    assert f'criterion = "{truth.criterion}"' in said("cdo -s showattribute,criterion", path)
+    table = said("cdo -s infon -selname,fall_time", path).splitlines()[1].split()
+    assert table[5:7] == [str(np.prod(truth.shape)), str(np.prod(truth.shape) - truth.known)]
+    # CDO sums with weights 1/n, so that the last digit is its own
+    assert float(said("cdo -s outputf,%.17g -fldmean -selname,fall_time", path)) == truth.mean
+
+
+def test_nco(path, truth, tmp_path):
+    """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
+    program("ncwa", "ncks")
+    said("ncwa -O -y avg -v fall_time", path, tmp_path / "mean.nc")
+    with netCDF4.Dataset(tmp_path / "mean.nc") as file:
+        assert float(file["fall_time"][...]) == truth.mean
+    found = json.loads(said("ncks --json -m -M", path))
+    assert found["dimensions"] == dict(zip(SPEC.axes, truth.shape, strict=True))
+    assert found["variables"]["fall_time"]["attributes"]["units"] == truth.units
+    assert found["variables"]["ending"]["attributes"]["flag_values"] == truth.flags
+    assert found["variables"]["ending"]["type"] == "byte"
+    assert found["attributes"]["criterion"] == truth.criterion
+
+
+def test_gdal(path, truth, tmp_path):
+    """GDAL's multidimensional driver finds names, units, gaps and the mean."""
+    program("gdalmdiminfo")
+    # it leaves its statistics beside the file
+    copy = shutil.copy(path, tmp_path / "atlas.nc")
+    whole = json.loads(said("gdalmdiminfo", copy))
+    assert set(whole["arrays"]) >= {*VARIABLES, *SPEC.axes}
+    assert whole["attributes"]["criterion"] == truth.criterion
+    assert whole["arrays"]["ending"]["attributes"]["flag_meanings"] == truth.meanings
+    assert whole["arrays"]["ending"]["attributes"]["flag_values"] == truth.flags
+    field = json.loads(said("gdalmdiminfo -stats -array fall_time", copy))
+    assert (field["dimension_size"], field["unit"]) == (truth.shape, truth.units)
+    assert field["statistics"]["valid_sample_count"] == truth.known
+    assert field["statistics"]["mean"] == truth.mean
+
+
+def test_h5netcdf(path):
+    """h5netcdf, which reads HDF5 without the netCDF library, gives xarray the same dataset."""
+    with (
+        xr.open_dataset(path, engine="h5netcdf") as found,
+        xr.open_dataset(path, engine="netcdf4") as expected,
+    ):
+        # the one library gives a lone number as an array of one; the text and all values are compared exactly
+        xr.testing.assert_equal(found, expected)
+        for name in expected.variables:
+            assert found[name].dtype == expected[name].dtype, name
+            assert found[name].attrs.get("units") == expected[name].attrs.get("units"), name
+        assert (
+            found["ending"].attrs["flag_values"].tolist() == expected["ending"].attrs["flag_values"].tolist()
+        )
+        assert found.attrs["sweep_spec"] == expected.attrs["sweep_spec"]
+
+
+@pytest.mark.parametrize(
+    "units", sorted({each.units for table in (PARAMETERS, SETTINGS, VARIABLES) for each in table.values()})
+)
+def test_udunits(units):
+    """The library that CF names for units reads every one that a file can hold."""
+    program("udunits2")
+    assert said(f"udunits2 -H '{units}' -W '{units}'").strip().startswith(("1 ", f"1 {units}"))
