@@ -45,7 +45,7 @@ _REFERENCES = (
 )
 
 #: What ACDD wants to know of every variable that is not a coordinate.
-_CONTENT = {"coverage_content_type": "modelResult"}
+CONTENT = {"coverage_content_type": "modelResult"}
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
 def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
     """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
-    shared = method | _CONTENT | _scalars(spec)
+    shared = method | CONTENT | _scalars(spec)
     declared = []
     for name, quantity in quantities.items():
         attributes = {**quantity.attributes(), **shared}
@@ -91,7 +91,7 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     declared = []
     quantities = boundary_quantities(axis, edge)
     for name, quantity in quantities.items():
-        attributes = quantity.attributes() | _CONTENT | _scalars(spec)
+        attributes = quantity.attributes() | CONTENT | _scalars(spec)
         if f"{name}_halfwidth" in quantities:
             attributes["ancillary_variables"] = f"{name}_halfwidth"
         declared.append(Declaration(name, dims, quantity.dtype, attributes))

@@ -33,6 +33,7 @@ _COMMANDS = (
     explain,
     motion.simulate,
     convert.export,
+    motion.simulate,
 )
 
 for _command in _COMMANDS:

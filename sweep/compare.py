@@ -130,7 +130,7 @@ def _left_out(name: str, axis: str, pair: Pair) -> str:
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
     """Yield what an atlas of this kind may hold, with the axis along which it was looked for, if there is one."""
     held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
-    for name, quantity in {**atlas_variables(pair.spec.method), **PARAMETERS}.items():
+    for name, quantity in {**atlas_variables(pair.spec.method, pair.spec.contact), **PARAMETERS}.items():
         if name in held:
             yield quantity, ""
     for axis in pair.axes:

@@ -65,7 +65,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     span = Span(number, number + 1)
     starts = cells.starts(spec, span)
     start = {name: float(values[0]) for name, values in starts.items()}
-    table = {**atlas_variables(spec.method), **PARAMETERS}
+    table = {**atlas_variables(spec.method, spec.contact), **PARAMETERS}
     cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
     stored = {str(name): float(values) for name, values in cell.data_vars.items()}
     differing, beyond = _repeat(spec, span, cell, table)
@@ -128,7 +128,7 @@ def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
     codes = VARIABLES["ending"].flags or {}
     yield f"ending      {codes[int(stored['ending'])].replace('_', ' ')}"
-    for name, quantity in atlas_variables(spec.method).items():
+    for name, quantity in atlas_variables(spec.method, spec.contact).items():
         value: Any = stored.get(name, np.nan)
         if quantity.flags is None and np.isfinite(value):
             digits = 3 if quantity.dtype == "f4" else 10

@@ -80,7 +80,8 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     Returns
     -------
     mapping of str to array, shape (len(span),)
-        Every variable of the atlas, of its type in the schema; `roll_rate` [rad/s] where it is computed.
+        Every variable of the atlas, of its type in the schema; `roll_rate` [rad/s] where it is computed; the
+        extremes of the contact forces where they are asked for.
     """
     given = cells.starts(spec, span)
     measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
@@ -155,7 +156,7 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.maximum(np.abs(greatest - steady), np.abs(least - steady))
         amplification = np.where(scale > 0.0, reach / scale, np.nan)
-    derived = {
+    derived: dict[str, npt.NDArray[Any]] = {
         "stability": spec.criterion.verdict(measured["ending"], least, greatest, steady, scale),
         "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
         "amplification": amplification,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from kernels.endings import FELL, HORIZON, UNRESOLVED
 from kernels.steady import steady_roll_rate
 from sweep import compiled, dop853
-from sweep.atlas import COMPRESSION, CONVENTIONS, created
+from sweep.atlas import COMPRESSION, CONTENT, CONVENTIONS, created
 from sweep.errors import RequestError
 from sweep.schema import FILL, STEADY_ROLL, Array, Quantity
 from sweep.trajectory_schema import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
@@ -182,6 +182,9 @@ def _variable(
         encoding |= {"zlib": True, "complevel": COMPRESSION, "shuffle": True}
     if not coordinate:
         encoding["coordinates"] = " ".join(_FIXED)
+        attributes |= CONTENT
+    if quantity.flags is not None:
+        attributes["standard_name"] = "status_flag"
     if dims and not coordinate:
         attributes["cell_methods"] = f"{TIME.name}: point"
     return xr.Variable(dims, values, attributes, encoding)

@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 import sweep
 from kernels import contact, disk
 from sweep import compiled
+from sweep.compare import compare
+from sweep.explain import explain
+from sweep.schema import CONTACT_VARIABLES
 
 TILTS = st.floats(-1.4, 1.4)
 RATES = st.floats(-20.0, 20.0)
@@ -137,3 +140,23 @@ def test_forces_are_recorded_only_where_there_is_a_motion():
     normal, across, along = contact.contact_forces(state, disk.inertia(0.5), 0.5)
     assert extremes[:, 1] == pytest.approx((normal, abs(across) / normal), rel=1e-13)
     assert along == 0.0
+
+
+@pytest.mark.compiled
+def test_the_exact_reduction_gives_the_same_forces():
+    """The forces follow from start and extreme tilts, so method=exact has those of method=rk4 within the tolerance."""
+    spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:10", tilt="0.5deg:20deg:8", contact="yes")
+    stepped, exact = sweep.run(spec), sweep.run(spec.replace(method="exact"))
+    for name, quantity in CONTACT_VARIABLES.items():
+        assert stepped[name].values == pytest.approx(exact[name].values, abs=quantity.tolerance.absolute)
+
+
+@pytest.mark.compiled
+def test_contact_forces_are_compared_and_explained():
+    """A comparison judges the forces, and an explanation of a cell repeats them to the bit."""
+    spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:6", tilt="0.5deg,2deg", contact="yes")
+    atlas = sweep.run(spec)
+    changed = atlas.assign(friction_needed=atlas["friction_needed"] + 0.01)
+    assert compare(atlas, atlas).same
+    assert not compare(changed, atlas).same
+    assert explain(atlas, {"roll_rate": "2.2", "tilt": "2deg"}).exactly

@@ -47,10 +47,13 @@ def judged(tmp_path_factory):
         sweep.save(sweep.reclassify(atlas, "departure:2deg"), folder / "reclassified.nc")
         sweep.save(audit(atlas), folder / "audit.nc")
     sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
+    sweep.run_to_file(SPECS["circling"].replace(contact="yes"), folder / "contact.nc")
+    sweep.save(sweep.simulate(tilt=0.1, tilt_rate=0.1), folder / "motion.nc")
     return check(*sorted(folder.glob("*.nc")))
 
 
 FILES = [*(f"{name}.nc" for name in SPECS), "saved.nc", "reclassified.nc", "exact.nc", "audit.nc"]
+FILES += ["contact.nc", "motion.nc"]
 
 
 @pytest.mark.parametrize("name", FILES)

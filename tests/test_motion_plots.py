@@ -10,6 +10,8 @@ import sweep
 from sweep import motion_plots, panels, plots
 from sweep.picture import Camera, Pose
 
+pytestmark = pytest.mark.compiled
+
 CHECKOUT = Path(__file__).resolve().parents[1]
 
 

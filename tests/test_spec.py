@@ -183,3 +183,15 @@ def test_a_request_is_read_without_the_heavy_libraries():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
     ).stdout
     assert not {"numba", "xarray", "scipy", "matplotlib", "netCDF4", "pint", "typer"} & set(loaded.split())
+
+
+def test_contact_is_silent_unless_asked_for():
+    """Without contact forces the canonical text is that of the first files; asked for, they are part of it."""
+    plain = SweepSpec.preset("rolling")
+    asked = plain.replace(contact=True)
+    assert "contact" not in plain.canonical()
+    assert '"contact":"yes"' in asked.canonical()
+    assert SweepSpec.from_canonical(asked.canonical()) == asked == plain.replace(contact="yes")
+    assert SweepSpec.from_canonical(plain.canonical()) == plain == asked.replace(contact="no")
+    with pytest.raises(RequestError, match=r"unknown contact.*no, yes"):
+        plain.replace(contact="maybe")
