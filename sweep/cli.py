@@ -1,8 +1,9 @@
 """The command `eulerdisk`: what its commands are, and how a run of it ends.
 
-Results go to standard output, progress and messages to standard error. Exit status: 0 done; 1 a check failed; 2 the
-request was wrong and nothing was touched; 130 or 143 interrupted. Everything heavy is imported inside the commands: a
-wrong word is refused before numba or xarray is loaded.
+Results go to standard output, progress and messages to standard error. Exit status: 0 done; 1 a check failed, or too
+many cells could not be computed; 2 the request was wrong and nothing was touched; 3 the file system took no more;
+130 or 143 interrupted. After 3, 130 and 143 what is computed is kept, and the same command goes on. Everything heavy is
+imported inside the commands: a wrong word is refused before numba or xarray is loaded.
 """
 
 import sys
@@ -10,7 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import compute, look
+from sweep.commands import compute, look, parts, planning
 from sweep.errors import RequestError
 
 app = typer.Typer(
@@ -22,7 +23,16 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-for _command in (compute.run, look.plot, look.info, look.boundary):
+for _command in (
+    compute.run,
+    planning.plan,
+    look.plot,
+    look.info,
+    look.boundary,
+    parts.prepare,
+    parts.block,
+    parts.assemble,
+):
     app.command()(_command)
 
 
@@ -43,7 +53,7 @@ def main() -> NoReturn:
         app()
     except RequestError as error:
         print(f"eulerdisk: {error}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(error.status)
     except BrokenPipeError:
         # the reader of our output has gone, e.g. `| head`; nobody is left to tell
         sys.stderr.close()

@@ -49,7 +49,7 @@ def run_blocks(
     """
     if block_cells < 1:
         raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
-    _set_threads(threads)
+    use_threads(threads)
     for span in blocks(spec.size, block_cells):
         yield Block(span, compute(spec, span))
 
@@ -122,7 +122,27 @@ def _columns(
     return typed
 
 
-def _set_threads(threads: int | None) -> None:
+def use_threads(threads: int | None) -> None:
+    """Let the kernels that this Python thread calls use so many threads; all that there are, if not given.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    import numba
+
+    numba.set_num_threads(usable_threads(threads))
+
+
+def usable_threads(threads: int | None) -> int:
+    """Return how many threads a run would use.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
     import numba
 
     most = int(numba.config.NUMBA_NUM_THREADS)
@@ -135,4 +155,4 @@ def _set_threads(threads: int | None) -> None:
             "leave it out",
             "threads",
         )
-    numba.set_num_threads(wanted)
+    return wanted

@@ -20,3 +20,13 @@ AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made
 Criterion = Annotated[
     str | None, typer.Option(help="Take the verdicts of another criterion, e.g. departure:2deg.")
 ]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")]
+Threads = Annotated[int | None, typer.Option(help="Threads; all that may be used, if not given.")]
+BlockCells = Annotated[
+    int | None,
+    typer.Option(help="Cells per block, the most that a crash costs; about a second of work, if not given."),
+]
+MaxFailed = Annotated[
+    float,
+    typer.Option(metavar="PERCENT", help="More unresolved or invalid cells than this end with status 1."),
+]

@@ -1,41 +1,45 @@
 """Ctrl-C and SIGTERM while something is computed."""
 
+import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
 
 import typer
 
-
-class _Stopped(BaseException):
-    """A signal asked the run to end."""
+from sweep.errors import StoppedError
 
 
 @contextmanager
-def stoppable(output: Path) -> Iterator[Callable[[], None]]:
-    """Turn Ctrl-C and SIGTERM into a message and an exit status.
+def stoppable() -> Iterator[Callable[[], bool]]:
+    """Turn Ctrl-C and SIGTERM into the end of the block, a message and an exit status.
 
-    Gives what is to be called after each block: it ends the run if a signal has come. An exception out of a signal
-    handler can get lost in a callback of the compiler, so that only a second signal raises one.
+    Gives what says whether to stop. The handler only takes note: an exception out of it could get lost in a callback
+    of the compiler. A second signal does not wait for the block, which may be inside a kernel for long.
     """
     arrived: list[int] = []
-
-    def check() -> None:
-        if arrived:
-            raise _Stopped
+    again = f"To go on, run the same command again:\n    {shlex.join(['eulerdisk', *sys.argv[1:]])}\n"
 
     def stop(number: int, _frame: FrameType | None) -> None:
-        check()
+        if arrived:
+            # not print: the signal may have come in the middle of one
+            os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
+            os._exit(128 + number)
         arrived.append(number)
 
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield check
-    except _Stopped:
-        print(f"eulerdisk: interrupted; {output} was not written, nothing is left behind.", file=sys.stderr)
+        yield lambda: bool(arrived)
+    except StoppedError as end:
+        kept = (
+            f"{end.done} of {end.blocks} blocks are kept in {end.folder}"
+            if end.done
+            else "no block was finished"
+        )
+        print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
         raise typer.Exit(128 + arrived[0]) from None
     finally:
         for number, handler in before.items():

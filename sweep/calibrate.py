@@ -1,0 +1,80 @@
+"""How fast this machine computes a spec, and how large a block is best: measured on a coarse grid of the same cells."""
+
+import time
+
+from sweep import estimate
+from sweep.blocks import MOST_BLOCK_CELLS, Span
+from sweep.runner import compute, usable_threads, use_threads
+from sweep.spec import SweepSpec
+
+#: Cells that one thread takes at a time (`kernels.lanes.CHUNK`): a block gives every thread one at least.
+_SHARE = 2048
+
+
+def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: float = 0.2) -> float:
+    """Measure how many cells of a spec are computed in a second.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+    patience : float
+        Seconds of measurement that are enough.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    use_threads(threads)
+    wanted = usable_threads(threads)
+    # loading or compiling the kernels is not what is measured
+    compute(coarse(spec, 1), Span(0, 1))
+    cells, rate, took = 64, 1.0, 0.0
+    while took < patience and cells // 4 < min(spec.size, MOST_BLOCK_CELLS):
+        sample = coarse(spec, cells)
+        began = time.perf_counter()
+        compute(sample, Span(0, sample.size))
+        took = time.perf_counter() - began
+        # a small sample does not keep all threads busy
+        rate = sample.size / took * wanted / min(wanted, -(-sample.size // _SHARE))
+        cells *= 4
+        if 4 * took > 5 * patience:
+            break
+    return rate
+
+
+def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
+    """Choose the cells of a block: some seconds of work, but not more than memory and a small loss allow.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    least = least_cells(threads)
+    if spec.size <= least:
+        return least
+    return estimate.block_cells(cells_per_second(spec, threads, patience=0.005), least)
+
+
+def least_cells(threads: int | None = None) -> int:
+    """Return the cells of a block that gives every thread something to do.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    return _SHARE * usable_threads(threads)
+
+
+def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
+    """Return a spec of about so many cells of another, spread evenly over its grid."""
+    share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
+    picked: dict[str, list[float]] = {}
+    for name in spec.axes:
+        values = getattr(spec, name).array()
+        count = max(1, round(len(values) * share))
+        picked[name] = [float(values[(2 * i + 1) * len(values) // (2 * count)]) for i in range(count)]
+    return spec.replace(**picked)
