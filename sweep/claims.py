@@ -15,6 +15,11 @@ from sweep.spec import SweepSpec
 from sweep.store import check_target
 
 
+def final(path: str | Path) -> Path:
+    """Return where a file will be: a symbolic link is followed, so that two names of one output meet at one lock."""
+    return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
+
+
 @contextlib.contextmanager
 def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     """Hold the folder of a run alone; if no block was kept in a new one, nothing is left of it.
@@ -24,8 +29,9 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     RequestError
         If the file could not be written in the end, or another run writes it.
     """
-    folder = path.with_name(path.name + journal.SUFFIX)
-    check_target(path, overwrite or os.path.isdir(folder))
+    folder = path.parent / (path.name + journal.SUFFIX)
+    # inside the lock it is asked again: the run that held it may have made the file
+    check_target(path, overwrite or os.path.isfile(folder / journal.MANIFEST))
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:

@@ -116,7 +116,7 @@ def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stop
 
     futures = client.map(
         compute_block,
-        [str(book.folder)] * len(numbers),
+        [str(book.folder.resolve())] * len(numbers),
         [book.manifest.fingerprint] * len(numbers),
         numbers,
         pure=False,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sweep.blocks import MOST_BLOCK_CELLS
-from sweep.errors import StorageError
+from sweep.errors import RequestError
 from sweep.schema import VARIABLES
 from sweep.spec import SweepSpec
 
@@ -106,11 +106,11 @@ def check_room(path: Path, needed: float) -> None:
 
     Raises
     ------
-    StorageError
+    RequestError
     """
     free = shutil.disk_usage(path.parent).free
     if needed > free:
-        raise StorageError(
+        raise RequestError(
             "the atlas does not fit on the disk",
             f"about {size(needed)} are free for the file and the journal that it is made from",
             f"{size(free)} free in {path.parent.resolve()}",

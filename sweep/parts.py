@@ -1,11 +1,10 @@
 """A run in parts: prepared, computed by the jobs of an array, assembled; every part of it can be done again."""
 
-import os
 from pathlib import Path
 
 from sweep import estimate, journal
 from sweep.assembly import publish_atlas
-from sweep.claims import begun, check_same, claimed
+from sweep.claims import begun, check_same, claimed, final
 from sweep.driving import Progress, Stopping, here
 from sweep.errors import RequestError, StoppedError
 from sweep.failures import Failures
@@ -32,7 +31,7 @@ def prepare(
     RequestError
         As in `run_to_file`.
     """
-    path = Path(os.path.realpath(path))
+    path = final(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
         book = begun(spec, path, folder, block_cells, None, command)
@@ -62,7 +61,7 @@ def compute_part(
     StorageError, StoppedError
         As in `run_to_file`.
     """
-    folder = Path(os.path.realpath(folder))
+    folder = Path(folder)
     usable_threads(threads)
     book = Journal.at(folder)
     check_same(book, book.manifest.spec)
@@ -93,7 +92,7 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
     StorageError
         If the file system refuses.
     """
-    folder = Path(os.path.realpath(folder))
+    folder = Path(folder)
     Journal.at(folder)
     path = folder.with_name(folder.name.removesuffix(journal.SUFFIX))
     with claimed(path, overwrite):

@@ -17,7 +17,7 @@ from sweep.schema import PARAMETERS, VARIABLES
 
 def unfinished(path: Path) -> Path | None:
     """Return the folder of the run that is to make a file, or that is given itself; None if there is none."""
-    for folder in (path, path.with_name(path.name + SUFFIX)):
+    for folder in (path, path.parent / (path.name + SUFFIX)):
         if os.path.isfile(folder / MANIFEST):
             return folder
     return None

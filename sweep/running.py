@@ -1,13 +1,12 @@
 """A run from its claim to the finished file: the blocks that are missing are computed, then all are assembled."""
 
 import contextlib
-import os
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 
 from sweep import estimate, journal
 from sweep.assembly import publish_atlas, published
-from sweep.claims import begun, claimed
+from sweep.claims import begun, claimed, final
 from sweep.driving import Driver, Kept, Progress, Say, Stopping, here
 from sweep.errors import StoppedError
 from sweep.failures import Failures
@@ -71,7 +70,7 @@ def run_to_file(
     StoppedError
         If `stopping` said so; finished blocks are kept.
     """
-    path = Path(os.path.realpath(path))
+    path = final(path)
     usable_threads(threads)
     with claimed(path, overwrite) as folder:
         earlier = published(folder, path)

@@ -6,9 +6,9 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
+from sweep.running import run_to_file
 from sweep.schema import VARIABLES
 from sweep.spec import SweepSpec
-from sweep.running import run_to_file
 from sweep.store import open_atlas, save
 
 SPECS = {

@@ -23,7 +23,7 @@ def plan(
 ) -> None:
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
     from sweep import estimate
-    from sweep.errors import StorageError
+    from sweep.errors import RequestError
     from sweep.spec import SweepSpec
 
     request = SweepSpec.from_words(spec, words or [])
@@ -36,6 +36,6 @@ def plan(
     print("\n".join(estimate.describe(request, output, rate, block_cells)))
     try:
         estimate.check_room(output, estimate.run_bytes(request))
-    except StorageError as problem:
+    except RequestError as problem:
         print(f"does not fit: {problem}")
         raise typer.Exit(1) from None
