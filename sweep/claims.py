@@ -31,7 +31,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     """
     folder = path.parent / (path.name + journal.SUFFIX)
     # inside the lock it is asked again: the run that held it may have made the file
-    check_target(path, overwrite or os.path.isfile(folder / journal.MANIFEST))
+    check_target(path, overwrite or os.path.isdir(folder))
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:

@@ -181,8 +181,11 @@ class Journal:
 
 
 def remove(folder: Path) -> None:
-    """Remove the folder of a run that is no longer needed; the lock that the caller holds goes last."""
-    for path in sorted(folder.glob("*"), key=lambda path: path.name in ("lock", PUBLISHED)):
+    """Remove the folder of a run that is no longer needed.
+
+    The record of what was published goes last: until then, whoever comes after a crash knows that the file is there.
+    """
+    for path in sorted(folder.glob("*"), key=lambda path: path.name == PUBLISHED):
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:
