@@ -18,8 +18,9 @@ def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: f
     ----------
     spec : SweepSpec
     threads : int, optional
+        As in `runner.use_threads`.
     patience : float
-        Seconds of measurement that are enough.
+        Seconds of computing that are measurement enough.
 
     Raises
     ------
@@ -29,19 +30,25 @@ def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: f
     use_threads(threads)
     wanted = usable_threads(threads)
     # loading or compiling the kernels is not what is measured
-    compute(coarse(spec, 1), Span(0, 1))
-    cells, rate, took = 64, 1.0, 0.0
-    while took < patience and cells // 4 < min(spec.size, MOST_BLOCK_CELLS):
+    _seconds(coarse(spec, 1))
+    cells = 256
+    while True:
         sample = coarse(spec, cells)
-        began = time.perf_counter()
-        compute(sample, Span(0, sample.size))
-        took = time.perf_counter() - began
-        # a small sample does not keep all threads busy
-        rate = sample.size / took * wanted / min(wanted, -(-sample.size // _SHARE))
-        cells *= 4
-        if 4 * took > 5 * patience:
-            break
-    return rate
+        took = _seconds(sample)
+        if took < patience:
+            # the shorter of two: on a busy machine a short measurement may have waited more than it worked
+            took = min(took, _seconds(sample))
+        if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
+            # a small sample does not keep all threads busy
+            return sample.size / took * wanted / min(wanted, -(-sample.size // _SHARE))
+        # no further than needed: the next one must not take for ever
+        cells *= 4 if 8 * took < patience else 2
+
+
+def _seconds(spec: SweepSpec) -> float:
+    began = time.perf_counter()
+    compute(spec, Span(0, spec.size))
+    return time.perf_counter() - began
 
 
 def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
@@ -55,7 +62,7 @@ def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
     least = least_cells(threads)
     if spec.size <= least:
         return least
-    return estimate.block_cells(cells_per_second(spec, threads, patience=0.005), least)
+    return estimate.block_cells(cells_per_second(spec, threads, patience=0.02), least)
 
 
 def least_cells(threads: int | None = None) -> int:

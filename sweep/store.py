@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+#: Bytes that netCDF holds of a variable: a chunk.
+_CACHE_BYTES = 2**20
+
+
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
     """Write an atlas that is in memory; the file appears only when it is complete.
 
@@ -179,6 +183,9 @@ def _check_sums(path: Path, places: Iterable[tuple[slice, ...]], sums: Mapping[s
     found = dict.fromkeys(sums, 0)
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
+        for name in found:
+            if file[name].ndim:
+                file[name].set_var_chunk_cache(size=_CACHE_BYTES)
         for slices in places:
             for name in found:
                 found[name] = zlib.crc32(np.ascontiguousarray(file[name][slices]).data, found[name])
@@ -213,6 +220,9 @@ def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] | None) ->
         declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
     )
     variable.set_auto_maskandscale(False)
+    if chunk:
+        # chunks are written whole, one after the other: netCDF's 16 MB for every variable would hold nothing of use
+        variable.set_var_chunk_cache(size=_CACHE_BYTES)
     variable.setncatts(declared.attributes)
     return variable
 
