@@ -27,18 +27,23 @@ from sweep.errors import StoppedError
 from sweep.running import run_to_file
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.
-SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:100", tilt="0.01deg:60deg:100:log")
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")
 
 #: Cells per block: many small ones, a few, and a number that fits nothing.
-BLOCKS = (100, 777, 5000)
+BLOCKS = (40, 333, 1800)
 
 
 def main() -> None:
     """Run the parts that were asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--moments", type=int, default=50, help="kills per threads and block size (default 50)")
+    parser.add_argument(
+        "--moments", type=int, default=50, help="kills per threads and block size (default 50)"
+    )
     parser.add_argument("--damages", type=int, default=300, help="blocks to damage (default 300)")
-    parser.add_argument("--cells", type=int, default=10**8, help="cells of the large atlas, 0 for none (default 1e8)")
+    parser.add_argument(
+        "--cells", type=int, default=10**8, help="cells of the large atlas, 0 for none (default 1e8)"
+    )
+    parser.add_argument("--every", type=int, default=1, help="crash before every n-th step (default 1)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     os.environ["SOURCE_DATE_EPOCH"] = "1700000000"
@@ -51,6 +56,7 @@ def main() -> None:
         for threads in (1, 2):
             for block_cells in BLOCKS:
                 wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
+        wrong += crashes(folder, whole, options.every)
         wrong += damages(folder, whole, options.damages, dice)
         if options.cells:
             large(folder, options.cells)
@@ -77,7 +83,7 @@ def undisturbed(path: Path) -> tuple[bytes, float]:
     took = 0.0
     for _ in range(2):  # the first may compile the kernels
         began = time.monotonic()
-        _, status = os.waitpid(child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=500)), 0)
+        _, status = os.waitpid(child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=180)), 0)
         took = time.monotonic() - began
         if status:
             sys.exit("scripts/soak: the undisturbed run failed")
@@ -112,9 +118,9 @@ def kills(
             os.waitpid(runner, 0)
             met += 1
             kept += len(list(folder.glob("killed.nc.run/blocks/*.npz")))
-            if path.exists() and not path.with_name("killed.nc.run").exists():
+            if is_done(path):
                 break
-        if not path.exists() or path.with_name("killed.nc.run").exists():
+        if not is_done(path):
             _, status = os.waitpid(child(work), 0)
             wrong += status != 0
         finished += 1
@@ -138,13 +144,56 @@ def is_absent_or(path: Path, whole: bytes) -> bool:
         return True
 
 
+def is_done(path: Path) -> bool:
+    """Tell whether there is nothing left to do; a folder that was emptied, but not yet removed, is removed."""
+    folder = path.with_name(path.name + journal.SUFFIX)
+    if path.exists() and folder.exists() and not list(folder.iterdir()):
+        folder.rmdir()
+    return path.exists() and not folder.exists()
+
+
+def crashes(folder: Path, whole: bytes, every: int) -> int:
+    """Kill a run before every step that it takes on the disk; return how often something was wrong."""
+    path, wrong, crashed, at, status = folder / "crashed.nc", 0, 0, 1, -1
+
+    def counting(real: Callable[..., object], steps: list[int]) -> Callable[..., object]:
+        def step(*arguments: object, **options: object) -> object:
+            steps[0] += 1
+            if steps[0] == at:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return real(*arguments, **options)
+
+        return step
+
+    def work() -> None:
+        steps = [0]
+        for name in ("mkdir", "open", "fsync", "replace", "unlink", "rmdir"):
+            setattr(os, name, counting(getattr(os, name), steps))
+        run_to_file(SPEC, path, block_cells=1800)
+
+    while status:
+        path.unlink(missing_ok=True)
+        _, status = os.waitpid(child(work), 0)
+        crashed += status == signal.SIGKILL
+        wrong += status not in (0, signal.SIGKILL)
+        wrong += not is_absent_or(path, whole)
+        if not is_done(path):
+            _, again = os.waitpid(child(lambda: run_to_file(SPEC, path)), 0)
+            wrong += again != 0
+        wrong += not is_done(path) or path.read_bytes() != whole
+        at += every
+    path.unlink()
+    print(f"crashed: before {crashed} of {at - every} steps on the disk, {wrong} wrong", flush=True)
+    return wrong
+
+
 def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
     """Damage blocks in every way; return how many went unnoticed, or spoilt the file."""
     path, caught = folder / "damaged.nc", 0
 
     def stopped() -> None:
         looks = iter(range(100))
-        run_to_file(SPEC, path, block_cells=500, stopping=lambda: next(looks) >= 12)
+        run_to_file(SPEC, path, block_cells=180, stopping=lambda: next(looks) >= 12)
 
     os.waitpid(child(stopped), 0)
     book = journal.Journal.at(folder / "damaged.nc.run")
@@ -201,10 +250,11 @@ def large(folder: Path, cells: int) -> None:
         run_to_file(spec, path)
         took, used = time.monotonic() - began, time.process_time()
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        share = 100 * spent[0] / used
         print(
-            f"large: {spec.size} cells in {took:.0f} s ({spec.size / took:.3g} cells/s), {memory / 1e9:.2f} GB resident "
-            f"at most, journal {spent[0]:.1f} s of {used:.1f} s of processor ({100 * spent[0] / used:.1f} %), "
-            f"file {path.stat().st_size / 1e9:.2f} GB",
+            f"large: {spec.size} cells in {took:.0f} s ({spec.size / took:.3g} cells/s), "
+            f"{memory / 1e9:.2f} GB resident at most, file {path.stat().st_size / 1e9:.2f} GB; "
+            f"journal {spent[0]:.1f} s of {used:.1f} s of processor ({share:.1f} %)",
             flush=True,
         )
 

@@ -123,7 +123,7 @@ def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stop
         retries=2,
     )
     asked = dict(zip((future.key for future in futures), numbers, strict=True))
-    waiting, failed = as_completed(futures), dict[int, BaseException]()
+    waiting, failed = as_completed(futures, loop=client.loop), dict[int, BaseException]()
     while waiting.count() and not stopping():
         for future in waiting.next_batch(block=False):
             number = asked.pop(future.key)
