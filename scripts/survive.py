@@ -128,7 +128,8 @@ def kills(
         left = [each.name for each in folder.iterdir() if each.name not in ("killed.nc", "whole.nc")]
         wrong += len(left)
     print(
-        f"killed: {threads} threads, blocks of {block_cells}: {met} kills, {kept / met:.1f} blocks kept at each, "
+        f"killed: {threads} threads, blocks of {block_cells}: "
+        f"{met} kills, {kept / max(met, 1):.1f} blocks kept at each, "
         f"{finished} files, {seen} looks at the final name, {wrong} wrong",
         flush=True,
     )

@@ -1,18 +1,21 @@
-"""Prepared runs, their parts and their assembly; looks at what is not finished; plans."""
+"""Prepared runs, their parts and their assembly; runs that go on; looks at what is not finished."""
 
+import os
 import re
 import shlex
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 
-from sweep import driving, estimate, peek
-from sweep.calibrate import coarse
+from sweep import driving, peek, store
 from sweep.cli import main
 from sweep.errors import StoppedError
+from sweep.locks import locked
 from sweep.running import run_to_file
 from sweep.spec import SweepSpec
 from sweep.store import open_atlas
@@ -70,6 +73,29 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
     assert command("assemble a.nc.run") == (0, "", "eulerdisk: a.nc: 18 cells\n")
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "whole.nc"]
+
+
+def test_the_documented_array_job(command, tmp_path, monkeypatch):
+    """The SLURM script of docs/clusters.md, run once for each task as SLURM would, leaves a run to be assembled."""
+    checkout = Path(__file__).parents[1]
+    script = re.search(
+        r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "clusters.md").read_text(), re.M | re.S
+    )[1]
+    (tmp_path / "srun").write_text('#!/bin/sh\nexec "$@"\n')
+    (tmp_path / "eulerdisk").write_text(f'#!/bin/sh\nexec {sys.executable} -m sweep "$@"\n')
+    for name in ("srun", "eulerdisk"):
+        (tmp_path / name).chmod(0o755)
+    command(f"prepare {WORDS} --block-cells 4 -o atlas.nc")
+    for task in "12":
+        environment = {
+            **os.environ,
+            "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}",
+            "PYTHONPATH": str(checkout),
+            "SLURM_ARRAY_TASK_ID": task,
+            "SLURM_ARRAY_TASK_COUNT": "2",
+        }
+        subprocess.run(["bash", "-e", "-c", script], cwd=tmp_path, env=environment, check=True)
+    assert command("assemble atlas.nc.run")[0] == 0
 
 
 def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
@@ -153,6 +179,58 @@ def test_two_runs_that_differ_in_how_they_are_run_have_the_same_bytes(command, t
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
+def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
+    """The file bears the time and the command of the run's beginning, whenever it was finished."""
+    stopped_after(tmp_path / "a.nc", 2, command="the first")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1800000000")
+    run_to_file(SPEC, tmp_path / "a.nc", command="the second")
+    with open_atlas(tmp_path / "a.nc") as read:
+        assert read.attrs["date_created"] == "2023-11-14T22:13:20Z"
+        assert read.attrs["history"] == "2023-11-14T22:13:20Z the first"
+
+
+def test_a_second_run_of_one_output_is_refused(command, tmp_path):
+    """While one run writes, another gets status 2 and the first one's process, and changes nothing."""
+    stopped_after(tmp_path / "a.nc", 2)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.npz")}
+    with locked(tmp_path / "a.nc.run"):
+        for line in (f"run {WORDS} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"):
+            status, _, err = command(line)
+            assert status == 2
+            assert (
+                f"being written. Rule: one run writes it at a time. Given: process {os.getpid()} on " in err
+            )
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.npz")} == before
+
+
+def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
+    """A symbolic link is followed: the run is that of the file it leads to."""
+    stopped_after(tmp_path / "a.nc", 2)
+    (tmp_path / "link.nc").symlink_to("a.nc")
+    assert "going on: 2 of 4 blocks" in command(f"run {WORDS} -o link.nc --overwrite")[2]
+    assert (tmp_path / "a.nc").is_file()
+    assert (tmp_path / "link.nc").is_symlink()
+
+
+def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypatch):
+    """If reading the file again finds another value, it does not get its name; the blocks are kept."""
+
+    def spoilt(path, *arguments):
+        with netCDF4.Dataset(path, "a") as file:
+            file["tilt_max"][0, 0] = 1.0
+        check(path, *arguments)
+
+    check = store._check_sums
+    monkeypatch.setattr(store, "_check_sums", spoilt)
+    status, _, err = command(f"run {WORDS} -o a.nc")
+    assert status == 3
+    assert "does not hold what was written: tilt_max;" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc.run"]
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert command(f"run {WORDS} -o a.nc")[0] == 0
+
+
 def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
     """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
     monkeypatch.setattr("sweep.journal.remove", lambda _: None)
@@ -172,71 +250,3 @@ def test_another_file_at_the_final_name_is_not_taken_for_the_runs_own(command, t
     assert command(f"run {WORDS} -o a.nc")[0] == 2
     assert (tmp_path / "a.nc").read_text() == "somebody else's"
     assert command(f"run {WORDS} -o a.nc --overwrite")[0] == 0
-
-
-def test_plan_writes_nothing_and_counts_right(command, tmp_path):
-    """Cells and blocks follow from the grid; without calibration no time is promised."""
-    status, out, err = command(
-        "plan rolling roll_rate=0.5:6:1000 tilt=0.1deg:9deg:300 --block-cells 70000 --no-calibrate"
-    )
-    assert (status, err) == (0, "")
-    assert out.splitlines()[:3] == [
-        "cells    300000 (1000 x 300)",
-        "blocks   5 of 70000 cells",
-        "time     not measured",
-    ]
-    # 63 bytes a cell, the sum of the types in the table of variables
-    assert "disk     19 MB for the journal" in out
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_plan_without_calibration_loads_no_numba(tmp_path):
-    """Neither numba nor the file libraries are loaded, and the answer is quick."""
-    code = (
-        "import sys; sys.argv = ['eulerdisk', 'plan', 'rolling', '--no-calibrate']\n"
-        "from sweep.cli import main\n"
-        "try: main()\n"
-        "finally: print(*{name.partition('.')[0] for name in sys.modules}, file=sys.stderr)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (
-        set(done.stderr.split()) & {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib"} == set()
-    )
-    assert done.stdout.startswith("cells    160200 (801 x 200)\n")
-
-
-@pytest.mark.compiled
-def test_plan_measures(command):
-    """With calibration a time is given, in the words in which a run says what it has to go."""
-    status, out, _ = command("plan rolling")
-    assert status == 0
-    assert "time     about " in out
-    assert " s (" in out
-    assert " cells per second)" in out
-
-
-def test_plan_says_what_does_not_fit(command):
-    """A run larger than the disk: status 1."""
-    status, out, _ = command("plan rolling roll_rate=0:9:1000000 tilt=0:1:900000 --no-calibrate")
-    assert status == 1
-    assert "does not fit" in out
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0.2, "0 s"), (119.4, "119 s"), (600, "10 min"), (9000, "2.5 h"), (400000, "4.7 days")],
-)
-def test_times_for_people(seconds, text):
-    """Seconds, minutes, hours or days, whichever is read at a glance."""
-    assert estimate.duration(seconds) == text
-
-
-@pytest.mark.parametrize("cells", [1, 10, 500, 10**6])
-def test_a_coarse_grid_is_spread_over_the_grid(cells):
-    """It has about as many cells as asked for, at most those of the grid, and values of the grid's own axes."""
-    spec = SweepSpec.preset("rolling")
-    sample = coarse(spec, cells)
-    assert min(cells, spec.size) / 4 <= sample.size <= min(4 * cells, spec.size)
-    for name in spec.axes:
-        value = getattr(sample, name)
-        assert set(np.atleast_1d(value.array())) <= set(getattr(spec, name).array())
