@@ -1,6 +1,7 @@
 """How fast this machine computes a spec, and how large a block is best: measured on a coarse grid of the same cells."""
 
 import time
+from collections.abc import Callable
 
 from sweep import estimate
 from sweep.blocks import MOST_BLOCK_CELLS, Span
@@ -11,7 +12,13 @@ from sweep.spec import SweepSpec
 _SHARE = 2048
 
 
-def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: float = 0.2) -> float:
+def cells_per_second(
+    spec: SweepSpec,
+    threads: int | None = None,
+    *,
+    patience: float = 0.2,
+    clock: Callable[[], float] = time.perf_counter,
+) -> float:
     """Measure how many cells of a spec are computed in a second.
 
     Parameters
@@ -21,6 +28,8 @@ def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: f
         As in `runner.use_threads`.
     patience : float
         Seconds of computing that are measurement enough.
+    clock : callable
+        What a second is.
 
     Raises
     ------
@@ -30,14 +39,14 @@ def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: f
     use_threads(threads)
     wanted = usable_threads(threads)
     # loading or compiling the kernels is not what is measured
-    _seconds(coarse(spec, 1))
+    _seconds(coarse(spec, 1), clock)
     cells = 256
     while True:
         sample = coarse(spec, cells)
-        took = _seconds(sample)
+        took = _seconds(sample, clock)
         if took < patience:
             # the shorter of two: on a busy machine a short measurement may have waited more than it worked
-            took = min(took, _seconds(sample))
+            took = min(took, _seconds(sample, clock))
         if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
             # a small sample does not keep all threads busy
             return sample.size / took * wanted / min(wanted, -(-sample.size // _SHARE))
@@ -45,10 +54,10 @@ def cells_per_second(spec: SweepSpec, threads: int | None = None, *, patience: f
         cells *= 4 if 8 * took < patience else 2
 
 
-def _seconds(spec: SweepSpec) -> float:
-    began = time.perf_counter()
+def _seconds(spec: SweepSpec, clock: Callable[[], float]) -> float:
+    began = clock()
     compute(spec, Span(0, spec.size))
-    return time.perf_counter() - began
+    return clock() - began
 
 
 def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
@@ -62,7 +71,9 @@ def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
     least = least_cells(threads)
     if spec.size <= least:
         return least
-    return estimate.block_cells(cells_per_second(spec, threads, patience=0.02), least)
+    # the processor's time: on a busy machine the clock on the wall would lead to blocks too small to be worth a file
+    rate = cells_per_second(spec, 1, patience=0.02, clock=time.process_time) * usable_threads(threads)
+    return estimate.block_cells(rate, least)
 
 
 def least_cells(threads: int | None = None) -> int:
