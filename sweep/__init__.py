@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from sweep.axes import Values as Values
     from sweep.criterion import Criterion as Criterion
     from sweep.errors import RequestError as RequestError
+    from sweep.running import run_to_file as run_to_file
     from sweep.spec import SweepSpec as SweepSpec
     from sweep.store import open_atlas as open_atlas
-    from sweep.store import run_to_file as run_to_file
     from sweep.store import save as save
     from sweep.trajectory import simulate as simulate
     from sweep.trajectory_spec import TrajectorySpec as TrajectorySpec
@@ -43,7 +43,7 @@ _HOME = {
     "open_atlas": "sweep.store",
     "reclassify": "sweep.verdicts",
     "run": "sweep.atlas",
-    "run_to_file": "sweep.store",
+    "run_to_file": "sweep.running",
     "save": "sweep.store",
     "simulate": "sweep.trajectory",
 }

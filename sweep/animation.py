@@ -11,12 +11,13 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from sweep.driving import Progress
 from sweep.errors import RequestError
 from sweep.motion_plots import poses_at
 from sweep.picture import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.plots import STYLE
 from sweep.schema import Array
-from sweep.store import Progress, published
+from sweep.store import published
 from sweep.trajectory_schema import TIME
 
 if TYPE_CHECKING:

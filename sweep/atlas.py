@@ -111,7 +111,7 @@ def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float
     return found
 
 
-def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
+def global_attributes(spec: SweepSpec, command: str, made: str | None = None) -> dict[str, Any]:
     """Return the global attributes: what it is, how it was made, and all that is needed to make it again.
 
     Parameters
@@ -119,12 +119,14 @@ def global_attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
     spec : SweepSpec
     command : str
         What the user ran, for the history.
+    made : str, optional
+        When, as `created` says it; now if not given.
     """
     from importlib.metadata import version
 
     import sweep
 
-    now = created()
+    now = made or created()
     return {
         "Conventions": CONVENTIONS,
         "title": _ascii(spec.title or "Stability atlas of a rolling disk"),

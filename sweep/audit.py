@@ -12,7 +12,7 @@ from sweep.agreement import check, needed
 from sweep.atlas import as_variable, coordinates, created, declare_cells, spec_of
 from sweep.blocks import Span
 from sweep.errors import RequestError
-from sweep.runner import set_threads
+from sweep.runner import use_threads
 from sweep.schema_exact import AGREEING, AUDIT, DISAGREEING, NOT_COMPUTED, WITHIN
 from sweep.spec import SweepSpec
 
@@ -95,7 +95,7 @@ def audit(dataset: "xr.Dataset") -> "xr.Dataset":
     import xarray as xr
 
     spec, stored = _read(dataset)
-    set_threads(None)
+    use_threads(None)
     found = check(spec, cells.starts(spec, Span(0, spec.size)), stored)
     return xr.Dataset(
         {

@@ -10,6 +10,9 @@ CHUNK_CELLS = 2**16
 #: Cells of a block unless the caller says otherwise: some tenths of a second of work.
 BLOCK_CELLS = 2**17
 
+#: Cells of a block at most: 16 megabytes in the journal, and some tenths of a second at the fastest.
+MOST_BLOCK_CELLS = 2**18
+
 
 @dataclass(frozen=True)
 class Span:

@@ -1,8 +1,9 @@
 """The command `eulerdisk`: what its commands are, and how a run of it ends.
 
-Results go to standard output, progress and messages to standard error. Exit status: 0 done; 1 a check failed; 2 the
-request was wrong and nothing was touched; 130 or 143 interrupted. Everything heavy is imported inside the commands: a
-wrong word is refused before numba or xarray is loaded.
+Results go to standard output, progress and messages to standard error. Exit status: 0 done; 1 a check failed, or too
+many cells could not be computed; 2 the request was wrong and nothing was touched; 3 the file system took no more;
+130 or 143 interrupted. After 3, 130 and 143 what is computed is kept, and the same command goes on. Everything heavy is
+imported inside the commands: a wrong word is refused before numba or xarray is loaded.
 """
 
 import sys
@@ -10,7 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import check, compute, convert, look, motion, verify
+from sweep.commands import check, compute, convert, look, motion, parts, planning, verify
 from sweep.commands.explain import explain
 from sweep.errors import RequestError
 
@@ -25,6 +26,7 @@ app = typer.Typer(
 
 _COMMANDS = (
     compute.run,
+    planning.plan,
     look.plot,
     look.info,
     look.boundary,
@@ -33,7 +35,9 @@ _COMMANDS = (
     explain,
     motion.simulate,
     convert.export,
-    motion.simulate,
+    parts.prepare,
+    parts.block,
+    parts.assemble,
 )
 
 for _command in _COMMANDS:
@@ -57,7 +61,7 @@ def main() -> NoReturn:
         app()
     except RequestError as error:
         print(f"eulerdisk: {error}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(error.status)
     except BrokenPipeError:
         # the reader of our output has gone, e.g. `| head`; nobody is left to tell
         sys.stderr.close()

@@ -22,6 +22,9 @@ class RequestError(Exception):
         The key, cell or file.
     """
 
+    #: Exit status of a command that ends with this error.
+    status = 2
+
     def __init__(self, what: str, rule: str, given: str, do: str, where: str | None = None) -> None:
         # All parts in args: an exception is pickled by its args, and workers send errors between processes.
         super().__init__(what, rule, given, do, where)
@@ -40,6 +43,36 @@ class RequestError(Exception):
     def at(self, where: str, given: str | None = None) -> Self:
         """Return the same error placed at `where`, with the words that the user gave there."""
         return type(self)(self.what, self.rule, given or self.given, self.do, where)
+
+
+class StorageError(RequestError):
+    """The file system does not take what was computed: no room, a quota, a limit, a defect. What is whole is kept."""
+
+    status = 3
+
+
+class FailedBlocksError(RequestError):
+    """Other machines could not compute some of the blocks; what is whole is kept."""
+
+    status = 1
+
+
+class StoppedError(Exception):
+    """A run ended between two blocks because it was asked to; its finished blocks are kept.
+
+    Parameters
+    ----------
+    folder : str
+        Where the blocks are.
+    done, blocks : int
+        Finished blocks, and blocks in all.
+    """
+
+    def __init__(self, folder: str, done: int, blocks: int) -> None:
+        super().__init__(folder, done, blocks)
+        self.folder = folder
+        self.done = done
+        self.blocks = blocks
 
 
 def shown(raw: object) -> str:

@@ -48,7 +48,7 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         _check_folder(path, overwrite)
         _to_zarr(dataset, path)
         return
-    check_target(path, overwrite, dataset.nbytes)
+    check_target(path, overwrite)
     with published(path) as unfinished:
         (_to_csv if kind == "csv" else _to_parquet)(dataset, unfinished)
 
@@ -78,7 +78,7 @@ def _check_folder(path: Path, overwrite: bool) -> None:
             str(path),
         )
     if not path.is_dir():
-        check_target(path, False, 0)
+        check_target(path, False)
     elif not overwrite:
         raise RequestError(
             "the folder exists",

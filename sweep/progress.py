@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from sweep.store import Progress
+from sweep import estimate
+from sweep.driving import Progress
 
 #: Seconds between two lines in a log.
 _EVERY = 10.0
@@ -28,17 +29,30 @@ def remaining(elapsed: float, done: int, size: int) -> float:
     return elapsed * (size - done) / done
 
 
+class _Pace:
+    """Seconds to go, at the pace since the first report: the blocks of an earlier run took no time in this one."""
+
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._first: tuple[float, int] | None = None
+
+    def to_go(self, done: int, size: int) -> float:
+        now = time.monotonic()
+        self._first = self._first or (now, done)
+        since, before = self._first if done > self._first[1] else (self._began, 0)
+        return remaining(now - since, done - before, size - before)
+
+
 def _log(stream: TextIO, what: str) -> Progress:
-    began = last = time.monotonic()
+    last, pace = time.monotonic(), _Pace()
 
     def progress(done: int, size: int) -> None:
         nonlocal last
-        now = time.monotonic()
-        if now - last >= _EVERY:
-            last = now
-            to_go = remaining(now - began, done, size)
+        to_go = estimate.duration(pace.to_go(done, size))
+        if time.monotonic() - last >= _EVERY:
+            last = time.monotonic()
             print(
-                f"eulerdisk: {done} of {size} {what} ({100 * done / size:.0f} %), {to_go:.0f} s to go",
+                f"eulerdisk: {done} of {size} {what} ({100 * done / size:.0f} %), {to_go} to go",
                 file=stream,
                 flush=True,
             )
@@ -49,14 +63,21 @@ def _log(stream: TextIO, what: str) -> Progress:
 @contextmanager
 def _bar(stream: TextIO, what: str) -> Iterator[Progress]:
     from rich.console import Console
-    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    pace = _Pace()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[to_go]}"),
+    )
     with Bar(*columns, console=Console(file=stream)) as bar:
-        task = bar.add_task("preparing", total=None)
+        task = bar.add_task("preparing", total=None, to_go="")
 
         def progress(done: int, size: int) -> None:
-            bar.update(task, description=what, completed=done, total=size)
+            to_go = f"{estimate.duration(pace.to_go(done, size))} to go"
+            bar.update(task, description=what, completed=done, total=size, to_go=to_go)
 
         yield progress

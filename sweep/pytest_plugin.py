@@ -37,8 +37,9 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
         from sweep.atlas import run
         from sweep.compare import compare
         from sweep.regression import in_words
+        from sweep.running import run_to_file
         from sweep.spec import SweepSpec
-        from sweep.store import open_atlas, run_to_file
+        from sweep.store import open_atlas
 
         path = folder / reference
         first, *changes = shlex.split(words)

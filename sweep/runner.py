@@ -53,7 +53,7 @@ def run_blocks(
     """
     if block_cells < 1:
         raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
-    set_threads(threads)
+    use_threads(threads)
     for span in blocks(spec.size, block_cells):
         yield Block(span, compute(spec, span))
 
@@ -171,13 +171,26 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
     return typed
 
 
-def set_threads(threads: int | None) -> None:
-    """Let the kernels use that many threads; all that this process may use if None.
+def use_threads(threads: int | None) -> None:
+    """Let the kernels that this Python thread calls use so many threads; all that there are, if not given.
 
     Raises
     ------
     RequestError
-        If there are not so many.
+        If `threads` is out of range.
+    """
+    import numba
+
+    numba.set_num_threads(usable_threads(threads))
+
+
+def usable_threads(threads: int | None) -> int:
+    """Return how many threads a run would use.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
     """
     import numba
 
@@ -191,4 +204,4 @@ def set_threads(threads: int | None) -> None:
             "leave it out",
             "threads",
         )
-    numba.set_num_threads(wanted)
+    return wanted

@@ -1,9 +1,10 @@
 """Atlases on disk: a file at its final name is complete, whatever happens while it is written."""
 
 import contextlib
+import errno
 import os
-import shutil
-from collections.abc import Callable, Iterable, Iterator
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,59 +12,20 @@ import numpy as np
 
 from sweep import atlas
 from sweep.atlas import Declaration
-from sweep.blocks import BLOCK_CELLS, Span, chunk_shape, chunks
+from sweep.blocks import Span, chunk_shape, chunks
 from sweep.boundary import edges
 from sweep.errors import RequestError
-from sweep.runner import Block, Columns, run_blocks
+from sweep.estimate import FILE_SHARE, check_room
+from sweep.publish import publish, refusals
+from sweep.runner import Block, Columns
 from sweep.spec import SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Called with the cells computed so far and the cells in all.
-Progress = Callable[[int, int], None]
 
-#: An atlas compresses to about this share (measured on the presets: 0.55 to 0.75).
-_SHARE_ON_DISK = 0.8
-
-
-def run_to_file(
-    spec: SweepSpec,
-    path: str | Path,
-    *,
-    overwrite: bool = False,
-    threads: int | None = None,
-    block_cells: int = BLOCK_CELLS,
-    command: str = "sweep.run_to_file",
-    progress: Progress | None = None,
-) -> None:
-    """Compute the atlas of a spec and write it to one netCDF file, a block at a time.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    path : str or Path
-        The file; it appears only when it is complete.
-    overwrite : bool
-        Replace an existing file, at the very end.
-    threads, block_cells
-        As in `atlas.run`.
-    command : str
-        What the user ran, for the history.
-    progress : callable, optional
-        Called with (cells done, cells in all) after every block.
-
-    Raises
-    ------
-    RequestError
-        If the file exists, its folder does not or cannot be written, or the disk has not enough room; nothing has been
-        touched then.
-    """
-    path = Path(path)
-    check_target(path, overwrite, spec.size * _cell_bytes(spec))
-    blocks = run_blocks(spec, threads=threads, block_cells=block_cells)
-    with published(path) as unfinished:
-        _write(spec, unfinished, _reporting(blocks, spec.size, progress), command)
+#: Bytes that netCDF holds of a variable: a chunk.
+_CACHE_BYTES = 2**20
 
 
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
@@ -72,10 +34,12 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     Raises
     ------
     RequestError
-        As in `run_to_file`.
+        If the file exists, its folder does not or cannot be written, or the disk has not enough room; nothing has been
+        touched then.
     """
     path = Path(path)
-    check_target(path, overwrite, dataset.nbytes)
+    check_target(path, overwrite)
+    check_room(path, dataset.nbytes * FILE_SHARE)
     # xarray gives every float a fill value, and forgets on reading that coordinates had none
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
     with published(path) as unfinished:
@@ -115,7 +79,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     return dataset
 
 
-def check_target(path: Path, overwrite: bool, size: float) -> None:
+def check_target(path: Path, overwrite: bool) -> None:
     """Refuse a file that could not be written in the end.
 
     Parameters
@@ -123,8 +87,6 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
     path : Path
     overwrite : bool
         Whether the file may exist already.
-    size : float
-        Bytes needed.
 
     Raises
     ------
@@ -151,90 +113,85 @@ def check_target(path: Path, overwrite: bool, size: float) -> None:
             "choose another",
             where,
         )
-    free = shutil.disk_usage(folder).free
-    if size * _SHARE_ON_DISK > free:
-        raise RequestError(
-            "the file does not fit on the disk",
-            f"about {size * _SHARE_ON_DISK / 1e6:.0f} MB are free for it",
-            f"{free / 1e6:.0f} MB free in {folder.resolve()}",
-            "use fewer cells or another disk",
-            where,
-        )
 
 
 @contextlib.contextmanager
 def published(path: Path) -> Iterator[Path]:
     """Give a temporary name beside `path`; what was written there gets the final name when the block ends well.
 
-    Raises RequestError where the file system refuses; of a full disk netCDF only says "HDF error".
+    Raises StorageError where the file system refuses.
     """
     unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
     try:
-        yield unfinished
-        with open(unfinished, "rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(unfinished, path)
-        _sync_folder(path.parent)
-    except (OSError, RuntimeError) as problem:
-        if isinstance(problem, RuntimeError) and "NetCDF" not in str(problem):
-            raise
-        raise RequestError(
-            "the file could not be written",
-            "the folder takes a new file of this name, and the disk has room for it to the end",
-            f"{problem}; {shutil.disk_usage(path.parent).free / 1e6:.0f} MB are free",
-            "free some space, or give another name or folder",
-            str(path),
-        ) from problem
+        with refusals(path):
+            yield unfinished
+            publish(unfinished, path)
     finally:
         if os.path.exists(unfinished):
             unfinished.unlink()
 
 
-def _sync_folder(folder: Path) -> None:
-    # the new name itself must survive a power cut; some file systems cannot open a folder
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+def write(spec: SweepSpec, path: Path, blocks: Iterable[Block], attributes: Mapping[str, Any]) -> None:
+    """Write an atlas from its blocks, a chunk at a time, and check it by reading it again.
 
+    Parameters
+    ----------
+    spec : SweepSpec
+    path : Path
+        Not the final name: until this returns, the file is not whole.
+    blocks : iterable of Block
+        All cells in C order.
+    attributes : mapping
+        The global attributes.
 
-def _cell_bytes(spec: SweepSpec) -> int:
-    return sum(np.dtype(each.dtype).itemsize for each in atlas.cell_declarations(spec))
-
-
-def _reporting(blocks: Iterable[Block], size: int, progress: Progress | None) -> Iterator[Block]:
-    for block in blocks:
-        # before the block is handed on: nobody asks for another one after the last
-        if progress is not None:
-            progress(block.span.stop, size)
-        yield block
-
-
-def _write(spec: SweepSpec, path: Path, blocks: Iterable[Block], command: str) -> None:
+    Raises
+    ------
+    OSError, RuntimeError
+        If the file system or netCDF refuses, or the file does not hold what was written.
+    """
     import netCDF4
 
     declared = atlas.cell_declarations(spec)
     stability = np.zeros(spec.shape, np.int8)
+    sums = dict.fromkeys((each.name for each in declared), 0)
+    places = list(chunks(spec.shape))
     with netCDF4.Dataset(path, "w", format="NETCDF4_CLASSIC") as file:
-        file.setncatts(atlas.global_attributes(spec, command))
+        file.setncatts(dict(attributes))
         for name, count in zip(spec.axes, spec.shape, strict=True):
             file.createDimension(name, count)
         for coordinate, values in atlas.coordinates(spec):
             _declare(file, coordinate, None)[...] = values
         variables = {each.name: _declare(file, each, chunk_shape(spec.shape)) for each in declared}
-        spans = list(chunks(spec.shape))
-        for (_, slices), columns in zip(spans, gather(blocks, [span for span, _ in spans]), strict=True):
+        for (_, slices), columns in zip(places, gather(blocks, [span for span, _ in places]), strict=True):
             shape = tuple(part.stop - part.start for part in slices)
             stability[slices] = columns["stability"].reshape(shape)
             for each in declared:
-                variables[each.name][slices] = _filled(each, columns[each.name]).reshape(shape)
+                filled = _filled(each, columns[each.name]).reshape(shape)
+                variables[each.name][slices] = filled
+                sums[each.name] = zlib.crc32(filled.data, sums[each.name])
         for (axis, edge), line in edges(spec, stability).items():
             for each, values in zip(
                 atlas.edge_declarations(spec, axis, edge), atlas.edge_values(line), strict=True
             ):
                 _declare(file, each, None)[...] = _filled(each, values)
+    _check_sums(path, [slices for _, slices in places], sums)
+
+
+def _check_sums(path: Path, places: Iterable[tuple[slice, ...]], sums: Mapping[str, int]) -> None:
+    import netCDF4
+
+    found = dict.fromkeys(sums, 0)
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for name in found:
+            if file[name].ndim:
+                file[name].set_var_chunk_cache(size=_CACHE_BYTES)
+        for slices in places:
+            for name in found:
+                found[name] = zlib.crc32(np.ascontiguousarray(file[name][slices]).data, found[name])
+    wrong = [name for name in sums if found[name] != sums[name]]
+    if wrong:
+        raise OSError(errno.EIO, f"the file does not hold what was written: {', '.join(wrong)}")
 
 
 def gather(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Columns]:
@@ -263,6 +220,9 @@ def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] | None) ->
         declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
     )
     variable.set_auto_maskandscale(False)
+    if chunk:
+        # chunks are written whole, one after the other: netCDF's 16 MB for every variable would hold nothing of use
+        variable.set_var_chunk_cache(size=_CACHE_BYTES)
     variable.setncatts(declared.attributes)
     return variable
 

@@ -8,10 +8,11 @@ from auditing import ENDINGS, PRESETS, atlas, coarse
 
 import sweep
 from sweep.runner import exact_measures
+from sweep.running import run_to_file
 from sweep.schema import PARAMETERS, VARIABLES
 from sweep.schema_exact import REDUCTION
 from sweep.spec import SweepSpec
-from sweep.store import open_atlas, run_to_file
+from sweep.store import open_atlas
 
 pytestmark = pytest.mark.compiled
 

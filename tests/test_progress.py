@@ -22,7 +22,10 @@ def clock(monkeypatch):
 
 
 def test_a_log_gets_a_line_now_and_then(clock):
-    """In a log, at most every ten seconds, one line says how far the run is and how long it will take."""
+    """In a log, at most every ten seconds, one line says how far the run is and how long it will take.
+
+    The pace is that since the first report, here at 1 s: 240 cells in 19.5 s leave 60.9 s for the other 750.
+    """
     stream = io.StringIO()
     with progress.reporting(stream) as report:
         for second, done in [(1, 10), (9.9, 99), (10, 100), (12, 120), (19.9, 190), (20.5, 250), (40, 1000)]:
@@ -30,9 +33,19 @@ def test_a_log_gets_a_line_now_and_then(clock):
             report(done, 1000)
     assert stream.getvalue().splitlines() == [
         "eulerdisk: 100 of 1000 cells (10 %), 90 s to go",
-        "eulerdisk: 250 of 1000 cells (25 %), 62 s to go",
+        "eulerdisk: 250 of 1000 cells (25 %), 61 s to go",
         "eulerdisk: 1000 of 1000 cells (100 %), 0 s to go",
     ]
+
+
+def test_blocks_of_an_earlier_run_do_not_count_as_pace(clock):
+    """A run that goes on from 900 of 1000 cells, and needs 10 s for 10 more, has 90 s to go, not 1."""
+    stream = io.StringIO()
+    with progress.reporting(stream) as report:
+        report(900, 1000)
+        clock[0] += 10.0
+        report(910, 1000)
+    assert stream.getvalue() == "eulerdisk: 910 of 1000 cells (91 %), 90 s to go\n"
 
 
 def test_a_short_run_leaves_a_log_alone(clock):
@@ -75,7 +88,7 @@ def test_a_terminal_gets_a_bar(monkeypatch):
         report(100, 100)
     assert "cells" in stream.getvalue()
     assert "100%" in stream.getvalue()
-    assert "0:00:00" in stream.getvalue()
+    assert "0 s to go" in stream.getvalue()
 
 
 def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 import sweep
 from sweep.blocks import Span, chunk_shape
 from sweep.runner import Block
+from sweep.running import run_to_file
 from sweep.schema import FILL, PARAMETERS, VARIABLES
 from sweep.spec import SweepSpec
-from sweep.store import gather, open_atlas, run_to_file, save
+from sweep.store import gather, open_atlas, save
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
 SPECS = {

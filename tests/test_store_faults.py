@@ -8,12 +8,18 @@ from collections import namedtuple
 import netCDF4
 import pytest
 
-from sweep import store
-from sweep.errors import RequestError
-from sweep.runner import run_blocks
+from sweep import claims, driving, estimate, publish, store
+from sweep.errors import RequestError, StorageError
+from sweep.running import run_to_file
 from sweep.spec import SweepSpec
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
+
+
+@pytest.fixture(autouse=True)
+def fixed_time(monkeypatch):
+    """Files of one spec bear one date."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
 @pytest.fixture
@@ -38,68 +44,95 @@ def refused(match, function, *arguments, **options):
         (KeyboardInterrupt(), KeyboardInterrupt),
         (ValueError("a defect"), ValueError),
         (RuntimeError("a defect"), RuntimeError),
-        (OSError(errno.ENOSPC, "No space left on device"), RequestError),
-        (RuntimeError("NetCDF: HDF error"), RequestError),
+        (OSError(errno.ENOSPC, "No space left on device"), StorageError),
+        (RuntimeError("NetCDF: HDF error"), StorageError),
     ],
     ids=lambda each: repr(each) if isinstance(each, BaseException) else "",
 )
-def test_a_run_that_breaks_leaves_nothing(path, monkeypatch, fault, seen, existing):
-    """Whatever ends a run between two blocks, no new file is there and an old one is as it was."""
+def test_a_run_that_breaks_keeps_its_blocks(path, monkeypatch, fault, seen, existing):
+    """Whatever ends a run between two blocks, no new file is there, an old one is as it was, and the run goes on."""
 
-    def breaking(spec, **how):
-        blocks = run_blocks(spec, **how)
-        yield next(blocks)
-        assert len(list(path.parent.iterdir())) == 1 + existing
-        raise fault
+    def breaking(spec, span):
+        if span.start == 10:
+            raise fault
+        return compute(spec, span)
 
+    compute = driving.compute
+    run_to_file(SPEC, path, command="x", block_cells=5)
+    whole = path.read_bytes()
+    path.unlink()
     if existing:
         path.write_bytes(b"old")
-    monkeypatch.setattr(store, "run_blocks", breaking)
+    monkeypatch.setattr(driving, "compute", breaking)
     with pytest.raises(seen):
-        store.run_to_file(SPEC, path, overwrite=existing, block_cells=5)
-    assert [(each.name, each.read_bytes()) for each in path.parent.iterdir()] == [
-        ("atlas.nc", b"old")
-    ] * existing
+        run_to_file(SPEC, path, overwrite=existing, command="x", block_cells=5)
+    assert [each.read_bytes() for each in path.parent.glob("*.nc")] == [b"old"] * existing
+    assert sorted(each.name for each in path.parent.iterdir()) == ["atlas.nc", "atlas.nc.run"][1 - existing :]
+    spans = []
+    monkeypatch.setattr(driving, "compute", lambda spec, span: spans.append(span) or compute(spec, span))
+    heard = []
+    run_to_file(SPEC, path, overwrite=existing, say=heard.append)
+    assert [span.start for span in spans] == [10, 15]
+    assert heard == ["going on: 2 of 4 blocks are there, 2 to compute"]
+    assert path.read_bytes() == whole
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_run_that_breaks_before_its_first_block_leaves_nothing(path, monkeypatch):
+    """If nothing was computed there is nothing to keep."""
+    monkeypatch.setattr(driving, "compute", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        run_to_file(SPEC, path)
+    assert list(path.parent.iterdir()) == []
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_file_system_that_refuses_at_the_end(path, monkeypatch, step):
-    """If the finished file cannot be made safe or be named, that is said, and nothing is left."""
+    """If the finished file cannot be made safe or be named, that is said, and its blocks are kept."""
+    real = getattr(os, step)
 
-    def refuse(*_):
-        raise OSError(errno.EIO, "Input/output error")
+    def refuse(*arguments):
+        # the manifest and the block pass; the file in the making does not
+        if list(path.parent.glob("*/assembled.nc")):
+            raise OSError(errno.EIO, "Input/output error")
+        return real(*arguments)
 
-    monkeypatch.setattr(store.os, step, refuse)
-    refused(r"could not be written.*Input/output error.*MB are free", store.run_to_file, SPEC, path)
-    assert list(path.parent.iterdir()) == []
+    with monkeypatch.context() as patch:
+        patch.setattr(publish.os, step, refuse)
+        text = refused(r"could not be written.*Input/output error.*MB are free", run_to_file, SPEC, path)
+    assert "finished blocks are kept in atlas.nc.run" in text
+    assert not path.exists()
+    run_to_file(SPEC, path)
+    assert list(path.parent.iterdir()) == [path]
 
 
 def test_the_final_name_appears_last(path):
     """While blocks are computed the final name does not exist, and afterwards nothing else does."""
     seen = []
-    store.run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
+    run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
     assert seen == [False] * 4
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_the_disk_is_asked_to_keep_the_file_before_it_gets_its_name(path, monkeypatch):
-    """The content is synchronised, then the name is given, then the folder is synchronised."""
+def test_the_disk_is_asked_to_keep_each_file_before_it_gets_its_name(path, monkeypatch):
+    """Manifest, block, record and file: the content is synchronised, the name given, the folder synchronised."""
     steps = []
     for step in ("fsync", "replace"):
         real = getattr(os, step)
-        monkeypatch.setattr(store.os, step, lambda *a, step=step, real=real: steps.append(step) or real(*a))
-    store.run_to_file(SPEC, path)
-    assert steps == ["fsync", "replace", "fsync"]
+        monkeypatch.setattr(publish.os, step, lambda *a, step=step, real=real: steps.append(step) or real(*a))
+    run_to_file(SPEC, path)
+    # the new folder too is a name that must survive
+    assert steps == ["fsync", "replace", "fsync", "fsync"] + ["fsync", "replace", "fsync"] * 3
 
 
 def test_an_existing_file_is_not_replaced_by_accident(path):
     """Without overwrite an existing file is refused before anything is computed; with it, it is replaced."""
     path.write_bytes(b"old")
-    text = refused("the file exists", store.run_to_file, SPEC, path)
+    text = refused("the file exists", run_to_file, SPEC, path)
     assert text.startswith(f"{path}: ")
     assert "--overwrite" in text
     assert path.read_bytes() == b"old"
-    store.run_to_file(SPEC, path, overwrite=True)
+    run_to_file(SPEC, path, overwrite=True)
     with store.open_atlas(path) as read:
         assert read.sizes == {"tilt": 20}
         refused("the file exists", store.save, read, path)
@@ -119,7 +152,7 @@ def test_targets_that_are_no_files(tmp_path):
         ("y" * 300, "could not be written"),
         ("y" * 254, "could not be written"),
     ]:
-        refused(what, store.run_to_file, SPEC, tmp_path / name, overwrite=True)
+        refused(what, run_to_file, SPEC, tmp_path / name, overwrite=True)
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -127,39 +160,41 @@ def test_a_folder_that_cannot_be_written(path, monkeypatch):
     """A folder without permission is refused beforehand."""
     # root may write anywhere: the answer of the system is put in its mouth
     monkeypatch.setattr(store.os, "access", lambda *_: False)
-    assert str(path.parent) in refused("folder cannot be written", store.run_to_file, SPEC, path)
+    assert str(path.parent) in refused("folder cannot be written", run_to_file, SPEC, path)
 
 
 def test_a_disk_that_is_too_small(path, monkeypatch):
-    """The room for the whole atlas is looked for before anything is computed; a disk that is large enough will do."""
+    """The room for atlas and journal is looked for before anything is computed; a disk that is large enough will do."""
     usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(store.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
-    monkeypatch.setattr(store, "run_blocks", None)
+    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    monkeypatch.setattr(driving, "compute", None)
+    monkeypatch.setattr(claims.calibrate, "block_cells", None)
     large = SPEC.replace(tilt="1deg:5deg:20000")
-    text = refused("does not fit on the disk", store.run_to_file, large, path)
-    assert "1 MB free" in text
+    text = refused("does not fit on the disk", run_to_file, large, path)
+    assert "1.0 MB free" in text
     assert list(path.parent.iterdir()) == []
-    store.check_target(path, False, 1.2e6)
+    estimate.check_room(path, 0.9e6)
 
 
 def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
-    """An atlas of the presets' kind is not larger than what is looked for beforehand."""
-    asked = []
-    check = store.check_target
-    monkeypatch.setattr(
-        store,
-        "check_target",
-        lambda path, overwrite, size: asked.append(size) or check(path, overwrite, size),
-    )
-    store.run_to_file(
-        SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log"), path
-    )
-    assert path.stat().st_size < store._SHARE_ON_DISK * asked[0]
+    """Neither the journal nor an atlas of the presets' kind is larger than what is looked for beforehand."""
+    spec = SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log")
+    taken = []
+
+    def measure(done, _):
+        files = path.parent.glob("atlas.nc.run/blocks/*.npz")
+        taken.append((done, sum(each.stat().st_size for each in files)))
+
+    run_to_file(spec, path, block_cells=5000, progress=measure)
+    for done, size in taken:
+        assert spec.size / 3 * 63 <= size <= estimate.journal_bytes(spec, spec.size)
+        assert done <= spec.size
+    assert path.stat().st_size < estimate.file_bytes(spec)
 
 
 def test_files_that_are_no_atlas(path, tmp_path):
     """A missing file, a folder, text, a cut file and another's netCDF are refused under their names."""
-    store.run_to_file(SPEC, path)
+    run_to_file(SPEC, path)
     whole = path.read_bytes()
     contents = {
         "text.nc": b"tilt,rate\n",
@@ -189,7 +224,7 @@ def test_files_that_are_no_atlas(path, tmp_path):
 )
 def test_atlases_that_this_version_cannot_read(path, change, message):
     """A newer format and missing parts are refused, and the file is closed again."""
-    store.run_to_file(SPEC, path)
+    run_to_file(SPEC, path)
     with netCDF4.Dataset(path, "a") as file:
         change(file)
     refused(message, store.open_atlas, path)
@@ -201,6 +236,6 @@ def test_free_space_is_that_of_the_output_folder(path, monkeypatch):
     """The disk that is asked is the one of the output, not of the working folder."""
     asked = []
     real = shutil.disk_usage
-    monkeypatch.setattr(store.shutil, "disk_usage", lambda folder: asked.append(folder) or real(folder))
-    store.check_target(path, False, 1.0)
+    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda folder: asked.append(folder) or real(folder))
+    estimate.check_room(path, 1.0)
     assert asked == [path.parent]

@@ -6,9 +6,10 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
+from sweep.running import run_to_file
 from sweep.schema import VARIABLES
 from sweep.spec import SweepSpec
-from sweep.store import open_atlas, run_to_file, save
+from sweep.store import open_atlas, save
 
 SPECS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:30", tilt="0.1deg:4deg:6:log"),

@@ -13,10 +13,11 @@ import xarray as xr
 import sweep
 from sweep.audit import audit
 from sweep.cli import main
+from sweep.running import run_to_file
 from sweep.schema import FILL, PARAMETERS
 from sweep.schema_exact import AUDIT
 from sweep.spec import SweepSpec
-from sweep.store import open_atlas, run_to_file, save
+from sweep.store import open_atlas, save
 
 pytestmark = pytest.mark.compiled
 

@@ -13,6 +13,9 @@ Words = Annotated[
         show_default=False,
     ),
 ]
+Spec = Annotated[
+    str, typer.Argument(metavar="SPEC", help="A preset (rolling, spinning, circling) or a .toml file.")
+]
 OptionalSpec = Annotated[
     str | None,
     typer.Argument(
@@ -24,4 +27,14 @@ OptionalSpec = Annotated[
 AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made by eulerdisk run.")]
 Criterion = Annotated[
     str | None, typer.Option(help="Take the verdicts of another criterion, e.g. departure:2deg.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")]
+Threads = Annotated[int | None, typer.Option(help="Threads; all that may be used, if not given.")]
+BlockCells = Annotated[
+    int | None,
+    typer.Option(help="Cells per block, the most that a crash costs; about a second of work, if not given."),
+]
+MaxFailed = Annotated[
+    float,
+    typer.Option(metavar="PERCENT", help="More unresolved or invalid cells than this end with status 1."),
 ]

@@ -33,7 +33,7 @@ def compare(
     from sweep.store import check_target, open_atlas, published
 
     if junit is not None:
-        check_target(junit, True, 0)
+        check_target(junit, True)
     with open_atlas(new) as left, open_atlas(reference) as right:
         comparison = compared(left, right, common=common)
     if junit is not None:

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import OptionalSpec, Words
+from sweep.commands.arguments import BlockCells, MaxFailed, OptionalSpec, Overwrite, Threads, Words
+from sweep.commands.outcome import conclude
 from sweep.commands.requests import read_request
 from sweep.commands.stopping import stoppable
 
@@ -23,10 +24,16 @@ def run(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")
     ],
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")] = False,
-    threads: Annotated[int | None, typer.Option(help="Threads; all that may be used, if not given.")] = None,
+    overwrite: Overwrite = False,
+    threads: Threads = None,
+    block_cells: BlockCells = None,
+    max_failed: MaxFailed = 1.0,
+    dask: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Compute on the workers of a dask scheduler, tcp://host:8786."),
+    ] = None,
 ) -> None:
-    """Compute an atlas and write it to one netCDF file.
+    """Compute an atlas and write it to one netCDF file; the same command goes on where an earlier one ended.
 
     eulerdisk run rolling roll_rate=0.5:6:400 tilt=0.01deg:20deg:300:log -o rolling.nc
 
@@ -34,16 +41,27 @@ def run(
     """
     request = read_request(spec, words or [], source)
     from sweep.progress import reporting
-    from sweep.store import run_to_file
+    from sweep.running import run_to_file
 
-    command = shlex.join(["eulerdisk", *sys.argv[1:]])
-    with stoppable(output) as check, reporting() as progress:
+    driver = None
+    if dask is not None:
+        from sweep.cluster import on_cluster
 
-        def after_block(done: int, size: int) -> None:
-            check()
-            progress(done, size)
-
-        run_to_file(
-            request, output, overwrite=overwrite, threads=threads, command=command, progress=after_block
+        driver = on_cluster(dask)
+    # what makes this atlas; how, and under which name, is not for its history: its bytes do not depend on that
+    origin = ["--from", str(source)] if spec is None else [spec]
+    command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
+    with stoppable() as stopping, reporting() as progress:
+        failures = run_to_file(
+            request,
+            output,
+            overwrite=overwrite,
+            threads=threads,
+            block_cells=block_cells,
+            command=command,
+            progress=progress,
+            say=lambda text: print(f"eulerdisk: {text}", file=sys.stderr),
+            stopping=stopping,
+            driver=driver,
         )
-    print(f"eulerdisk: {output}: {request.size} cells", file=sys.stderr)
+    conclude(failures, request, output, max_failed)

@@ -1,5 +1,6 @@
 """Look at finished atlases: `info`, `boundary`, `plot`."""
 
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
@@ -10,13 +11,36 @@ from sweep.commands.arguments import AtlasFile, Criterion
 from sweep.errors import RequestError
 
 
-def info(atlas: AtlasFile) -> None:
-    """Say in words what is in an atlas."""
+def info(
+    atlas: AtlasFile,
+    *,
+    partial: Annotated[
+        Path | None,
+        typer.Option(metavar="PART.nc", help="Write what there is of an unfinished run as an atlas."),
+    ] = None,
+) -> None:
+    """Say in words what is in an atlas, or how far a run is that is not finished."""
+    from sweep import peek
     from sweep.report import describe
     from sweep.store import open_atlas
 
-    with open_atlas(atlas) as dataset:
-        print(describe(dataset))
+    folder = peek.unfinished(atlas)
+    if folder is None and partial is not None:
+        raise RequestError(
+            "no unfinished run",
+            f"--partial needs the blocks of a run, in {atlas}.run",
+            str(atlas),
+            "leave --partial out, or give the file that a run is to make",
+            "--partial",
+        )
+    if folder is not None and partial is not None:
+        done, cells = peek.write_partial(folder, partial)
+        print(f"eulerdisk: {partial}: {done} of {cells} cells computed", file=sys.stderr)
+    elif folder is not None:
+        print(peek.describe(folder))
+    if folder is None or atlas.is_file():
+        with open_atlas(atlas) as dataset:
+            print(describe(dataset))
 
 
 def boundary(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.stopping import stoppable
+from sweep.commands.stopping import abandonable
 from sweep.errors import RequestError
 
 
@@ -48,7 +48,7 @@ def simulate(
         from sweep import animation
         from sweep.progress import reporting
 
-        with stoppable(animate) as check, reporting(what="frames") as progress:
+        with abandonable(animate) as check, reporting(what="frames") as progress:
 
             def after_frame(done: int, count: int) -> None:
                 check()
@@ -86,4 +86,4 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
         check_film(animate)
     for path in (output, plot, animate):
         if path is not None:
-            check_target(path, overwrite, 0.0)
+            check_target(path, overwrite)

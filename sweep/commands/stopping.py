@@ -1,5 +1,7 @@
 """Ctrl-C and SIGTERM while something is computed."""
 
+import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -9,17 +11,18 @@ from types import FrameType
 
 import typer
 
+from sweep.errors import StoppedError
+
 
 class _Stopped(BaseException):
-    """A signal asked the run to end."""
+    """A signal asked for the end of something that is worth nothing unfinished."""
 
 
 @contextmanager
-def stoppable(output: Path) -> Iterator[Callable[[], None]]:
-    """Turn Ctrl-C and SIGTERM into a message and an exit status.
+def abandonable(output: Path) -> Iterator[Callable[[], None]]:
+    """As `stoppable`, for a file that is worth nothing unfinished.
 
-    Gives what is to be called after each block: it ends the run if a signal has come. An exception out of a signal
-    handler can get lost in a callback of the compiler, so that only a second signal raises one.
+    Gives what is to be called now and then: it ends the work if a signal has come. A second signal ends it at once.
     """
     arrived: list[int] = []
 
@@ -31,12 +34,51 @@ def stoppable(output: Path) -> Iterator[Callable[[], None]]:
         check()
         arrived.append(number)
 
+    with _handling(stop):
+        try:
+            yield check
+        except _Stopped:
+            print(
+                f"eulerdisk: interrupted; {output} was not written, nothing is left behind.", file=sys.stderr
+            )
+            raise typer.Exit(128 + arrived[0]) from None
+
+
+@contextmanager
+def _handling(stop: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield check
-    except _Stopped:
-        print(f"eulerdisk: interrupted; {output} was not written, nothing is left behind.", file=sys.stderr)
-        raise typer.Exit(128 + arrived[0]) from None
+        yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def stoppable() -> Iterator[Callable[[], bool]]:
+    """Turn Ctrl-C and SIGTERM into the end of the block, a message and an exit status.
+
+    Gives what says whether to stop. The handler only takes note: an exception out of it could get lost in a callback
+    of the compiler. A second signal does not wait for the block, which may be inside a kernel for long.
+    """
+    arrived: list[int] = []
+    again = f"To go on, run the same command again:\n    {shlex.join(['eulerdisk', *sys.argv[1:]])}\n"
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        if arrived:
+            # not print: the signal may have come in the middle of one
+            os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
+            os._exit(128 + number)
+        arrived.append(number)
+
+    with _handling(stop):
+        try:
+            yield lambda: bool(arrived)
+        except StoppedError as end:
+            kept = (
+                f"{end.done} of {end.blocks} blocks are kept in {end.folder}"
+                if end.done
+                else "no block was finished"
+            )
+            print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
+            raise typer.Exit(128 + arrived[0]) from None

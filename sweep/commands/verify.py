@@ -27,7 +27,7 @@ def verify(
     with store.open_atlas(atlas) as dataset:
         if write is not None:
             _check_apart(atlas, write)
-            store.check_target(write, overwrite, dataset.nbytes)
+            store.check_target(write, overwrite)
         audited = audit(dataset)
     if write is not None:
         store.save(audited, write, overwrite=overwrite)

@@ -1,0 +1,267 @@
+"""Kill runs at random moments, damage what they leave, compute a large atlas, and print the figures.
+
+Ends with 1 if a file differs from that of an undisturbed run, if a reader of the final name ever saw anything but an
+absent or a complete file, or if a damaged block went unnoticed.
+"""
+
+import argparse
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+# loaded before the first fork, so that a run is killed while it works; the kernels are not: their threads do not fork
+import netCDF4  # noqa: F401
+import numba  # noqa: F401
+import xarray  # noqa: F401
+
+import sweep
+from sweep import journal
+from sweep.errors import StoppedError
+from sweep.running import run_to_file
+
+#: A second of work in small blocks; falls, bounded cells and refinements among them.
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")
+
+#: Cells per block: many small ones, a few, and a number that fits nothing.
+BLOCKS = (40, 333, 1800)
+
+
+def main() -> None:
+    """Run the parts that were asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--moments", type=int, default=50, help="kills per threads and block size (default 50)"
+    )
+    parser.add_argument("--damages", type=int, default=300, help="blocks to damage (default 300)")
+    parser.add_argument(
+        "--cells", type=int, default=10**8, help="cells of the large atlas, 0 for none (default 1e8)"
+    )
+    parser.add_argument("--every", type=int, default=1, help="crash before every n-th step (default 1)")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    os.environ["SOURCE_DATE_EPOCH"] = "1700000000"
+    dice = random.Random(options.seed)
+    with tempfile.TemporaryDirectory(prefix="eulerdisk-soak-", dir=".") as name:
+        folder = Path(name)
+        whole, took = undisturbed(folder / "whole.nc")
+        print(f"undisturbed run: {SPEC.size} cells, {took:.2f} s, {len(whole)} bytes", flush=True)
+        wrong = 0
+        for threads in (1, 2):
+            for block_cells in BLOCKS:
+                wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
+        wrong += crashes(folder, whole, options.every)
+        wrong += damages(folder, whole, options.damages, dice)
+        if options.cells:
+            large(folder, options.cells)
+    if wrong:
+        sys.exit(f"scripts/soak: {wrong} times something was wrong")
+
+
+def child(work: Callable[[], object]) -> int:
+    """Do the work in a process of its own, forked before any kernel ran here, and return its number."""
+    number = os.fork()
+    if number == 0:
+        try:
+            work()
+            os._exit(0)
+        except BaseException as problem:
+            if not isinstance(problem, StoppedError):
+                print(repr(problem), file=sys.stderr, flush=True)
+            os._exit(9)
+    return number
+
+
+def undisturbed(path: Path) -> tuple[bytes, float]:
+    """Return the bytes of the file of a run that nothing disturbs, and the seconds it took."""
+    took = 0.0
+    for _ in range(2):  # the first may compile the kernels
+        began = time.monotonic()
+        _, status = os.waitpid(child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=180)), 0)
+        took = time.monotonic() - began
+        if status:
+            sys.exit("scripts/soak: the undisturbed run failed")
+    return path.read_bytes(), took
+
+
+def kills(
+    folder: Path, whole: bytes, took: float, threads: int, block_cells: int, moments: int, dice: random.Random
+) -> int:
+    """Kill runs at random moments until each has met `moments` of them; return how often something was wrong."""
+    wrong = met = finished = seen = kept = 0
+    path = folder / "killed.nc"
+
+    def work() -> None:
+        run_to_file(SPEC, path, threads=threads, block_cells=block_cells)
+
+    while met < moments:
+        path.unlink(missing_ok=True)
+        # one kill, or several in a row: a run may be killed while it goes on from an earlier kill
+        for _ in range(dice.randint(1, 3)):
+            runner, deadline = child(work), time.monotonic() + dice.uniform(0.0, 1.2 * took)
+            ended = 0
+            while not ended and time.monotonic() < deadline:
+                wrong += not is_absent_or(path, whole)
+                seen += 1
+                time.sleep(0.001)
+                ended, status = os.waitpid(runner, os.WNOHANG)
+            if ended:
+                wrong += status != 0
+                break
+            os.kill(runner, signal.SIGKILL)
+            os.waitpid(runner, 0)
+            met += 1
+            kept += len(list(folder.glob("killed.nc.run/blocks/*.npz")))
+            if is_done(path):
+                break
+        if not is_done(path):
+            _, status = os.waitpid(child(work), 0)
+            wrong += status != 0
+        finished += 1
+        wrong += not path.exists() or path.read_bytes() != whole
+        left = [each.name for each in folder.iterdir() if each.name not in ("killed.nc", "whole.nc")]
+        wrong += len(left)
+    print(
+        f"killed: {threads} threads, blocks of {block_cells}: "
+        f"{met} kills, {kept / max(met, 1):.1f} blocks kept at each, "
+        f"{finished} files, {seen} looks at the final name, {wrong} wrong",
+        flush=True,
+    )
+    path.unlink(missing_ok=True)
+    return wrong
+
+
+def is_absent_or(path: Path, whole: bytes) -> bool:
+    """Tell whether a reader finds no file or the complete one."""
+    try:
+        return path.read_bytes() == whole
+    except FileNotFoundError:
+        return True
+
+
+def is_done(path: Path) -> bool:
+    """Tell whether there is nothing left to do; a folder that was emptied, but not yet removed, is removed."""
+    folder = path.with_name(path.name + journal.SUFFIX)
+    if path.exists() and folder.exists() and not list(folder.iterdir()):
+        folder.rmdir()
+    return path.exists() and not folder.exists()
+
+
+def crashes(folder: Path, whole: bytes, every: int) -> int:
+    """Kill a run before every step that it takes on the disk; return how often something was wrong."""
+    path, wrong, crashed, at, status = folder / "crashed.nc", 0, 0, 1, -1
+
+    def counting(real: Callable[..., object], steps: list[int]) -> Callable[..., object]:
+        def step(*arguments: object, **options: object) -> object:
+            steps[0] += 1
+            if steps[0] == at:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return real(*arguments, **options)
+
+        return step
+
+    def work() -> None:
+        steps = [0]
+        for name in ("mkdir", "open", "fsync", "replace", "unlink", "rmdir"):
+            setattr(os, name, counting(getattr(os, name), steps))
+        run_to_file(SPEC, path, block_cells=1800)
+
+    while status:
+        path.unlink(missing_ok=True)
+        _, status = os.waitpid(child(work), 0)
+        crashed += status == signal.SIGKILL
+        wrong += status not in (0, signal.SIGKILL)
+        wrong += not is_absent_or(path, whole)
+        if not is_done(path):
+            _, again = os.waitpid(child(lambda: run_to_file(SPEC, path)), 0)
+            wrong += again != 0
+        wrong += not is_done(path) or path.read_bytes() != whole
+        at += every
+    path.unlink()
+    print(f"crashed: before {crashed} of {at - every} steps on the disk, {wrong} wrong", flush=True)
+    return wrong
+
+
+def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
+    """Damage blocks in every way; return how many went unnoticed, or spoilt the file."""
+    path, caught = folder / "damaged.nc", 0
+
+    def stopped() -> None:
+        looks = iter(range(100))
+        run_to_file(SPEC, path, block_cells=180, stopping=lambda: next(looks) >= 12)
+
+    os.waitpid(child(stopped), 0)
+    book = journal.Journal.at(folder / "damaged.nc.run")
+    held = [paths[0] for paths in book.held().values()]
+    for _ in range(count):
+        victim = dice.choice(held)
+        good = victim.read_bytes()
+        victim.write_bytes(damaged(good, dice))
+        sound, _ = book.verify([int(victim.name[:6])])
+        caught += not sound
+        for each in folder.glob("damaged.nc.run/blocks/*.damaged"):
+            each.unlink()
+        victim.write_bytes(good)
+    for victim in held[::2]:
+        victim.write_bytes(damaged(victim.read_bytes(), dice))
+    os.waitpid(child(lambda: run_to_file(SPEC, path)), 0)
+    same = path.exists() and path.read_bytes() == whole
+    print(f"damaged: {caught} of {count} caught; file after mending {len(held[::2])} blocks the same: {same}")
+    return count - caught + (not same)
+
+
+def damaged(good: bytes, dice: random.Random) -> bytes:
+    """Return the content cut, with a tail of zeros, or with one bit flipped."""
+    place = dice.randrange(len(good))
+    kind = dice.choice(("cut", "zeros", "bit"))
+    if kind == "cut":
+        return good[:place]
+    if kind == "zeros":
+        # what a power cut leaves where the last pages were not written
+        place = min(place, len(good.rstrip(b"\0")) - 1)
+        return good[:place] + bytes(len(good) - place)
+    return good[:place] + bytes([good[place] ^ 1 << dice.randrange(8)]) + good[place + 1 :]
+
+
+def large(folder: Path, cells: int) -> None:
+    """Compute an atlas of many cells with a short horizon; print its largest memory and what the journal cost."""
+    count = round(cells**0.5)
+    spec = sweep.SweepSpec.preset("rolling").replace(
+        roll_rate=f"0.5:6:{count}", tilt=f"0.01deg:20deg:{count}:log", duration=0.05
+    )
+    path = folder / "large.nc"
+
+    def work() -> None:
+        spent = [0.0]
+        keep = journal.Journal.keep
+
+        def timed(*arguments: object) -> None:
+            began = time.thread_time()
+            keep(*arguments)  # type: ignore[arg-type]
+            spent[0] += time.thread_time() - began
+
+        journal.Journal.keep = timed  # type: ignore[assignment, method-assign]
+        began = time.monotonic()
+        run_to_file(spec, path)
+        took, used = time.monotonic() - began, time.process_time()
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        share = 100 * spent[0] / used
+        print(
+            f"large: {spec.size} cells in {took:.0f} s ({spec.size / took:.3g} cells/s), "
+            f"{memory / 1e9:.2f} GB resident at most, file {path.stat().st_size / 1e9:.2f} GB; "
+            f"journal {spent[0]:.1f} s of {used:.1f} s of processor ({share:.1f} %)",
+            flush=True,
+        )
+
+    os.waitpid(child(work), 0)
+    shutil.rmtree(path.with_name("large.nc.run"), ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""What a run will take, before it is begun: `plan`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.commands.arguments import BlockCells, Spec, Threads, Words
+
+
+def plan(
+    spec: Spec,
+    words: Words = None,
+    *,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="Where the file will be.")
+    ] = Path("atlas.nc"),
+    threads: Threads = None,
+    block_cells: BlockCells = None,
+    calibrate: Annotated[
+        bool, typer.Option("--calibrate/--no-calibrate", help="Measure how fast cells are computed.")
+    ] = True,
+) -> None:
+    """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
+    from sweep import estimate
+    from sweep.errors import RequestError
+    from sweep.spec import SweepSpec
+
+    request = SweepSpec.from_words(spec, words or [])
+    rate = None
+    if calibrate:
+        from sweep.calibrate import cells_per_second, least_cells
+
+        rate = cells_per_second(request, threads)
+        block_cells = block_cells or estimate.block_cells(rate, least_cells(threads))
+    print("\n".join(estimate.describe(request, output, rate, block_cells)))
+    try:
+        estimate.check_room(output, estimate.run_bytes(request))
+    except RequestError as problem:
+        print(f"does not fit: {problem}")
+        raise typer.Exit(1) from None

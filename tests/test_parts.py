@@ -1,0 +1,252 @@
+"""Prepared runs, their parts and their assembly; runs that go on; looks at what is not finished."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from sweep import driving, peek, store
+from sweep.cli import main
+from sweep.errors import StoppedError
+from sweep.locks import locked
+from sweep.running import run_to_file
+from sweep.spec import SweepSpec
+from sweep.store import open_atlas
+
+WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"
+SPEC = SweepSpec.from_words("rolling", WORDS.split()[1:])
+
+
+@pytest.fixture(autouse=True)
+def fixed_time(monkeypatch):
+    """Files of one spec bear one date."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line):
+        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, *capsys.readouterr()
+
+    return run
+
+
+def stopped_after(path, count, **how):
+    """Begin a run of four blocks and let it compute so many of them."""
+    asked = [0]
+
+    def stopping():
+        # the thread that computes asks before every block
+        asked[0] += threading.current_thread() is not threading.main_thread()
+        return asked[0] > count
+
+    with pytest.raises(StoppedError):
+        run_to_file(SPEC, path, block_cells=5, stopping=stopping, **how)
+    assert len(list(path.parent.glob(f"{path.name}.run/blocks/*.npz"))) == count
+
+
+def test_parts_make_the_file_of_a_run(command, tmp_path):
+    """Prepared, computed in three parts in any order, and assembled: the bytes are those of the plain run."""
+    assert command(f"run {WORDS} -o whole.nc")[0] == 0
+    assert command(f"prepare {WORDS} --block-cells 4 -o a.nc") == (
+        0,
+        "a.nc.run\n",
+        "eulerdisk: 18 cells in 5 blocks\n",
+    )
+    for part, blocks in ((3, 1), (1, 2), (2, 2)):
+        status, _, err = command(f"block --run a.nc.run --part {part}/3")
+        assert (status, err) == (0, f"eulerdisk: part {part}/3: 0 blocks were there, {blocks} computed\n")
+    assert command("block --run a.nc.run --part 2/3")[2].endswith("2 blocks were there, 0 computed\n")
+    assert command("assemble a.nc.run") == (0, "", "eulerdisk: a.nc: 18 cells\n")
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "whole.nc"]
+
+
+def test_the_documented_array_job(command, tmp_path, monkeypatch):
+    """The SLURM script of docs/clusters.md, run once for each task as SLURM would, leaves a run to be assembled."""
+    checkout = Path(__file__).parents[1]
+    script = re.search(
+        r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "clusters.md").read_text(), re.M | re.S
+    )[1]
+    (tmp_path / "srun").write_text('#!/bin/sh\nexec "$@"\n')
+    (tmp_path / "eulerdisk").write_text(f'#!/bin/sh\nexec {sys.executable} -m sweep "$@"\n')
+    for name in ("srun", "eulerdisk"):
+        (tmp_path / name).chmod(0o755)
+    command(f"prepare {WORDS} --block-cells 4 -o atlas.nc")
+    for task in "12":
+        environment = {
+            **os.environ,
+            "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}",
+            "PYTHONPATH": str(checkout),
+            "SLURM_ARRAY_TASK_ID": task,
+            "SLURM_ARRAY_TASK_COUNT": "2",
+        }
+        subprocess.run(["bash", "-e", "-c", script], cwd=tmp_path, env=environment, check=True)
+    assert command("assemble atlas.nc.run")[0] == 0
+
+
+def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
+    """A run goes on from a part, and parts go on from a run; each block is computed once."""
+    run_to_file(SPEC, tmp_path / "whole.nc", command=f"eulerdisk run {WORDS}")
+    spans = []
+    compute = driving.compute
+    monkeypatch.setattr(driving, "compute", lambda spec, span: spans.append(span) or compute(spec, span))
+    command(f"prepare {WORDS} --block-cells 4 -o a.nc")
+    command("block --run a.nc.run --part 2/2")
+    assert command(f"run {WORDS} -o a.nc")[2].startswith(
+        "eulerdisk: going on: 2 of 5 blocks are there, 3 to compute"
+    )
+    stopped_after(tmp_path / "b.nc", 1, command=f"eulerdisk run {WORDS}")
+    assert command("block --run b.nc.run --part 1/1")[0] == 0
+    assert command("assemble b.nc.run")[0] == 0
+    # 5 blocks of 4 cells, then 4 blocks of 5
+    assert sorted(len(span) for span in spans) == [2, 3, 4, 4, 4, 4, 5, 5, 5]
+    for name in ("a.nc", "b.nc"):
+        assert (tmp_path / name).read_bytes() == (tmp_path / "whole.nc").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("line", "match"),
+    [
+        ("block --run a.nc.run --part 0/3", "not a part"),
+        ("block --run a.nc.run --part 4/3", "not a part"),
+        ("block --run a.nc.run --part x", "not a part"),
+        ("block --run elsewhere --part 1/3", "not the folder of a run"),
+        ("assemble a.nc.run", "blocks are missing"),
+        ("assemble elsewhere", "not the folder of a run"),
+        (
+            f"run {WORDS} alpha=0.7 criterion=departure:1deg -o a.nc",
+            r"alpha: 0.5 there, 0.7 here; criterion: ",
+        ),
+        (f"prepare {WORDS} --block-cells 0 -o b.nc", "no block"),
+        ("info missing.nc --partial b.nc", "no unfinished run"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
+    """With status 2, a message of four parts, and nothing touched."""
+    command(f"prepare {WORDS} --block-cells 4 -o a.nc")
+    before = sorted(tmp_path.rglob("*"))
+    status, out, err = command(line)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert all(part in err for part in (". Rule: ", ". Given: ", ". Do: "))
+    assert re.search(match, err)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_info_tells_how_far_a_run_is(command, tmp_path):
+    """Of an unfinished run, under the name of its file or its folder, the blocks and cells that are there are told."""
+    stopped_after(tmp_path / "a.nc", 2)
+    for name in ("a.nc", "a.nc.run"):
+        status, out, _ = command(f"info {name}")
+        assert status == 0
+        assert "blocks      2 of 4, 10 of 18 cells (56 %)" in out
+
+
+def test_a_partial_atlas_has_what_there_is(command, tmp_path):
+    """Cells of finished blocks are as in the whole atlas; the others are not computed, undecided, without numbers."""
+    stopped_after(tmp_path / "a.nc", 2)
+    done = 10
+    run_to_file(SPEC, tmp_path / "whole.nc")
+    assert command("info a.nc --partial p.nc") == (0, "", f"eulerdisk: p.nc: {done} of 18 cells computed\n")
+    with open_atlas(tmp_path / "p.nc") as part, open_atlas(tmp_path / "whole.nc") as whole:
+        for name in ("ending", "stability", "tilt_min", "tilt_max", "steps"):
+            found, expected = part[name].values.ravel(), whole[name].values.ravel()
+            np.testing.assert_array_equal(found[:done], expected[:done])
+            assert (np.isnan(found[done:]) if found.dtype.kind == "f" else found[done:] == 0).all()
+    assert f"{18 - done} not computed" in command("info p.nc")[1]
+    assert peek.unfinished(tmp_path / "p.nc") is None
+    # only looked at: the run goes on
+    assert command(f"run {WORDS} -o a.nc")[0] == 0
+
+
+def test_two_runs_that_differ_in_how_they_are_run_have_the_same_bytes(command, tmp_path):
+    """Threads, block size, output name and driver are not in the file."""
+    for line in (f"run {WORDS} -o a.nc", f"run {WORDS} --threads 1 --block-cells 3 --max-failed 50 -o b.nc"):
+        assert command(line)[0] == 0
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
+    """The file bears the time and the command of the run's beginning, whenever it was finished."""
+    stopped_after(tmp_path / "a.nc", 2, command="the first")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1800000000")
+    run_to_file(SPEC, tmp_path / "a.nc", command="the second")
+    with open_atlas(tmp_path / "a.nc") as read:
+        assert read.attrs["date_created"] == "2023-11-14T22:13:20Z"
+        assert read.attrs["history"] == "2023-11-14T22:13:20Z the first"
+
+
+def test_a_second_run_of_one_output_is_refused(command, tmp_path):
+    """While one run writes, another gets status 2 and the first one's process, and changes nothing."""
+    stopped_after(tmp_path / "a.nc", 2)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.npz")}
+    with locked(tmp_path / "a.nc.run"):
+        for line in (f"run {WORDS} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"):
+            status, _, err = command(line)
+            assert status == 2
+            assert (
+                f"being written. Rule: one run writes it at a time. Given: process {os.getpid()} on " in err
+            )
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.npz")} == before
+
+
+def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
+    """A symbolic link is followed: the run is that of the file it leads to."""
+    stopped_after(tmp_path / "a.nc", 2)
+    (tmp_path / "link.nc").symlink_to("a.nc")
+    assert "going on: 2 of 4 blocks" in command(f"run {WORDS} -o link.nc --overwrite")[2]
+    assert (tmp_path / "a.nc").is_file()
+    assert (tmp_path / "link.nc").is_symlink()
+
+
+def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypatch):
+    """If reading the file again finds another value, it does not get its name; the blocks are kept."""
+
+    def spoilt(path, *arguments):
+        with netCDF4.Dataset(path, "a") as file:
+            file["tilt_max"][0, 0] = 1.0
+        check(path, *arguments)
+
+    check = store._check_sums
+    monkeypatch.setattr(store, "_check_sums", spoilt)
+    status, _, err = command(f"run {WORDS} -o a.nc")
+    assert status == 3
+    assert "does not hold what was written: tilt_max;" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc.run"]
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert command(f"run {WORDS} -o a.nc")[0] == 0
+
+
+def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
+    """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
+    monkeypatch.setattr("sweep.journal.remove", lambda _: None)
+    run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
+    monkeypatch.undo()
+    before = (tmp_path / "a.nc").stat()
+    monkeypatch.chdir(tmp_path)
+    assert command(f"run {WORDS} -o a.nc")[0] == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+    assert (tmp_path / "a.nc").stat() == before
+
+
+def test_another_file_at_the_final_name_is_not_taken_for_the_runs_own(command, tmp_path):
+    """A run that is stopped, and a file that appears at its name meanwhile: refused without --overwrite, kept whole."""
+    stopped_after(tmp_path / "a.nc", 1)
+    (tmp_path / "a.nc").write_text("somebody else's")
+    assert command(f"run {WORDS} -o a.nc")[0] == 2
+    assert (tmp_path / "a.nc").read_text() == "somebody else's"
+    assert command(f"run {WORDS} -o a.nc --overwrite")[0] == 0

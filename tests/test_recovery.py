@@ -1,0 +1,117 @@
+"""What survives: kill -9 at any moment, a full disk, a limit on files, and a defect of the disk. Long: scripts/soak."""
+
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).parents[1]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT), "SOURCE_DATE_EPOCH": "1700000000"}
+WORDS = ["rolling", "roll_rate=2:4:100", "tilt=0.1deg:5deg:100", "--block-cells", "500", "-o", "a.nc"]
+
+
+def run(folder, *words, **how):
+    """Run a command in a folder and return what came of it."""
+    command = [sys.executable, "-m", "sweep", *words]
+    return subprocess.run(
+        command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False, **how
+    )
+
+
+@pytest.mark.compiled
+def test_kills_and_damages_change_no_byte(tmp_path):
+    """The soak in short: whatever is killed or damaged, files are absent or equal to that of an undisturbed run."""
+    soak = CHECKOUT / "scripts" / "survive.py"
+    done = subprocess.run(
+        [sys.executable, soak, "--moments", "1", "--damages", "60", "--every", "4", "--cells", "0"],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    kills = [int(found) for found in re.findall(r"(\d+) kills", done.stdout)]
+    assert len(kills) == 6
+    assert min(kills) >= 1
+    assert int(re.search(r"crashed: before (\d+) of", done.stdout)[1]) >= 8
+    assert "damaged: 60 of 60 caught; file after mending 4 blocks the same: True" in done.stdout
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("limit", "where"), [(20_000, "block"), (300_000, "file")])
+def test_a_limit_on_file_sizes(tmp_path, limit, where):
+    """A block or the file over the limit: status 3, what is whole is kept, what to raise is told, then it goes on."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    done = run(tmp_path, "run", *WORDS, preexec_fn=limited)
+    assert done.returncode == 3, done.stderr
+    assert "a file may not become that large" in done.stderr
+    assert "raise the limit (ulimit -f) to 1 MB" in done.stderr
+    assert not (tmp_path / "a.nc").exists()
+    kept = list(tmp_path.glob("a.nc.run/blocks/*.npz"))
+    assert len(kept) == (0 if where == "block" else 20)
+    assert not [each for each in tmp_path.rglob("*") if each.suffix == ".tmp" or each.name == "assembled.nc"]
+    again = run(tmp_path, "run", *WORDS)
+    assert again.returncode == 0, again.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["a.nc"]
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Return a disk of two megabytes."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(folder)]
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("needs the right to mount a small disk")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("left", [200_000, 750_000], ids=["journal", "file"])
+def test_a_full_disk(small_disk, left):
+    """A disk that fills on the way: status 3, what is whole is kept, what to free is told; then the run goes on."""
+    ballast = small_disk / "ballast"
+    # the disk looks large enough beforehand, as it does when others fill it
+    code = (
+        "import sys, shutil; sys.argv = ['eulerdisk', 'run', *sys.argv[1:]]\n"
+        "from sweep import estimate; estimate.check_room = lambda *_: None\n"
+        "from sweep.cli import main; main()"
+    )
+    ballast.write_bytes(bytes(2_090_000 - left))
+    done = subprocess.run(
+        [sys.executable, "-c", code, *WORDS],
+        cwd=small_disk,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3, done.stderr
+    assert re.search(
+        r"there is no room left\. .*free about \d+ MB, and run the same command again", done.stderr
+    )
+    kept = list(small_disk.glob("a.nc.run/blocks/*.npz"))
+    assert 0 < len(kept) <= 20
+    assert not (small_disk / "a.nc").exists()
+    ballast.unlink()
+    again = subprocess.run(
+        [sys.executable, "-c", code, *WORDS],
+        cwd=small_disk,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert again.returncode == 0, again.stderr
+    assert f"going on: {len(kept)} of 20 blocks are there" in again.stderr
+    assert [each.name for each in small_disk.iterdir()] == ["a.nc"]

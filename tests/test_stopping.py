@@ -1,0 +1,125 @@
+"""Signals: the block is finished, everything that is whole is kept, and the message says how to go on."""
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sweep import driving
+from sweep.cli import main
+
+CHECKOUT = Path(__file__).parents[1]
+LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]
+SMALL = "run rolling roll_rate=2:4:9 tilt=0.1deg,1deg --block-cells 5 -o a.nc"
+
+
+def started(words, folder):
+    """Start a run as a process, and wait until its first block is kept."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sweep", "run", *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not list(folder.glob("*.run/blocks/*.npz")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert process.poll() is None
+    return process
+
+
+def blocks(folder):
+    """Return the names of what is kept."""
+    return {each.name for each in folder.glob("a.nc.run/blocks/*")}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("existing", [False, True], ids=["new", "overwrite"])
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["INT", "TERM"]
+)
+def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
+    """A signal ends a long run soon with its own status; blocks are kept, no file is left, an old one is as it was."""
+    if existing:
+        (tmp_path / "a.nc").write_text("old")
+    words = [*LONG, "-o", "a.nc", "--overwrite"]
+    process = started(words, tmp_path)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    kept = blocks(tmp_path)
+    assert process.returncode == status
+    assert err == (
+        f"eulerdisk: interrupted; {len(kept)} of 800 blocks are kept in a.nc.run. "
+        f"To go on, run the same command again:\n    eulerdisk run {shlex.join(words)}\n"
+    )
+    assert all(name.endswith(".npz") for name in kept)
+    assert not list(tmp_path.glob("a.nc.run/assembled.nc"))
+    assert [path.read_text() for path in tmp_path.glob("*.nc")] == ["old"] * existing
+
+
+@pytest.mark.compiled
+def test_a_second_signal_ends_at_once(tmp_path):
+    """A second signal does not wait for the block, which here would take minutes, and says how to go on."""
+    slow = [
+        "tilt=0.001deg:0.01deg:40000",
+        "roll_rate=4",
+        "step=1e-7",
+        "duration=10",
+        "--block-cells",
+        "20000",
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sweep", "run", "rolling", *slow, "-o", "a.nc"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(tmp_path.glob("a.nc.run/assembled.nc")):
+        assert process.poll() is None
+        time.sleep(0.02)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    assert process.poll() is None
+    began = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert time.monotonic() - began < 2.0
+    assert process.returncode == 130
+    assert err.startswith("\neulerdisk: stopped at once; finished blocks are kept. To go on, ")
+    assert err.endswith("-o a.nc\n")
+
+
+def test_a_signal_takes_effect_between_blocks(monkeypatch, capsys, tmp_path):
+    """The block ends in which the signal comes, it is kept, and no other is begun; then the same command goes on."""
+    begun = []
+
+    def interrupted(spec, span):
+        if not begun:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.2)
+        begun.append(span)
+        return compute(spec, span)
+
+    compute = driving.compute
+    monkeypatch.setattr(driving, "compute", interrupted)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(SMALL)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 130
+    assert len(begun) == len(blocks(tmp_path)) == 1
+    assert capsys.readouterr().err.endswith(f"run the same command again:\n    eulerdisk {SMALL}\n")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
+    assert len(begun) == 4
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
