@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from sweep.store import run_to_file as run_to_file
     from sweep.store import save as save
     from sweep.verdicts import reclassify as reclassify
+    from sweep.verdicts import refine as refine
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
@@ -37,6 +38,7 @@ _HOME = {
     "Values": "sweep.axes",
     "open_atlas": "sweep.store",
     "reclassify": "sweep.verdicts",
+    "refine": "sweep.verdicts",
     "run": "sweep.atlas",
     "run_to_file": "sweep.store",
     "save": "sweep.store",

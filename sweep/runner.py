@@ -78,9 +78,26 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     Returns
     -------
     mapping of str to array, shape (len(span),)
-        Every variable of the atlas, of its type in the schema; `roll_rate` [rad/s] where it is computed.
+        Every variable of the atlas, of its type in the schema; `spec.computed_rate` [rad/s] where there is one.
     """
-    given = cells.starts(spec, span)
+    return measure(spec, cells.starts(spec, span))
+
+
+def measure(spec: SweepSpec, given: Mapping[str, Array]) -> Columns:
+    """Compute cells anywhere, on the grid of the spec or not.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        Says how they are integrated and judged; its grid does not matter.
+    given : mapping of str to array, shape (n,)
+        The starts, as from `cells.complete`.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+        As `compute`.
+    """
     measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
     return _columns(spec, given, measured)
 
@@ -142,7 +159,7 @@ def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.ND
     }
 
 
-def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
+def _columns(spec: SweepSpec, given: Mapping[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
     least, greatest = measured["tilt_min"], measured["tilt_max"]
     steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -158,8 +175,9 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
         name: (measured | derived)[name].astype(quantity.dtype, copy=False)
         for name, quantity in table.items()
     }
-    if spec.circling:
-        typed["roll_rate"] = np.where(np.isfinite(given["roll_rate"]), given["roll_rate"], np.nan)
+    if spec.computed_rate is not None:
+        rate = given[spec.computed_rate]
+        typed[spec.computed_rate] = np.where(np.isfinite(rate), rate, np.nan)
     return typed
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from sweep import atlas
 from sweep.atlas import Declaration
 from sweep.blocks import BLOCK_CELLS, Span, chunk_shape, chunks
-from sweep.boundary import edges
 from sweep.errors import RequestError
 from sweep.runner import Block, Columns, run_blocks
 from sweep.spec import SweepSpec
@@ -230,11 +229,11 @@ def _write(spec: SweepSpec, path: Path, blocks: Iterable[Block], command: str) -
             stability[slices] = columns["stability"].reshape(shape)
             for each in declared:
                 variables[each.name][slices] = _filled(each, columns[each.name]).reshape(shape)
-        for (axis, edge), line in edges(spec, stability).items():
-            for each, values in zip(
-                atlas.edge_declarations(spec, axis, edge), atlas.edge_values(line), strict=True
-            ):
-                _declare(file, each, None)[...] = _filled(each, values)
+        for each, values in atlas.boundaries(spec, stability):
+            for name, count in zip(each.dims, values.shape, strict=True):
+                if name not in file.dimensions:
+                    file.createDimension(name, count)
+            _declare(file, each, None)[...] = _filled(each, values)
 
 
 def gather(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Columns]:
