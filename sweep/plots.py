@@ -35,7 +35,8 @@ _FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
 }
 
-_STYLE: Any = {
+#: Settings of matplotlib that every figure of the project has.
+STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
     "axes.titlesize": 9.0,
@@ -93,7 +94,7 @@ def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)
     strip = _STRIP if any(each.has_ratio for each in panels) else 0.0
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         drawn = Figure(
             figsize=(columns * _WIDTH + _BAR, rows * (_HEIGHT + strip + _LEGEND)), layout="constrained"
         )
@@ -152,7 +153,7 @@ def save(drawn: Figure, path: str | Path) -> None:
             f"mkdir -p {path.parent}, or choose another",
             str(path),
         )
-    with matplotlib.rc_context(_STYLE), published(path) as unfinished:
+    with matplotlib.rc_context(STYLE), published(path) as unfinished:
         drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_FORMATS[ending])
 
 

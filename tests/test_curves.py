@@ -106,13 +106,14 @@ def test_curves_in_a_file(tmp_path):
         assert one.curve_point_count.attrs["sample_dimension"] == "curve_point"
         assert int(one.curve_point_count.sum()) == one.sizes["curve_point"]
         assert one.curve_tilt.attrs["units"] == "rad"
-        # the dome closes over 18.62 deg (physics.md): its curve leaves the grid only at the smallest tilt and rate
+        # the dome closes over 18.62 deg (physics.md), a little later for ten times the kick: its curve leaves the grid
+        # only at the smallest tilt and rate
         (count,), closed = one.curve_point_count.values, bool(one.curve_closed[0])
         assert not closed
         assert count == one.sizes["curve_point"]
         assert one.curve_precession_rate.values[0] == 0.2
         assert one.curve_tilt.values[-1] == spec.tilt.start
-        assert 18.0 < np.degrees(one.curve_tilt.values.max()) < 18.63
+        assert 18.0 < np.degrees(one.curve_tilt.values.max()) < 19.0
 
 
 def test_the_command_refines_a_file(tmp_path):
