@@ -54,6 +54,16 @@ def extremes() -> Callable[..., tuple[Any, Any]]:
     return found
 
 
+@lru_cache
+def coefficients() -> Callable[..., None]:
+    """Return `kernels.response.coefficients`, cached on disk where the cache folder can be written."""
+    from kernels import response
+
+    kernel: Callable[..., None] = response.coefficients
+    _cache_on_disk(kernel)
+    return kernel
+
+
 def _cache_on_disk(kernel: Any) -> None:
     import numba
 
