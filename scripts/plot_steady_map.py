@@ -80,18 +80,22 @@ def agreement(atlas: "xr.Dataset") -> str:
 
 
 def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
-    """Draw the maps side by side."""
+    """Draw the maps by precession rate and by roll rate, and how far measured rates are from theory.
+
+    The map of the faster precession is not drawn: all of it is stable.
+    """
     norm = TwoSlopeNorm(0.0, -4.0, 16.0)
     with matplotlib.rc_context(plots.STYLE):
         drawn = Figure(figsize=(10.8, 4.4), layout="constrained")
         FigureCanvasAgg(drawn)
-        panels = drawn.subplots(1, len(atlases), squeeze=False)[0]
-        for axes, (name, atlas) in zip(panels, atlases.items(), strict=True):
-            background = _draw(axes, name, atlas, norm)
+        panels = drawn.subplots(1, 3)
+        for axes, name in zip(panels, ("precession", "slow"), strict=False):
+            background = _draw(axes, name, atlases[name], norm)
+        _draw_deviations(panels[2], atlases["precession"])
         handles, labels = panels[0].get_legend_handles_labels()
         drawn.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
         bar = drawn.colorbar(
-            background, ax=panels, aspect=35, pad=0.015, ticks=[-4, -3, -2, -1, 0, 5, 10, 15]
+            background, ax=panels[1], aspect=35, pad=0.02, ticks=[-4, -3, -2, -1, 0, 5, 10, 15]
         )
         bar.set_label("growth rate (s$^{-1}$, negative)      nutation frequency (rad s$^{-1}$)")
     return drawn
@@ -110,32 +114,63 @@ def _draw(axes: "Axes", name: str, atlas: "xr.Dataset", norm: TwoSlopeNorm) -> A
     unstable = np.where(atlas.stability.values == UNSTABLE, 1.0, 0.0)
     axes.contourf(tilt, rates, unstable, levels=[0.5, 1.5], colors="none", hatches=["////"])
     _draw_theory(axes, name)
-    start = 0
-    for count in atlas.curve_point_count.values:
-        each = slice(start, start + int(count))
-        start += int(count)
+    ends = np.cumsum(atlas.curve_point_count.values)
+    for end, count in zip(ends, atlas.curve_point_count.values, strict=True):
+        each = slice(end - count, end)
         some = np.unique(np.linspace(0, count - 1, min(count, _MOST_POINTS)).round().astype(int))
         x, y = (atlas[f"curve_{part}"].values[each][some] for part in ("tilt", rate))
         axes.plot(
             np.degrees(x), y, linestyle="", marker="o", markersize=3.2, markerfacecolor="white", color="black",
-            markeredgewidth=0.8, zorder=4, label="RK4 boundary (bracket 1e-9)" if start == count else None,
+            markeredgewidth=0.8, zorder=4, label="RK4 boundary (bracket 1e-9)" if end == count else None,
         )  # fmt: skip
     for height, word in _ENDS[name]:
         for sign in (1.0, -1.0):
             axes.plot(0.0, sign * height, "D", color="black", markersize=5, zorder=5)
         axes.annotate(
-            word, (0.0, height), (26, 20), textcoords="offset points", zorder=6, bbox=_BOX,
+            word, (0.0, height), (30, 14), textcoords="offset points", zorder=6, bbox=_BOX,
             arrowprops={"arrowstyle": "-", "linewidth": 0.7},
         )  # fmt: skip
     if name != "precession":
         axes.plot([], [], color="0.85", linewidth=6, label="no steady motion")
-        axes.text(58, 0.0, "none", ha="center", va="center")
+        axes.text(60, 0.0, "none", ha="center", va="center")
+    for word, place in (
+        ("unstable", (0.0, 1.6)),
+        ("stable", (0.0, 5.0) if name == "precession" else (0.0, 6.5)),
+    ):
+        axes.text(*place, word, ha="center", va="center", weight="bold", bbox=_BOX, zorder=6)
     axes.set(title=TITLES[name], xlim=(-85, 85), ylim=(rates[0], rates[-1]))
     axes.set_xticks([-80, -40, 0, 40, 80])
     axes.set(xlabel=r"tilt $\theta$ (deg)")
     symbol = r"$\dot\psi$" if name == "precession" else r"$\dot\phi$"
     axes.set_ylabel(f"{rate.replace('_', ' ')} {symbol} (rad s$^{{-1}}$)")
     return background
+
+
+def _draw_deviations(axes: "Axes", atlas: "xr.Dataset") -> None:
+    k = atlas.stability_coefficient.values
+    for name, sign, colour, words in (
+        ("nutation_frequency", 1.0, "#5b3a8c", r"nutation frequency against $\sqrt{k}$"),
+        ("growth_rate", -1.0, "#c8680a", r"growth rate against $\sqrt{-k}$"),
+    ):
+        with np.errstate(invalid="ignore"):
+            error = np.abs(atlas[name].values / np.sqrt(sign * k) - 1.0)
+        there = np.isfinite(error) & (sign * k > 0.0)
+        look: dict[str, Any] = {
+            "marker": "o" if sign > 0.0 else "s",
+            "markerfacecolor": colour if sign < 0.0 else "white",
+        }
+        some = np.flatnonzero(there)[:: max(1, int(there.sum()) // 700)]
+        axes.plot(
+            np.abs(k.flat[some]), np.maximum(error.flat[some], 1e-12), linestyle="", markersize=2.6,
+            color=colour, markeredgewidth=0.6, label=words, **look,
+        )  # fmt: skip
+    axes.axhline(1e-4, color="black", linewidth=1.0, linestyle=(0, (4, 2)))
+    axes.annotate(
+        "promised: 1e-4", (0.98, 1e-4), (0, 3), ("axes fraction", "data"), "offset points", ha="right"
+    )
+    axes.set(xscale="log", yscale="log", xlabel=r"$|k|$ of theory (s$^{-2}$)", title="Measured rates")
+    axes.set_ylabel("relative deviation from theory")
+    axes.legend(frameon=False, loc="lower left", fontsize=7.0, handletextpad=0.2)
 
 
 _BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
