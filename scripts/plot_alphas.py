@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 #: Mass distributions: 0.01 is nearly all mass at the centre, 1/2 the uniform disk, 1 the hoop.
 SPEC = {
     "alpha": "0.01,0.25,0.5,0.75,1",
-    "tilt": "0.25deg:21.25deg:85",
-    "precession_rate": "0.03:5:120",
+    "tilt": "0.25deg:21.25deg:43",
+    "precession_rate": "0.03:5:80",
     "roll_rate": "steady",
     "tilt_rate": "1e-6rad/s",
     "criterion": "amplification:20",
@@ -73,11 +73,11 @@ def figure(atlas: "xr.Dataset") -> Figure:
                 )
             axes.set(xlim=(0, 21), xlabel=r"tilt $\theta$ (deg)")
         panels[0].set(
-            ylim=(0, 1.05), ylabel=r"precession rate$^2$ $\dot\psi^2 R/g$", title="By precession rate"
+            ylim=(0, 1.12), ylabel=r"precession rate$^2$ $\dot\psi^{\,2} R/g$", title="By precession rate"
         )
-        panels[1].set(ylim=(0, 0.52), ylabel=r"roll rate$^2$ $\dot\phi^2 R/g$", title="By roll rate")
-        panels[0].annotate(r"ends: $2/(2+\alpha)$", (0.3, 1.0), ha="left", va="bottom")
-        panels[1].annotate(r"ends: $1/2(1+\alpha)$", (20.6, 0.49), ha="right", va="bottom")
+        panels[1].set(ylim=(0, 0.56), ylabel=r"roll rate$^2$ $\dot\phi^{\,2} R/g$", title="By roll rate")
+        panels[0].annotate(r"ends: $2/(2+\alpha)$", (0.3, 1.03), ha="left", va="bottom")
+        panels[1].annotate(r"ends: $1/2(1+\alpha)$", (20.6, 0.52), ha="right", va="bottom")
         handles, labels = panels[0].get_legend_handles_labels()
         drawn.legend(
             handles, labels, loc="outside lower center", ncols=5, frameon=False,

@@ -91,7 +91,7 @@ def marginal_curve(
     coefficient : float
         k [s-2]; 0 for the boundary of stability.
     count : int
-        Tilts at which the curve is looked for; it bends back, so that it has up to twice as many points.
+        Tilts at which the curve is looked for; it bends back and is followed closely there.
 
     Returns
     -------
@@ -99,7 +99,9 @@ def marginal_curve(
         `tilt` [rad], `precession_rate`, `roll_rate` [rad/s], from the rolling end at upright over the largest tilt to
         the spinning end, and `faster`: whether the precession is the faster of the two that the roll rate has.
     """
-    tilt = np.radians(np.geomspace(1e-4, 30.0, count))
+    # close together where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and a little for k > 0
+    bend = np.linspace(17.0, 20.0, count)
+    tilt = np.radians(np.sort(np.concatenate((np.geomspace(1e-4, 30.0, count), bend))))
     slow, fast = marginal_precession_rates(tilt, coefficient, alpha, radius, gravity)
     there = np.isfinite(slow)
     tilts = np.concatenate((tilt[there], tilt[there][::-1]))
