@@ -81,7 +81,7 @@ def _draw_plane(axes: "Axes") -> None:
         axes.plot([x, -x], [y, -y], linestyle="", marker="D", color="black", markersize=5)
     axes.annotate("cusp: rolling\n$c_1^2 = 1/3$", (-c1[0], 0.0), (-2, 62), textcoords="offset points", ha="center",
                   arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
-    axes.annotate("cusp: spinning\n$c_2^2 = 4/5$", (0.0, c2[-1]), (-62, 4), textcoords="offset points", ha="center",
+    axes.annotate("cusp: spinning\n$c_2^2 = 4/5$", (0.0, c2[-1]), (-58, -30), textcoords="offset points", ha="center",
                   arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
     axes.text(0.0, 0.0, "3 steady motions\n2 stable, 1 not", ha="center", va="center", bbox=_BOX)
     axes.text(0.0, -1.02, "1 steady motion, stable", ha="center", va="center")
@@ -106,10 +106,10 @@ def _draw_energies(axes: "Axes") -> None:
         axes.plot([], [], color=colour, label=f"$c_2 = {c2:g}$")
     axes.plot([], [], color="black", linestyle=(0, (3, 1.5)), label="unstable")
     axes.set(
-        xlim=(-0.75, 0.75), ylim=(-20, 4), xlabel=r"$c_1$ ($\sqrt{g/R}$)", title="Steady motions: energy"
+        xlim=(-0.75, 0.75), ylim=(-13, 6.5), xlabel=r"$c_1$ ($\sqrt{g/R}$)", title="Steady motions: energy"
     )
     axes.set_ylabel("energy above upright ($10^{-2}$ $mgR$)")
-    axes.legend(frameon=False, loc="lower center", ncols=2)
+    axes.legend(frameon=False, loc="upper center", ncols=2)
 
 
 def _draw_drift(axes: "Axes") -> None:
@@ -124,12 +124,12 @@ def _draw_drift(axes: "Axes") -> None:
         edge = np.degrees(tilt[trapped].max())
         axes.axvline(edge, color=colour, linewidth=0.8, linestyle=":")
         if returns.any():
-            axes.axvspan(edge, 60.0, facecolor="0.9", hatch="////", edgecolor="0.7", linewidth=0.0, zorder=0)
+            axes.axvspan(edge, 60.0, facecolor="0.9", linewidth=0.0, zorder=0)
     axes.set(yscale="log", xlim=(33, 60), ylim=(0.1, 300.0), title="Drift of the contact point")
     axes.set(xlabel="tilt at which the disk is let go (deg)", ylabel="radius of the ring of drift ($R$)")
-    axes.text(34, 0.14, "left of the dots: trapped on one side")
-    axes.text(59.5, 130.0, "$c_2 = 0$: unbounded,\nthe heading returns", ha="right", bbox=_BOX)
-    axes.legend(frameon=False, loc="upper left")
+    axes.text(34, 0.14, "left of the dots: trapped on one side", bbox=_BOX)
+    axes.text(59.5, 16.0, "grey: for $c_2 = 0$\nunbounded, as the\nheading returns", ha="right", va="top")
+    axes.legend(frameon=False, loc="upper right")
 
 
 def main() -> None:

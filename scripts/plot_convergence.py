@@ -97,10 +97,18 @@ def _draw_approach(axes: "Axes", found: Found) -> None:
         root = np.sqrt(each.small)
         away = np.abs(each.kickless[at] / analytic(axis, alpha) - 1.0)
         fine = np.geomspace(0.035, 0.45)
-        face: dict[str, Any] = {"markerfacecolor": "white"} if kind == "amplification" else {}
+        face: dict[str, Any] = {"markerfacecolor": "none"} if kind == "amplification" else {}
         axes.plot(fine, abs(slope(axis, kind, alpha)) * fine**2, color="0.35", linewidth=0.8, zorder=1)
         label = f"{MOTIONS[axis]}, {'below, departure' if kind == 'departure' else 'above, amplification'}"
-        axes.plot(root, away, linestyle="", markersize=5, label=label, **_LOOKS[axis], **face)
+        axes.plot(
+            root,
+            away,
+            linestyle="",
+            markersize=4 if axis == "roll_rate" else 7,
+            label=label,
+            **_LOOKS[axis],
+            **face,
+        )
     axes.set(xscale="log", yscale="log", xlabel=r"departure $\Theta$ (rad), or $1/$amplification")
     axes.set_ylabel(r"|rate$^2$ / limit $-$ 1|")
     axes.set_title("Approach to the line, disk")
