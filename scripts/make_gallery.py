@@ -25,40 +25,41 @@ ENTRIES = (
         "steady.png",
         ("python scripts/plot_steady_map.py -o {folder}/steady.png",),
         "All steady motions of a rolling disk",
-        "Every steady motion of the uniform disk (R = 0.5 m) is a point of the plane of tilt and precession rate (left) "
-        "or of tilt and roll rate (middle). Each cell was kicked and integrated: purple, the frequency of nutation; "
-        "orange and hatched, unstable, the rate at which the kick grows. Points: the boundary that RK4 finds, bisected to "
-        "1e-9; black: k = 0 of linear theory, whose ends at zero tilt are the lines of spinning and rolling; dashed: "
-        "where the criterion (ten times the kick) puts it. In the plane of the roll rate a motion has two precession "
-        "rates; the slower one is drawn, and with the faster one every motion is stable. Right: measured rates "
-        "against the root of |k|. The rise to the left is rounding near k = 0, that to the right the size of the kick.",
+        "Every steady motion of the uniform disk (R = 0.5 m) is a point of the plane of tilt and precession rate "
+        "(left) or of tilt and roll rate (middle). Each cell was kicked and integrated: purple, the frequency of "
+        "nutation; orange and hatched, unstable, the rate at which the kick grows. Points: the boundary that RK4 "
+        "finds, bisected to 1e-9; black: k = 0 of linear theory, whose ends at zero tilt are the lines of "
+        "spinning and rolling; dashed: where the criterion (ten times the kick) puts it. In the plane of the roll"
+        " rate a motion has two precession rates; the slower one is drawn, and with the faster one every motion "
+        "is stable. Right: measured rates against the root of |k|. The rise to the left is rounding near k = 0, "
+        "that to the right the size of the kick.",
     ),
     Entry(
         "convergence.png",
         ("python scripts/plot_convergence.py -o {folder}/convergence.png",),
         "The critical rates, by integration alone",
-        "Left: critical rates of rolling and spinning for seven mass distributions, extrapolated from integrations to "
-        "no kick and to the strictest criterion; lines: theory. Middle: how the uniform disk gets there, from below when "
-        "the criterion is an angle of departure, from above when it is an amplification. Right: what is left of the "
-        "difference. No analytic value enters the measurement.",
+        "Left: critical rates of rolling and spinning for seven mass distributions, extrapolated from "
+        "integrations to no kick and to the strictest criterion; lines: theory. Middle: how the uniform disk gets"
+        " there, from below when the criterion is an angle of departure, from above when it is an amplification. "
+        "Right: what is left of the difference. No analytic value enters the measurement.",
     ),
     Entry(
         "alphas.png",
         ("python scripts/plot_alphas.py -o {folder}/alphas.png",),
         "From a point mass at the centre to the hoop",
-        "The boundary of stable circling for five mass distributions, out of one atlas of three axes: unstable inside. "
-        "A hoop is stable at lower rates than a disk, but it can be unstable up to a larger tilt.",
+        "The boundary of stable circling for five mass distributions, out of one atlas of three axes: unstable "
+        "inside. A hoop is stable at lower rates than a disk, but it can be unstable up to a larger tilt.",
     ),
     Entry(
         "bifurcation.png",
         ("python scripts/plot_bifurcation.py -o {folder}/bifurcation.png",),
         "Steady motions that share the two constants of a motion",
-        "Left: the plane of the two constants of Chaplygin's integrals. Hatched: two wells found by the exact reduction, "
-        "so three steady motions; the fold line around it is the image of k = 0, its cusps are critical "
-        "rolling and critical spinning. Middle: energies along the three dotted sections, less that of the upright disk; "
-        "stable and unstable motions meet at the folds. Right: a nutation period turns the path of the contact point "
-        "about a fixed centre, so that the drift stays in a ring, unless the heading comes back to itself. "
-        "Form of the diagrams: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201.",
+        "Left: the plane of the two constants of Chaplygin's integrals. Hatched: two wells found by the exact "
+        "reduction, so three steady motions; the fold line around it is the image of k = 0, its cusps are "
+        "critical rolling and critical spinning. Middle: energies along the three dotted sections, less that of "
+        "the upright disk; stable and unstable motions meet at the folds. Right: a nutation period turns the path"
+        " of the contact point about a fixed centre, so that the drift stays in a ring, unless the heading comes "
+        "back to itself. Form of the diagrams: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201.",
     ),
     Entry(
         "boundaries.png",
@@ -68,8 +69,8 @@ ENTRIES = (
             "{folder}/atlases/circling.nc -o {folder}/boundaries.png",
         ),
         "Rolling, spinning and circling",
-        "The three presets: peak tilt, the boundary that RK4 finds, the line of theory, and the boundary that the "
-        "criterion predicts for the perturbation. Below, the boundary over the line.",
+        "The three presets: peak tilt, the boundary that RK4 finds, the line of theory, and the boundary that the"
+        " criterion predicts for the perturbation. Below, the boundary over the line.",
     ),
 )
 

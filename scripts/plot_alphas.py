@@ -32,6 +32,7 @@ SPEC = {
 }
 _NAMES = {0.01: "0.01", 0.5: "1/2, disk", 1.0: "1, hoop"}
 _MARKERS = "os^Dv"
+_MOST_POINTS = 26
 
 
 def curves(atlas: "xr.Dataset") -> "list[tuple[float, dict[str, Any]]]":
@@ -90,7 +91,11 @@ def _draw_points(
     axes: "Axes", found: "list[dict[str, Any]]", rate: str, colour: Any, marker: str, alpha: float
 ) -> None:
     for i, each in enumerate(found):
-        some = np.linspace(0, each["tilt"].size - 1, min(each["tilt"].size, 26)).round().astype(int)
+        some = (
+            np.linspace(0, each["tilt"].size - 1, min(each["tilt"].size, _MOST_POINTS // len(found)))
+            .round()
+            .astype(int)
+        )
         axes.plot(
             np.degrees(each["tilt"][some]), each[rate][some], linestyle="", marker=marker, markersize=3.6,
             markerfacecolor="white", color=colour, label=None if i else _NAMES.get(alpha, f"{alpha:g}"),

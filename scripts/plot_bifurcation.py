@@ -81,7 +81,7 @@ def _draw_plane(axes: "Axes") -> None:
         axes.plot([x, -x], [y, -y], linestyle="", marker="D", color="black", markersize=5)
     axes.annotate("cusp: rolling\n$c_1^2 = 1/3$", (-c1[0], 0.0), (-2, 62), textcoords="offset points", ha="center",
                   arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
-    axes.annotate("cusp: spinning\n$c_2^2 = 4/5$", (0.0, c2[-1]), (-58, -30), textcoords="offset points", ha="center",
+    axes.annotate("cusp: spinning\n$c_2^2 = 4/5$", (0.0, c2[-1]), (-52, -22), textcoords="offset points", ha="center",
                   arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
     axes.text(0.0, 0.0, "3 steady motions\n2 stable, 1 not", ha="center", va="center", bbox=_BOX)
     axes.text(0.0, -1.02, "1 steady motion, stable", ha="center", va="center")
@@ -129,7 +129,7 @@ def _draw_drift(axes: "Axes") -> None:
     axes.set(xlabel="tilt at which the disk is let go (deg)", ylabel="radius of the ring of drift ($R$)")
     axes.text(34, 0.14, "left of the dots: trapped on one side", bbox=_BOX)
     axes.text(59.5, 16.0, "grey: for $c_2 = 0$\nunbounded, as the\nheading returns", ha="right", va="top")
-    axes.legend(frameon=False, loc="upper right")
+    axes.legend(frameon=False, loc="upper left")
 
 
 def main() -> None:

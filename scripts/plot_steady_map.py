@@ -95,7 +95,7 @@ def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
         handles, labels = panels[0].get_legend_handles_labels()
         drawn.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
         bar = drawn.colorbar(
-            background, ax=panels[1], aspect=35, pad=0.02, ticks=[-4, -3, -2, -1, 0, 5, 10, 15]
+            background, ax=panels[1], aspect=35, pad=0.02, extend="max", ticks=[-4, -3, -2, -1, 0, 5, 10, 15]
         )
         bar.set_label("growth rate (s$^{-1}$, negative)      nutation frequency (rad s$^{-1}$)")
     return drawn

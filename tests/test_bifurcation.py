@@ -9,7 +9,6 @@ import sweep
 from sweep import bifurcation
 from sweep.theory import carried_rates
 
-
 #: A disk with small constants lies nearly flat [rad].
 _MOST = 1.5705
 
