@@ -129,7 +129,7 @@ def _draw_drift(axes: "Axes") -> None:
     axes.set(xlabel="tilt at which the disk is let go (deg)", ylabel="radius of the ring of drift ($R$)")
     axes.text(34, 0.14, "left of the dots: trapped on one side", bbox=_BOX)
     axes.text(59.5, 16.0, "grey: for $c_2 = 0$\nunbounded, as the\nheading returns", ha="right", va="top")
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(loc="upper left", framealpha=0.9, edgecolor="none")
 
 
 def main() -> None:

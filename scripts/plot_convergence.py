@@ -99,12 +99,14 @@ def _draw_approach(axes: "Axes", found: Found) -> None:
         fine = np.geomspace(0.035, 0.45)
         face: dict[str, Any] = {"markerfacecolor": "none"} if kind == "amplification" else {}
         axes.plot(fine, abs(slope(axis, kind, alpha)) * fine**2, color="0.35", linewidth=0.8, zorder=1)
+        # rolling and spinning coincide here: one in the other
+        size = 7 if kind == "amplification" and axis == "precession_rate" else 4.5
         label = f"{MOTIONS[axis]}, {'below, departure' if kind == 'departure' else 'above, amplification'}"
         axes.plot(
             root,
             away,
             linestyle="",
-            markersize=4 if axis == "roll_rate" else 7,
+            markersize=size,
             label=label,
             **_LOOKS[axis],
             **face,
