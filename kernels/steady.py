@@ -32,6 +32,34 @@ def steady_roll_rate(tilt, precession_rate, alpha, radius, gravity):
     return -push / (4.0 * (1.0 + alpha) * radius * precession_rate * np.cos(tilt))
 
 
+def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
+    """Precession rates [rad/s] that keep the tilt constant at a given roll rate.
+
+    Parameters
+    ----------
+    tilt, roll_rate, alpha, radius, gravity : float or array
+
+    Returns
+    -------
+    (slow, fast) : floats or arrays
+        The smaller and the larger in magnitude; NaN where no precession holds the tilt. Both have the sign of
+        -roll_rate * tilt, and their product is 2g / ((2+alpha) R cos(tilt)). As the tilt goes to zero the slow one
+        goes to zero (rolling along a line), the fast one beyond any bound, so that at zero tilt it is not finite.
+
+    Notes
+    -----
+    `steady_roll_rate` solved for the precession rate p:
+    (2+alpha) sin(tilt) p^2 + 2 (1+alpha) f p + 2 (g/R) tan(tilt) = 0 with the roll rate f.
+    """
+    S, C = np.sin(tilt), np.cos(tilt)
+    half, product = (1.0 + alpha) * roll_rate, 2.0 * gravity * S / (radius * C)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(half * half - (2.0 + alpha) * S * product)
+        # the root with which nothing cancels; the other follows from the product
+        large = -(half + np.copysign(root, half))
+        return product / large, large / ((2.0 + alpha) * S)
+
+
 def stability_coefficient(tilt, precession_rate, roll_rate, alpha, radius, gravity):
     """Coefficient k [rad^2/s^2] of small oscillations about a steady motion: stable where k > 0.
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from sweep.trajectory import simulate as simulate
     from sweep.trajectory_spec import TrajectorySpec as TrajectorySpec
     from sweep.verdicts import reclassify as reclassify
+    from sweep.verdicts import refine as refine
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
@@ -42,6 +43,7 @@ _HOME = {
     "Values": "sweep.axes",
     "open_atlas": "sweep.store",
     "reclassify": "sweep.verdicts",
+    "refine": "sweep.verdicts",
     "run": "sweep.atlas",
     "run_to_file": "sweep.running",
     "save": "sweep.store",

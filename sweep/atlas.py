@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.blocks import BLOCK_CELLS, chunk_shape
-from sweep.boundary import Edge, edges
+from sweep.boundary import edges
 from sweep.compiled import kernel_hash
+from sweep.curves import Curves, curves
 from sweep.errors import RequestError
 from sweep.runner import Block, run_blocks
 from sweep.schema import FILL, PARAMETERS, SETTINGS, Quantity, boundary_quantities
+from sweep.schema_curves import CURVES, POINTS, curve_quantities, point_quantities
 from sweep.schema_exact import atlas_variables
 from sweep.spec import SweepSpec
 
@@ -86,7 +88,7 @@ def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: s
 
 
 def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
-    """Return the variables of one edge of the unstable band, in the order of the fields of `Edge`."""
+    """Return the variables of one edge of the unstable band, in the order in which `boundaries` has their values."""
     dims = tuple(name for name in spec.axes if name != axis)
     declared = []
     quantities = boundary_quantities(axis, edge)
@@ -208,18 +210,38 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     return spec
 
 
-def edge_values(line: Edge) -> list[npt.NDArray[np.float64]]:
-    """Return the arrays of an edge in the order of `edge_declarations`."""
-    return [line.measured, line.halfwidth, line.predicted, line.critical]
+def boundaries(
+    spec: SweepSpec, stability: npt.NDArray[np.integer]
+) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+    """Return the variables of the boundary that a grid of verdicts, of the spec's shape, has.
+
+    One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
+    """
+    found: list[tuple[Declaration, npt.NDArray[Any]]] = []
+    for (axis, edge), line in edges(spec, stability).items():
+        values = (line.measured, line.halfwidth, line.predicted, line.critical)
+        found += zip(edge_declarations(spec, axis, edge), values, strict=True)
+    if spec.boundary_width is not None and len(spec.axes) > 1:
+        found += _curve_variables(spec, curves(spec, stability, spec.boundary_width))
+    return found
+
+
+def _curve_variables(spec: SweepSpec, lines: Curves) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+    # netCDF's classic model has no dimension without length, but for the one unlimited
+    if not lines.counts.size:
+        return
+    of_curves = (lines.counts.astype("i4"), lines.closed.astype("i1"))
+    for quantity, counted in zip(curve_quantities().values(), of_curves, strict=True):
+        ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
+        yield Declaration(quantity.name, (CURVES,), quantity.dtype, quantity.attributes() | ragged), counted
+    measured = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))
+    for quantity, values in zip(point_quantities(spec.axes).values(), measured, strict=True):
+        yield Declaration(quantity.name, (POINTS,), quantity.dtype, quantity.attributes()), values
 
 
 def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
-    """Return the variables of all edges that a grid of verdicts, of the spec's shape, has."""
-    return {
-        each.name: as_variable(each, values, spec)
-        for (axis, edge), line in edges(spec, stability).items()
-        for each, values in zip(edge_declarations(spec, axis, edge), edge_values(line), strict=True)
-    }
+    """Return the variables of `boundaries` by their names."""
+    return {each.name: as_variable(each, values, spec) for each, values in boundaries(spec, stability)}
 
 
 def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS) -> "xr.Dataset":
@@ -247,7 +269,7 @@ def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK
 
 
 def _computed(spec: SweepSpec) -> tuple[str, ...]:
-    return ("roll_rate",) if spec.circling else ()
+    return (spec.computed_rate,) if spec.computed_rate else ()
 
 
 def _scalars(spec: SweepSpec) -> dict[str, str]:

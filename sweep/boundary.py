@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sweep import theory
-from sweep.schema import STABLE, UNSTABLE, Array
+from sweep import cells, theory
+from sweep.bisection import Brackets, refined
+from sweep.blocks import Span
+from sweep.schema import PARAMETERS, STABLE, UNSTABLE, Array
 from sweep.spec import SweepSpec
 
 
@@ -15,7 +17,8 @@ class Edge:
     """One edge of the unstable band along an axis, over the remaining axes; NaN where there is none.
 
     `measured` lies in the middle of the bracket between the last unstable and the first stable cell, `halfwidth` is
-    half that bracket; undecided cells between the two widen it. `critical` and `predicted` are those of
+    half that bracket; undecided cells between the two widen it. Where the spec says ``boundary = "refined"`` the
+    bracket was bisected. `critical` and `predicted` are those of
     `theory.edges`.
     """
 
@@ -47,12 +50,28 @@ def edges(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[tuple[str
         lines = theory.edges(spec, axis)
         for name, bracket in (("upper", upper_bracket(rows)), ("lower", lower_bracket(rows))):
             inside, outside = _values(rates, bracket[0]), _values(rates, bracket[1])
+            if spec.boundary_width is not None:
+                inside, outside = _narrowed(spec, axis, inside, outside, spec.boundary_width)
             measured = 0.5 * (inside + outside)
             if name == "upper" or name in lines or np.isfinite(measured).any():
                 nothing = np.full(measured.shape, np.nan)
                 critical, predicted = lines.get(name, (nothing, nothing))
                 found[axis, name] = Edge(measured, 0.5 * np.abs(outside - inside), critical, predicted)
     return found
+
+
+def _narrowed(spec: SweepSpec, axis: str, inside: Array, outside: Array, width: float) -> tuple[Array, Array]:
+    """Bisect the brackets of all rows at once."""
+    rows = spec.replace(**{axis: float(np.max(np.abs(getattr(spec, axis).ends()))) or 1.0})
+    found = np.flatnonzero(np.isfinite(inside.reshape(-1)))
+    values = {name: each[found] for name, each in cells.starts(rows, Span(0, rows.size)).items()}
+    number = list(PARAMETERS).index(axis)
+    codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
+    ends = inside.reshape(-1)[found], outside.reshape(-1)[found]
+    fine = refined(spec, Brackets(values, np.full(found.size, number), *ends, *codes), width)
+    narrow = [np.full(inside.size, np.nan) for _ in ends]
+    narrow[0][found], narrow[1][found] = fine.near, fine.far
+    return narrow[0].reshape(inside.shape), narrow[1].reshape(inside.shape)
 
 
 def upper_bracket(rows: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

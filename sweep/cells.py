@@ -1,12 +1,14 @@
 """The starts of a grid's cells, as arrays."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from kernels.steady import steady_roll_rate
+from kernels.steady import steady_precession_rates, steady_roll_rate
 from sweep.axes import Range, Values
 from sweep.blocks import Span
 from sweep.criterion import perturbation_scale
-from sweep.schema import PARAMETERS, Array
+from sweep.schema import PARAMETERS, STEADY_PRECESSION, Array
 from sweep.spec import SweepSpec
 
 
@@ -33,20 +35,39 @@ def starts(spec: SweepSpec, span: Span) -> dict[str, Array]:
             values[name] = given.array()[places[name]]
         elif not isinstance(given, str):
             values[name] = np.full(len(span), given)
-    if spec.circling:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values["roll_rate"] = steady_roll_rate(
-                *(values[name] for name in ("tilt", "precession_rate", "alpha", "radius", "gravity"))
-            )
+    return complete(spec, values)
+
+
+def complete(spec: SweepSpec, values: dict[str, Array]) -> dict[str, Array]:
+    """Return starts with the rate that the spec leaves to the cell, in the order of `schema.PARAMETERS`.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    values : dict of str to array, shape (n,)
+        Every parameter but `spec.computed_rate`, in SI; a value that it has for that one is not looked at.
+
+    Returns
+    -------
+    dict of str to float64 array, shape (n,)
+    """
+    disk = [values[name] for name in ("alpha", "radius", "gravity")]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if spec.computed_rate == "roll_rate":
+            rolling = steady_roll_rate(values["tilt"], values["precession_rate"], *disk)
+            values = values | {"roll_rate": rolling}
+        elif spec.computed_rate == "precession_rate":
+            both = steady_precession_rates(values["tilt"], values["roll_rate"], *disk)
+            values = values | {"precession_rate": both[STEADY_PRECESSION.index(str(spec.precession_rate))]}
     return {name: values[name] for name in PARAMETERS}
 
 
-def steady_tilt(spec: SweepSpec, cells: dict[str, Array]) -> Array:
+def steady_tilt(spec: SweepSpec, cells: Mapping[str, Array]) -> Array:
     """Return the tilt [rad] of the motion that each cell disturbs: its own tilt if circling, else upright."""
     return cells["tilt"] if spec.circling else np.zeros_like(cells["tilt"])
 
 
-def scale(spec: SweepSpec, cells: dict[str, Array]) -> Array:
+def scale(spec: SweepSpec, cells: Mapping[str, Array]) -> Array:
     """Return the scale [rad] of the perturbation in each cell."""
     return perturbation_scale(
         cells["tilt"],

@@ -84,6 +84,16 @@ def contact_extremes() -> Callable[..., None]:
     return kernel
 
 
+@lru_cache
+def coefficients() -> Callable[..., None]:
+    """Return `kernels.response.coefficients`, cached in the same way."""
+    from kernels import response
+
+    kernel: Callable[..., None] = response.coefficients
+    _cache_on_disk(kernel)
+    return kernel
+
+
 def _cache_on_disk(kernel: Any) -> None:
     import numba
 

@@ -1,5 +1,6 @@
 """An atlas in words and tables, for a person to read."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -133,7 +134,17 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[st
             f"{dataset[name].values[i] * PARAMETERS[str(name)].plot_scale:<{len(head)}.6g}"
             for name, i, head in zip(others, place, heads, strict=True)
         ]
-        yield "  ".join([*at, *(f"{value:.6f}" if np.isfinite(value) else "-" for value in values)])
+        yield "  ".join([*at, *(_number(value, values[1]) for value in values)])
+
+
+def _number(value: float, halfwidth: float) -> str:
+    if not np.isfinite(value):
+        return "-"
+    if value == halfwidth:
+        return f"{value:.6f}" if value >= 1e-4 else f"{value:.1e}"
+    # as many digits as the bracket of the row allows
+    digits = 6 if not 0.0 < halfwidth < 1e-4 else min(15, 2 - math.floor(math.log10(halfwidth)))
+    return f"{value:.{digits}f}"
 
 
 def _found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
@@ -162,7 +173,7 @@ def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
             parts.append(
                 f"{name} {float(dataset[name]) * quantity.plot_scale:.6g} {_shown_units(quantity)}".strip()
             )
-    return ", ".join(parts) + (", roll_rate steady (computed per cell)" if spec.circling else "")
+    return ", ".join(parts) + (f", {spec.computed_rate} steady (computed per cell)" if spec.circling else "")
 
 
 def _criterion(spec: SweepSpec) -> str:

@@ -80,10 +80,27 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     Returns
     -------
     mapping of str to array, shape (len(span),)
-        Every variable of the atlas, of its type in the schema; `roll_rate` [rad/s] where it is computed; the
+        Every variable of the atlas, of its type in the schema; `spec.computed_rate` [rad/s] where there is one; the
         extremes of the contact forces where they are asked for.
     """
-    given = cells.starts(spec, span)
+    return measure(spec, cells.starts(spec, span))
+
+
+def measure(spec: SweepSpec, given: dict[str, Array]) -> Columns:
+    """Compute cells anywhere, on the grid of the spec or not.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        Says how they are integrated and judged; its grid does not matter.
+    given : dict of str to array, shape (n,)
+        The starts, as from `cells.complete`.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+        As `compute`.
+    """
     measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
     if spec.contact == "yes":
         measured |= contact.columns(given, measured["tilt_min"], measured["tilt_max"])
@@ -150,7 +167,7 @@ def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.ND
     }
 
 
-def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
+def _columns(spec: SweepSpec, given: Mapping[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
     least, greatest = measured["tilt_min"], measured["tilt_max"]
     steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -166,8 +183,9 @@ def _columns(spec: SweepSpec, given: dict[str, Array], measured: dict[str, npt.N
         name: (measured | derived)[name].astype(quantity.dtype, copy=False)
         for name, quantity in table.items()
     }
-    if spec.circling:
-        typed["roll_rate"] = np.where(np.isfinite(given["roll_rate"]), given["roll_rate"], np.nan)
+    if spec.computed_rate is not None:
+        rate = given[spec.computed_rate]
+        typed[spec.computed_rate] = np.where(np.isfinite(rate), rate, np.nan)
     return typed
 
 

@@ -21,6 +21,12 @@ FILL = 9.969209968386869e36
 #: The word for `roll_rate` that asks for the roll rate which keeps the tilt constant.
 STEADY_ROLL = "steady"
 
+#: The words for `precession_rate` that ask for the slower or the faster rate which keeps the tilt constant.
+STEADY_PRECESSION = ("steady-slow", "steady-fast")
+
+#: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
+GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
+
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
 
@@ -221,6 +227,7 @@ WORDS: Mapping[str, Word] = table(
     Word("criterion", "what counts as unstable", "departure:5deg"),
     Word("method", "how the motion is integrated", METHODS[0]),
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no"),
+    Word("boundary", "how closely the boundary is looked for", GRID),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(

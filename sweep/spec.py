@@ -10,7 +10,7 @@ The same words in Python, in TOML and on the command line::
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NoReturn, Self
 
@@ -19,15 +19,14 @@ from pydantic import BaseModel, ConfigDict, model_validator
 from sweep.criterion import Criterion
 from sweep.errors import RequestError, shown
 from sweep.quantities import Range, Value, Values
-from sweep.schema import PARAMETERS, SETTINGS, STEADY_ROLL, WORDS
+from sweep.rules import check_circling, check_size, check_steps
+from sweep.schema import GRID, PARAMETERS, SETTINGS, STEADY_PRECESSION, STEADY_ROLL, WORDS
 from sweep.words import find_spec_file, place, read_file, read_word, split_words, unknown_word
 
-_NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
+#: Words that came after the first files.
+_YOUNGER = ("contact", "boundary")
 
-#: Beyond this no disk holds the atlas.
-_MOST_CELLS = 2**40
-#: More steps than this take a cell many seconds, and a run for ever; the kernels give such a cell up.
-_MOST_STEPS = 10**8
+_NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
 
 
 class SweepSpec(BaseModel):
@@ -38,6 +37,8 @@ class SweepSpec(BaseModel):
     tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity
         A number, or a list or a range (an axis), in SI or as text with units. Axes are the dimensions of the atlas in
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
+        Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
+        rates that keep the tilt constant at a given `roll_rate`.
     criterion : Criterion or str
         What counts as unstable, e.g. ``departure:5deg``.
     duration, step : float or str
@@ -49,6 +50,9 @@ class SweepSpec(BaseModel):
         Method of integration, ``rk4`` or ``exact``; what the atlas is about, in one line.
     contact : str
         ``yes`` also records the least normal force and the largest friction coefficient needed.
+    boundary : str
+        ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
+        until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
 
@@ -63,7 +67,7 @@ class SweepSpec(BaseModel):
     axes: tuple[str, ...]
     tilt: Value
     tilt_rate: Value
-    precession_rate: Value
+    precession_rate: Value | Literal["steady-slow", "steady-fast"]
     roll_rate: Value | Literal["steady"]
     alpha: Value
     radius: Value
@@ -75,6 +79,7 @@ class SweepSpec(BaseModel):
     tolerance: float
     method: str
     contact: str
+    boundary: str
     title: str
 
     def __init__(self, **words: Any) -> None:
@@ -90,9 +95,9 @@ class SweepSpec(BaseModel):
         values = _defaults() | {name: read_word(name, raw) for name, raw in words.items() if name != "axes"}
         given = tuple(name for name in words if isinstance(values.get(name), Range | Values))
         values["axes"] = _read_axes(words.get("axes", given), given)
-        _check_circling(values)
-        _check_steps(values)
-        _check_size([len(values[name]) for name in given])
+        check_circling(values)
+        check_steps(values)
+        check_size([len(values[name]) for name in given])
         return values
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -117,8 +122,20 @@ class SweepSpec(BaseModel):
 
     @property
     def circling(self) -> bool:
-        """Whether each cell has the roll rate that keeps its tilt: its steady tilt is its tilt, otherwise 0."""
-        return self.roll_rate == STEADY_ROLL
+        """Whether each cell has the rates that keep its tilt: its steady tilt is its tilt, otherwise 0."""
+        return self.computed_rate is not None
+
+    @property
+    def computed_rate(self) -> str | None:
+        """Name of the rate that is computed per cell so that its tilt stays constant; None if all are given."""
+        if self.roll_rate == STEADY_ROLL:
+            return "roll_rate"
+        return "precession_rate" if self.precession_rate in STEADY_PRECESSION else None
+
+    @property
+    def boundary_width(self) -> float | None:
+        """Width [SI unit of the axis] to which the boundary is bisected; None where the grid's own will do."""
+        return None if self.boundary == GRID else float(self.boundary.partition(":")[2])
 
     @classmethod
     def preset(cls, name: str) -> Self:
@@ -191,7 +208,7 @@ class SweepSpec(BaseModel):
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
         # younger than the first files: left out where it says nothing, so that their texts and fingerprints stay
-        silent = {"contact"} if self.contact == WORDS["contact"].default else None
+        silent = {name for name in _YOUNGER if getattr(self, name) == WORDS[name].default}
         words = self.model_dump(mode="json", exclude=silent)
         return json.dumps(words, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
@@ -243,45 +260,6 @@ def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
         "leave it out: the order given is the order of the axes",
         "axes",
     )
-
-
-def _check_circling(values: Mapping[str, Any]) -> None:
-    rate = values["precession_rate"]
-    if values["roll_rate"] != STEADY_ROLL or (
-        rate.ends().any() if isinstance(rate, Range | Values) else rate
-    ):
-        return
-    raise RequestError(
-        "no roll rate keeps the tilt constant without precession",
-        "roll_rate=steady needs a precession_rate other than 0",
-        f"roll_rate=steady precession_rate={rate}",
-        "give a precession_rate, as in precession_rate=0.05:5:400, or a number for roll_rate",
-        "precession_rate",
-    )
-
-
-def _check_steps(values: Mapping[str, Any]) -> None:
-    step, duration = values["step"], values["duration"]
-    if isinstance(step, str) or duration / step <= _MOST_STEPS:
-        return
-    raise RequestError(
-        "too many steps",
-        f"duration / step <= {_MOST_STEPS}",
-        f"duration={duration!r} step={step!r}",
-        "give a longer step, a shorter duration, or step=auto",
-        "step",
-    )
-
-
-def _check_size(counts: Sequence[int]) -> None:
-    if math.prod(counts) > _MOST_CELLS:
-        raise RequestError(
-            "too many cells",
-            f"a grid has at most {_MOST_CELLS} cells",
-            f"{' x '.join(map(str, counts))} = {math.prod(counts)} cells",
-            "lower the counts of the axes",
-            "grid",
-        )
 
 
 def _toml(value: object) -> str:

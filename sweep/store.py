@@ -13,7 +13,6 @@ import numpy as np
 from sweep import atlas
 from sweep.atlas import Declaration
 from sweep.blocks import Span, chunk_shape, chunks
-from sweep.boundary import edges
 from sweep.errors import RequestError
 from sweep.estimate import FILE_SHARE, check_room
 from sweep.publish import publish, refusals
@@ -169,11 +168,11 @@ def write(spec: SweepSpec, path: Path, blocks: Iterable[Block], attributes: Mapp
                 filled = _filled(each, columns[each.name]).reshape(shape)
                 variables[each.name][slices] = filled
                 sums[each.name] = zlib.crc32(filled.data, sums[each.name])
-        for (axis, edge), line in edges(spec, stability).items():
-            for each, values in zip(
-                atlas.edge_declarations(spec, axis, edge), atlas.edge_values(line), strict=True
-            ):
-                _declare(file, each, None)[...] = _filled(each, values)
+        for each, values in atlas.boundaries(spec, stability):
+            for name, count in zip(each.dims, values.shape, strict=True):
+                if name not in file.dimensions:
+                    file.createDimension(name, count)
+            _declare(file, each, None)[...] = _filled(each, values)
     _check_sums(path, [slices for _, slices in places], sums)
 
 

@@ -10,7 +10,25 @@ import numpy as np
 from sweep.criterion import Criterion
 from sweep.errors import RequestError, shown
 from sweep.quantities import Value, read_number, read_value
-from sweep.schema import AUTOMATIC, METHODS, PARAMETERS, SETTINGS, STEADY_ROLL, Input
+from sweep.schema import (
+    AUTOMATIC,
+    GRID,
+    METHODS,
+    PARAMETERS,
+    REFINED,
+    REFINED_WIDTH,
+    SETTINGS,
+    STEADY_PRECESSION,
+    STEADY_ROLL,
+    Input,
+)
+
+#: Words that stand in the place of a number.
+_INSTEAD = (
+    ("roll_rate", STEADY_ROLL),
+    ("step", AUTOMATIC),
+    *(("precession_rate", word) for word in STEADY_PRECESSION),
+)
 
 _PRESETS = Path(__file__).with_name("presets")
 
@@ -131,7 +149,7 @@ def read_word(name: str, raw: object) -> Value | Criterion | str:
     RequestError
         If the value cannot be read or the rule of the quantity does not allow it.
     """
-    if isinstance(raw, str) and (name, raw.strip()) in (("roll_rate", STEADY_ROLL), ("step", AUTOMATIC)):
+    if isinstance(raw, str) and (name, raw.strip()) in _INSTEAD:
         return raw.strip()
     if name in PARAMETERS:
         return allowed(read_value(raw, PARAMETERS[name]), PARAMETERS[name], raw)
@@ -230,10 +248,30 @@ def _contact(text: str) -> str:
     return one_of("contact", text, _SWITCH)
 
 
+def _boundary(text: str) -> str:
+    word, _, width = text.partition(":")
+    if text == GRID:
+        return text
+    try:
+        value = float(width or REFINED_WIDTH)
+    except ValueError:
+        value = 0.0
+    if word.strip() == REFINED and 0.0 < value < float("inf"):
+        return f"{REFINED}:{value!r}"
+    raise RequestError(
+        "not a way to look for the boundary",
+        f"boundary is {GRID}, {REFINED} or {REFINED}:WIDTH with a width above 0 in the SI unit of the axis",
+        f"boundary={shown(text)}",
+        f"write boundary={REFINED}:1e-6",
+        "boundary",
+    )
+
+
 #: False and True, as TOML and Python may write them.
 _SWITCH = ("no", "yes")
 
 _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
+    "boundary": _boundary,
     "contact": _contact,
     "criterion": Criterion.parse,
     "method": _method,

@@ -14,7 +14,7 @@ import pytest
 import sweep
 
 CHECKOUT = Path(__file__).resolve().parents[1]
-COMMANDS = ("scripts/atlas", "scripts/soak", "scripts/test", ".ci/run")
+COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
 
 
 def succeeded(*command: str | Path, **options: object) -> str:

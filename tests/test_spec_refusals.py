@@ -17,6 +17,10 @@ def test_other_text_is_not_canonical(text):
     ("words", "message"),
     [
         ({"precesion_rate": 3}, r"precesion_rate: unknown word.*did you mean precession_rate\?"),
+        ({"boundary": "refined:0"}, "a width above 0"),
+        ({"boundary": "refined:fine"}, "not a way to look for the boundary"),
+        ({"boundary": "coarse"}, "grid, refined or refined:WIDTH"),
+        ({"precession_rate": "steady"}, "precession_rate"),
         ({"xyz": 3}, "unknown word.*the words are tilt, tilt_rate"),
         ({"mass": 1}, "unknown word"),
         ({"alpha": 0}, "alpha: 0 is not possible.*0 < alpha <= 1"),

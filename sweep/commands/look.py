@@ -46,14 +46,33 @@ def info(
 def boundary(
     atlas: AtlasFile,
     criterion: Criterion = None,
+    refine: Annotated[
+        float | None,
+        typer.Option(
+            metavar="WIDTH", help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT.nc", help="Write the atlas with this boundary to a new file."
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")] = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
+    from sweep import store, verdicts
     from sweep.report import boundary_table
-    from sweep.store import open_atlas
-    from sweep.verdicts import reclassify
 
-    with open_atlas(atlas) as dataset:
-        print(boundary_table(dataset if criterion is None else reclassify(dataset, criterion)))
+    with store.open_atlas(atlas) as dataset:
+        if output is not None:
+            store.check_target(output, overwrite)
+        found = dataset if criterion is None else verdicts.reclassify(dataset, criterion)
+        if refine is not None:
+            found = verdicts.refine(found, refine)
+        if output is not None:
+            store.save(found, output, overwrite=overwrite)
+        print(boundary_table(found))
 
 
 def plot(

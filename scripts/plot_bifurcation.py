@@ -1,0 +1,149 @@
+"""Draw how many steady motions share a motion's two constants, their energies, and how far the contact point drifts."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import sweep
+from sweep import bifurcation, plots
+from sweep.runner import exact_measures
+from sweep.theory import carried_rates
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ALPHA = 0.5
+#: R and g are 1: rates are in units of sqrt(g/R). The upright disk with these rates has them for its constants.
+PLANE = {
+    "precession_rate": "-1.1:1.1:180",
+    "roll_rate": "-0.8:0.8:180",
+    "tilt_rate": 1e-3,
+    "radius": 1.0,
+    "gravity": 1.0,
+    "method": "exact",
+    "fall_tilt": "89deg",
+}
+#: Sections of the plane, and families of motions that have these constants.
+SECTIONS = (0.05, 0.3, 0.6)
+FAMILIES = ((0.45, 0.0), (0.45, 0.03))
+
+_BLUE, _RED, _GREY = "#0b5a8a", "#c8380a", "0.35"
+_BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+
+
+def family(c1: float, c2: float, tilt: Any) -> tuple[Any, bifurcation.Drift]:
+    """Return which motions let go at rest from tilts are trapped in one well, and their drift."""
+    full = np.full_like(tilt, 1.0)
+    s, o = carried_rates(0.0 * tilt, tilt, c1 * full, c2 * full, _ALPHA * full)
+    p = o / np.cos(tilt)
+    given = {
+        "tilt": tilt,
+        "tilt_rate": 0.0 * tilt,
+        "precession_rate": p,
+        "roll_rate": s - p * np.sin(tilt),
+        "alpha": _ALPHA * full,
+        "radius": full,
+        "gravity": full,
+    }
+    found = exact_measures(sweep.SweepSpec(fall_tilt="89deg"), given)
+    return found["separatrix"] > 0.0, bifurcation.drift(tilt, s, o, _ALPHA, found["nutation_period"])
+
+
+def figure() -> Figure:
+    """Draw the plane of constants, the energies along sections of it, and the drift of the contact point."""
+    with matplotlib.rc_context(plots.STYLE):
+        drawn = Figure(figsize=(10.6, 3.6), layout="constrained")
+        FigureCanvasAgg(drawn)
+        left, middle, right = drawn.subplots(1, 3)
+        _draw_plane(left)
+        _draw_energies(middle)
+        _draw_drift(right)
+    return drawn
+
+
+def _draw_plane(axes: "Axes") -> None:
+    atlas = sweep.run(sweep.SweepSpec(alpha=_ALPHA, **PLANE))
+    three = (atlas.wells == 2).transpose("precession_rate", "roll_rate")
+    axes.contourf(
+        atlas.roll_rate, atlas.precession_rate, three, levels=[0.5, 1.5], colors=["#f3d9b1"], hatches=["////"]
+    )
+    c1, c2 = bifurcation.fold(_ALPHA)
+    for x in (1.0, -1.0):
+        for y in (1.0, -1.0):
+            axes.plot(x * c1, y * c2, color="black", linewidth=1.3)
+    for x, y in ((c1[0], c2[0]), (c1[-1], c2[-1])):
+        axes.plot([x, -x], [y, -y], linestyle="", marker="D", color="black", markersize=5)
+    axes.annotate("cusp: rolling\n$c_1^2 = 1/3$", (-c1[0], 0.0), (-2, 62), textcoords="offset points", ha="center",
+                  arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
+    axes.annotate("cusp: spinning\n$c_2^2 = 4/5$", (0.0, c2[-1]), (-52, -22), textcoords="offset points", ha="center",
+                  arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
+    axes.text(0.0, 0.0, "3 steady motions\n2 stable, 1 not", ha="center", va="center", bbox=_BOX)
+    axes.text(0.0, -1.02, "1 steady motion, stable", ha="center", va="center")
+    for c in SECTIONS:
+        axes.axhline(c, color=_GREY, linewidth=0.7, linestyle=":")
+    axes.set(xlim=(-0.8, 0.8), ylim=(-1.1, 1.1), title="Constants of the motion")
+    axes.set(xlabel=r"$c_1$: roll rate at upright ($\sqrt{g/R}$)")
+    axes.set_ylabel(r"$c_2$: precession rate at upright ($\sqrt{g/R}$)")
+
+
+def _draw_energies(axes: "Axes") -> None:
+    for c2, colour in zip(SECTIONS, (_BLUE, "#7a4fa3", _RED), strict=True):
+        for branch in bifurcation.branches(_ALPHA, c2):
+            for stable in (True, False):
+                # less the energy of the upright disk: the swallow's tail is thin
+                above = branch.energy - 1.0 - 0.75 * branch.c1**2 - 0.125 * c2**2
+                shown = np.where((branch.stable == stable) & (np.abs(branch.c1) < 0.8), above, np.nan)
+                axes.plot(
+                    branch.c1, 100.0 * shown, color=colour, linewidth=1.4 if stable else 1.0,
+                    linestyle="-" if stable else (0, (3, 1.5)),
+                )  # fmt: skip
+        axes.plot([], [], color=colour, label=f"$c_2 = {c2:g}$")
+    axes.plot([], [], color="black", linestyle=(0, (3, 1.5)), label="unstable")
+    axes.set(
+        xlim=(-0.75, 0.75), ylim=(-13, 6.5), xlabel=r"$c_1$ ($\sqrt{g/R}$)", title="Steady motions: energy"
+    )
+    axes.set_ylabel("energy above upright ($10^{-2}$ $mgR$)")
+    axes.legend(frameon=False, loc="upper center", ncols=2)
+
+
+def _draw_drift(axes: "Axes") -> None:
+    tilt = np.radians(np.linspace(33.0, 60.0, 271))
+    for (c1, c2), colour, width in zip(FAMILIES, (_BLUE, _RED), (1.3, 1.3), strict=True):
+        trapped, found = family(c1, c2, tilt)
+        returns = np.abs(np.sin(0.5 * found.turn)) < 1e-6
+        radius = np.where(returns, np.nan, found.radius)
+        axes.plot(
+            np.degrees(tilt), radius, color=colour, linewidth=width, label=f"$c_1 = {c1:g}$, $c_2 = {c2:g}$"
+        )
+        edge = np.degrees(tilt[trapped].max())
+        axes.axvline(edge, color=colour, linewidth=0.8, linestyle=":")
+        if returns.any():
+            axes.axvspan(edge, 60.0, facecolor="0.9", linewidth=0.0, zorder=0)
+    axes.set(yscale="log", xlim=(33, 60), ylim=(0.1, 300.0), title="Drift of the contact point")
+    axes.set(xlabel="tilt at which the disk is let go (deg)", ylabel="radius of the ring of drift ($R$)")
+    axes.text(34, 0.14, "left of the dots: trapped on one side", bbox=_BOX)
+    axes.text(59.5, 16.0, "grey: for $c_2 = 0$\nunbounded, as the\nheading returns", ha="right", va="top")
+    axes.legend(loc="upper left", framealpha=0.9, edgecolor="none")
+
+
+def main() -> None:
+    """Write the figure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", "-o", type=Path, default=Path("bifurcation.png"), help="png, pdf or svg")
+    output = parser.parse_args().output
+    plots.check_format(output)
+    plots.save(figure(), output)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except sweep.RequestError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)

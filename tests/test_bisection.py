@@ -1,0 +1,106 @@
+"""Boundaries bisected: they bracket the exact change of verdict, to the width asked for, all at once."""
+
+import math
+
+import numpy as np
+import pytest
+import referee
+
+import sweep
+from sweep import bisection
+from sweep.bisection import Brackets, refined
+from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE
+
+ROLL = list(PARAMETERS).index("roll_rate")
+
+
+def judged_by(rule, calls=None):
+    """Stand in for the integration: the verdict follows from the roll rate alone."""
+
+    def measure(spec, given):
+        if calls is not None:
+            calls.append(given["roll_rate"].size)
+        return {"stability": rule(given["roll_rate"])}
+
+    return measure
+
+
+def segments(near, far, near_verdict=UNSTABLE, far_verdict=STABLE):
+    """Segments along the roll rate."""
+    near, far = np.atleast_1d(np.asarray(near, float)), np.atleast_1d(np.asarray(far, float))
+    values = {name: np.full(near.shape, 0.5) for name in PARAMETERS}
+    along, codes = np.full(near.shape, ROLL), np.ones(near.shape, np.int8)
+    return Brackets(values, along, near, far, near_verdict * codes, far_verdict * codes)
+
+
+def test_every_bracket_holds_its_change(monkeypatch):
+    """A thousand brackets, upward and downward, end within 1e-9 of sqrt(2), and one call serves them all."""
+    calls = []
+    monkeypatch.setattr(
+        bisection, "measure", judged_by(lambda x: np.where(x < math.sqrt(2), UNSTABLE, STABLE), calls)
+    )
+    low, high = np.linspace(0.1, 1.4, 1000), np.linspace(1.5, 90.0, 1000)
+    for given in (segments(low, high), segments(high, low, STABLE, UNSTABLE)):
+        calls.clear()
+        found = refined(sweep.SweepSpec(), given, 1e-9)
+        least, most = np.minimum(found.near, found.far), np.maximum(found.near, found.far)
+        assert (most - least <= 1e-9).all()
+        assert (least < math.sqrt(2)).all()
+        assert (most >= math.sqrt(2)).all()
+        assert len(calls) <= math.ceil(math.log2(90.0 / 1e-9))
+
+
+def test_undecided_starts_stay_inside(monkeypatch):
+    """An undecided stretch from 1 to 1.1 stays inside the bracket, which is hardly wider."""
+
+    def rule(x):
+        return np.where(x < 1.0, UNSTABLE, np.where(x > 1.1, STABLE, UNDECIDED))
+
+    monkeypatch.setattr(bisection, "measure", judged_by(rule))
+    found = refined(sweep.SweepSpec(), segments([0.0, 0.9, 0.99], [2.0, 7.0, 1.2]), 1e-6)
+    assert (found.near < 1.0).all()
+    assert (found.far > 1.1).all()
+    assert found.near == pytest.approx(1.0, abs=3e-7)
+    assert found.far == pytest.approx(1.1, abs=3e-7)
+
+
+def test_no_width_is_too_small(monkeypatch):
+    """Where no number lies between the ends, the bisection stops: the ends are neighbours."""
+    monkeypatch.setattr(bisection, "measure", judged_by(lambda x: np.where(x < math.pi, UNSTABLE, STABLE)))
+    found = refined(sweep.SweepSpec(), segments(1.0, 5.0), 1e-300)
+    assert found.far[0] == math.pi
+    assert found.near[0] == np.nextafter(math.pi, 0.0)
+
+
+def rows(criterion):
+    """A coarse atlas of rolling, its boundary refined."""
+    return sweep.run(
+        sweep.SweepSpec.preset("rolling").replace(
+            roll_rate="2:4:9", tilt="0.001deg:0.5deg:12:log", criterion=criterion, boundary="refined:1e-9"
+        )
+    )
+
+
+def test_the_exact_peak_passes_the_limit_inside_the_bracket():
+    """At both ends of every bracket the peak tilt by independent quadrature lies on its side of the limit of 5 deg."""
+    atlas = rows("departure:5deg")
+    middle, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
+    assert np.isfinite(middle).all()
+    assert (half <= 0.5e-9).all()
+    # the extremes of the atlas are good to its tolerance of 1e-8 rad, which is 1e-8 of the peak's slope
+    tilt = np.tile(atlas["tilt"].values, 2)
+    rate = np.concatenate((middle - half - 4e-9, middle + half + 4e-9))
+    exact = referee.extremes(referee.starts(tilt=tilt, roll_rate=rate))
+    beyond = np.maximum(np.abs(exact.least), np.abs(exact.greatest)) > math.radians(5.0)
+    assert beyond.tolist() == [True] * 12 + [False] * 12
+
+
+def test_refining_a_finished_atlas_is_the_same_as_asking_for_it():
+    """`refine` on an atlas with a coarse boundary gives the variables of `boundary = "refined"`, bit for bit."""
+    whole = rows("departure:2deg")
+    coarse = sweep.run(sweep.SweepSpec.from_canonical(whole.attrs["sweep_spec"]).replace(boundary="grid"))
+    assert not [name for name in coarse.variables if name.startswith("curve_")]
+    later = sweep.refine(coarse, 1e-9)
+    assert set(later.variables) == set(whole.variables)
+    assert all(later[name].equals(whole[name]) for name in whole.variables)
+    assert later.attrs["sweep_fingerprint"] == whole.attrs["sweep_fingerprint"]

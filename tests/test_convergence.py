@@ -1,0 +1,39 @@
+"""The critical rates, obtained by integration only, are those of theory."""
+
+import numpy as np
+import pytest
+
+from sweep.convergence import convergence, extrapolated
+
+
+def test_extrapolation_of_a_polynomial():
+    """Through four points of 3 - 2x + 5x^2 - x^3 the value at 0 is 3 and the slope -2."""
+    x = np.array([0.1, 0.2, 0.5, 0.7])
+    value, slope = extrapolated(x, 3.0 - 2.0 * x + 5.0 * x**2 - x**3)
+    assert value == pytest.approx(3.0, rel=1e-12)
+    assert slope == pytest.approx(-2.0, rel=1e-11)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("axis", "limits", "bends"),
+    [
+        ("roll_rate", [1 / 3, 1 / 4], [31 / 36, 5 / 6]),
+        ("precession_rate", [4 / 5, 2 / 3], [35 / 36, 11 / 12]),
+    ],
+)
+def test_critical_rates_by_integration_alone(axis, limits, bends):
+    """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of physics.md."""
+    found = convergence(axis, "departure", (0.1, 0.15, 0.2), [0.5, 1.0])
+    assert found.value == pytest.approx(np.array(limits), rel=1e-6)
+    # three angles leave a fourth power of the angle over: 0.03^2 of it
+    assert found.slope / limits == pytest.approx(-np.array(bends), rel=1e-3)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("axis", "limit"), [("roll_rate", 1 / 3), ("precession_rate", 4 / 5)])
+def test_amplification_converges_to_the_same_line(axis, limit):
+    """From above, by 1 + 1/A^2, the criterion of amplification extrapolates to the same rates within 1e-6."""
+    found = convergence(axis, "amplification", (3.0, 5.0), [0.5])
+    assert found.value[0] == pytest.approx(limit, rel=1e-6)
+    assert found.slope[0] / limit == pytest.approx(1.0, rel=1e-4)
