@@ -1,8 +1,9 @@
 """The journal of a run: its finished blocks on disk, each an immutable file that knows when it is damaged.
 
-A block is `blocks/000123-1a2b3c4d.npz`: an uncompressed NumPy archive, whose members carry a checksum each, and in the
-name a checksum of the whole file that starts from the run's fingerprint and the block's cells. A file that was cut,
-zero-filled or altered, or that belongs to another run or another place, does not fit its name.
+A block is `blocks/000123-1a2b3c4d.npz`: an uncompressed NumPy archive, whose members carry a checksum each. The name
+holds a checksum of all that surrounds the members' data, their checksums among it, begun with the run's fingerprint and
+the block's cells. A file that was cut, zero-filled or altered, or belongs to another run or another place, does not
+fit its name or its checksums; and no byte had to be summed twice.
 """
 
 import contextlib
@@ -10,6 +11,7 @@ import io
 import os
 import platform
 import shutil
+import struct
 import threading
 import zipfile
 import zlib
@@ -105,7 +107,7 @@ class Journal:
                 with zipfile.ZipFile(stream, "w") as archive:  # type: ignore[call-overload]
                     for name, column in columns.items():
                         # a date of its own would make two files of the same block differ
-                        with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member:
+                        with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member, stream.unsummed():
                             np.lib.format.write_array_header_1_0(
                                 member, np.lib.format.header_data_from_array_1_0(column)
                             )
@@ -125,11 +127,18 @@ class Journal:
         """
         try:
             content = path.read_bytes()
-            if path.stem.partition("-")[2] != f"{zlib.crc32(content, self._seed(number)):08x}":
+            if path.stem.partition("-")[2] != f"{zlib.crc32(_surroundings(content), self._seed(number)):08x}":
                 raise DamagedBlockError(f"{path.name} does not fit its checksum")
             with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                 return Block(self.spans[number], dict(archive))
-        except (OSError, ValueError, zipfile.BadZipFile) as problem:
+        except (
+            OSError,
+            ValueError,
+            NotImplementedError,
+            RuntimeError,
+            struct.error,
+            zipfile.BadZipFile,
+        ) as problem:
             raise DamagedBlockError(f"{path.name}: {problem}") from problem
 
     def verify(self, numbers: Iterable[int] | None = None) -> tuple[set[int], list[str]]:
@@ -199,12 +208,34 @@ class _Summed:
 
     def __init__(self, file: io.BufferedWriter, seed: int) -> None:
         self._file = file
+        self._summing = True
         self.sum = seed
+
+    @contextlib.contextmanager
+    def unsummed(self) -> Iterator[None]:
+        """Let pass what the archive itself sums up."""
+        self._summing = False
+        yield
+        self._summing = True
 
     def write(self, data: bytes) -> int:
         """Write all of the data."""
-        self.sum = zlib.crc32(data, self.sum)
+        if self._summing:
+            self.sum = zlib.crc32(data, self.sum)
         return self._file.write(data)
 
     def flush(self) -> None:
         """Nothing is held back here, and the file flushes itself when it is closed."""
+
+
+def _surroundings(content: bytes) -> bytes:
+    """Return an archive without the data of its members: headers, names, sizes, checksums."""
+    parts, after = [], 0
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        for member in archive.infolist():
+            # the lengths of name and extra field, which stand before the data, are bytes 26 to 29 of a local header
+            name, extra = struct.unpack_from("<HH", content, member.header_offset + 26)
+            start = member.header_offset + 30 + name + extra
+            parts.append(content[after:start])
+            after = start + member.compress_size
+    return b"".join([*parts, content[after:]])
