@@ -1,4 +1,4 @@
-"""Compute the rolling, spinning and circling atlases, draw their boundaries and print the critical rates."""
+"""Compute the rolling, spinning and circling atlases, verify every cell, draw them and print the critical rates."""
 
 import argparse
 import sys
@@ -6,8 +6,9 @@ from pathlib import Path
 
 import sweep
 from sweep import plots
+from sweep.audit import findings
 from sweep.progress import reporting
-from sweep.report import critical_table
+from sweep.report import audit_line, critical_table
 
 PRESETS = ("rolling", "spinning", "circling")
 
@@ -32,8 +33,13 @@ def main() -> None:
             )
     datasets = [sweep.open_atlas(folder / f"{name}.nc") for name in PRESETS]
     plots.save(plots.figure(datasets), folder / "boundaries.png")
-    print(critical_table(datasets))
+    audits = [findings(sweep.verify(dataset)) for dataset in datasets]
+    print(critical_table(datasets) + "\n")
+    for name, found in zip(PRESETS, audits, strict=True):
+        print(f"{name}.nc".ljust(13) + audit_line(found))
     print(f"\nwritten to {folder}/: {', '.join(f'{name}.nc' for name in PRESETS)}, boundaries.png")
+    if not all(found.passed for found in audits):
+        sys.exit(1)
 
 
 if __name__ == "__main__":
