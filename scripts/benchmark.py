@@ -1,7 +1,7 @@
 """How fast the engine is: the lane kernel against a plain RK4 loop, the exact reduction, a whole run and its audit.
 
-Both RK4 kernels integrate the same cells with the same number of steps on the same threads, alternating in one run after
-compiling; the ratio is what counts, seconds vary with the machine and its other users.
+Both RK4 kernels integrate the same cells with the same number of steps on the same threads, alternating in one run
+after compiling; the ratio is what counts, seconds vary with the machine and its other users.
 """
 
 import argparse
