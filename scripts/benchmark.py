@@ -1,7 +1,7 @@
-"""How fast the engine is: the lane kernel against a plain parallel RK4 loop, and a whole run from start to file.
+"""How fast the engine is: the lane kernel against a plain RK4 loop, the exact reduction, a whole run and its audit.
 
-Both kernels integrate the same cells with the same number of steps on the same threads, alternating in one run after
-compiling; the ratio is what counts, seconds vary with the machine and its other users.
+Both RK4 kernels integrate the same cells with the same number of steps on the same threads, alternating in one run
+after compiling; the ratio is what counts, seconds vary with the machine and its other users.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import numpy as np
 import sweep
 from sweep import cells
 from sweep.blocks import Span
-from sweep.compiled import integrate
+from sweep.compiled import extremes, integrate
 
 _STEP = 0.01  # s, about 0.044 sqrt(R/g)
 _DURATION = 300.0  # s
@@ -106,6 +106,26 @@ def compare_kernels(threads: int, repeats: int) -> None:
     print(f"  ratio               {statistics.median(ratios):8.1f}  ({min(ratios):.1f} to {max(ratios):.1f})")
 
 
+def exact_reduction(threads: int, repeats: int) -> None:
+    """Print cells per second of the exact reduction, with and without the period, tables of one alpha included."""
+    numba.set_num_threads(threads)
+    spec = sweep.SweepSpec.from_words("rolling", ["roll_rate=2:4:1000", "tilt=0.001deg:5deg:1000:log"])
+    starts = np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+    print(f"exact reduction, 1000 x 1000 cells of the rolling preset, {threads} threads, median of {repeats}")
+    for words, with_period in (("extremes", False), ("with the period", True)):
+
+        def reduce(with_period: bool = with_period) -> None:
+            with numba.parallel_chunksize(1):
+                extremes()(starts, _FALL_TILT, with_period)
+
+        reduce()
+        times = [_seconds(reduce) for _ in range(repeats)]
+        print(
+            f"  {words:<19} {spec.size / statistics.median(times) / 1e6:8.2f} e6 cells/s  "
+            f"({spec.size / max(times) / 1e6:.2f} to {spec.size / min(times) / 1e6:.2f})"
+        )
+
+
 def whole_run(threads: int, repeats: int) -> None:
     """Print the time and memory of `eulerdisk run` on a million cells, file included, kernels in the cache."""
     with tempfile.TemporaryDirectory() as folder:
@@ -123,6 +143,22 @@ def whole_run(threads: int, repeats: int) -> None:
         )
         print(f"  resident at most    {peak:8.0f} MB")
         print(f"  file                {os.path.getsize(path) / 1e6:8.1f} MB")
+        command = [sys.executable, "-m", "sweep", "verify", str(path)]
+        environment = {**os.environ, "NUMBA_NUM_THREADS": str(threads)}
+        times = [
+            _seconds(lambda: subprocess.run(command, check=True, capture_output=True, env=environment))
+            for _ in range(repeats + 1)
+        ][1:]
+        with sweep.open_atlas(path) as dataset:
+            sweep.verify(dataset)
+            inside = [_seconds(lambda: sweep.verify(dataset)) for _ in range(repeats)]
+        print("eulerdisk verify, the same atlas")
+        print(
+            f"  start to verdict    {statistics.median(times):8.2f} s  ({min(times):.2f} to {max(times):.2f})"
+        )
+        print(
+            f"  sweep.verify        {statistics.median(inside):8.2f} s  ({min(inside):.2f} to {max(inside):.2f})"
+        )
 
 
 def main() -> None:
@@ -132,6 +168,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     given = parser.parse_args()
     compare_kernels(given.threads, given.repeats)
+    exact_reduction(given.threads, given.repeats)
     whole_run(given.threads, given.repeats)
 
 

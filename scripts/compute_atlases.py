@@ -1,19 +1,22 @@
-"""Compute the rolling, spinning and circling atlases, draw their boundaries and print the critical rates."""
+"""Compute the rolling, spinning and circling atlases, verify every cell, draw them and print the critical rates."""
 
 import argparse
 import sys
 from pathlib import Path
 
+from plot_regimes import save_regimes
+
 import sweep
 from sweep import plots
+from sweep.audit import findings
 from sweep.progress import reporting
-from sweep.report import critical_table
+from sweep.report import audit_line, critical_table
 
 PRESETS = ("rolling", "spinning", "circling")
 
 
 def main() -> None:
-    """Write NAME.nc for every preset and boundaries.png into the output folder."""
+    """Write NAME.nc for every preset, boundaries.png and regimes.png into the output folder."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--output", "-o", type=Path, default=Path("atlas-out"), help="folder (default: atlas-out)"
@@ -32,8 +35,16 @@ def main() -> None:
             )
     datasets = [sweep.open_atlas(folder / f"{name}.nc") for name in PRESETS]
     plots.save(plots.figure(datasets), folder / "boundaries.png")
-    print(critical_table(datasets))
-    print(f"\nwritten to {folder}/: {', '.join(f'{name}.nc' for name in PRESETS)}, boundaries.png")
+    save_regimes(folder / "regimes.png")
+    audits = [findings(sweep.verify(dataset)) for dataset in datasets]
+    print(critical_table(datasets) + "\n")
+    for name, found in zip(PRESETS, audits, strict=True):
+        print(f"{name}.nc".ljust(13) + audit_line(found))
+    print(
+        f"\nwritten to {folder}/: {', '.join(f'{name}.nc' for name in PRESETS)}, boundaries.png, regimes.png"
+    )
+    if not all(found.passed for found in audits):
+        sys.exit(1)
 
 
 if __name__ == "__main__":

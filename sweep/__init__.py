@@ -20,6 +20,7 @@ if getattr(kernels, "MARK", None) != "eulerdisk":
 
 if TYPE_CHECKING:
     from sweep.atlas import run as run
+    from sweep.audit import verify as verify
     from sweep.axes import Range as Range
     from sweep.axes import Values as Values
     from sweep.criterion import Criterion as Criterion
@@ -48,6 +49,7 @@ _HOME = {
     "run_to_file": "sweep.running",
     "save": "sweep.store",
     "simulate": "sweep.trajectory",
+    "verify": "sweep.audit",
 }
 
 __all__ = ["__version__", *_HOME]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sweep import cells
 from sweep.agreement import check, needed
 from sweep.atlas import as_variable, coordinates, created, declare_cells, spec_of
-from sweep.blocks import Span
+from sweep.blocks import blocks
 from sweep.errors import RequestError
 from sweep.runner import use_threads
 from sweep.schema_exact import AGREEING, AUDIT, DISAGREEING, NOT_COMPUTED, WITHIN
@@ -71,7 +71,7 @@ class Findings:
         return not self.disagreeing and not self.missing
 
 
-def audit(dataset: "xr.Dataset") -> "xr.Dataset":
+def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     """Hold every cell of an atlas against the exact extremes, period and verdict.
 
     Parameters
@@ -96,18 +96,21 @@ def audit(dataset: "xr.Dataset") -> "xr.Dataset":
 
     spec, stored = _read(dataset)
     use_threads(None)
-    found = check(spec, cells.starts(spec, Span(0, spec.size)), stored)
+    declared = declare_cells(spec, AUDIT, "audit")
+    found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
+    for span in blocks(spec.size):
+        here = slice(span.start, span.stop)
+        part = check(spec, cells.starts(spec, span), {name: column[here] for name, column in stored.items()})
+        for name, column in found.items():
+            column[here] = part[name]
     return xr.Dataset(
-        {
-            each.name: as_variable(each, found[each.name].astype(each.dtype).reshape(spec.shape), spec)
-            for each in declare_cells(spec, AUDIT, "audit")
-        },
+        {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
         {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
         {
             **dataset.attrs,
             "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
             "summary": "Every cell of a stability atlas held against the exact extreme tilts and period of its motion.",
-            "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.audit".lstrip("\n"),
+            "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
             "tolerance": spec.tolerance,
         },
     )

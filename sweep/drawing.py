@@ -1,5 +1,6 @@
 """How a panel is drawn on axes of matplotlib: map, strip or profile, boundary, lines of theory, words."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,16 +23,16 @@ if TYPE_CHECKING:
 #: Points of the measured boundary that are drawn: more would be one thick line.
 MOST_POINTS = 24
 
-_INK = "black"
-_HALO = [withStroke(linewidth=2.4, foreground="white")]
+INK = "black"
+HALO = [withStroke(linewidth=2.4, foreground="white")]
 
 _LINES: dict[str, dict[str, Any]] = {
-    "analytic": {"color": _INK, "linewidth": 1.3, "zorder": 3},
+    "analytic": {"color": INK, "linewidth": 1.3, "zorder": 3},
     "predicted": {"color": "#c8380a", "linewidth": 1.4, "linestyle": (0, (4, 2)), "zorder": 4},
 }
 _POINTS: dict[str, Any] = {
     "linestyle": "",
-    "color": _INK,
+    "color": INK,
     "markersize": 3.4,
     "markerfacecolor": "white",
     "markeredgewidth": 0.8,
@@ -42,7 +43,7 @@ _POINTS: dict[str, Any] = {
 _MARKERS = {"upper": "o", "lower": "s"}
 _VERDICTS: dict[str, dict[str, Any]] = {
     "stable": {"marker": "o", "markerfacecolor": "white"},
-    "unstable": {"marker": "o", "markerfacecolor": _INK},
+    "unstable": {"marker": "o", "markerfacecolor": INK},
     "undecided": {"marker": "x"},
 }
 
@@ -70,14 +71,14 @@ def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
     )
     set_scale(axes, "x", panel.x)
     set_scale(axes, "y", panel.y)
-    _hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
-    _hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
-    _hatch(axes, panel, panel.slips, panel.slipping, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
+    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
+    hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
+    hatch(axes, panel, panel.slips, panel.slipping, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
     if panel.edges:
         _draw_edges(axes, panel)
     if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
         _draw_outline(axes, panel)
-    _name_regions(axes, panel)
+    name_regions(axes, panel, panel.verdicts())
     if panel.in_g_over_r is not None:
         add_scaled_axis(axes, "y", panel.y, panel.in_g_over_r)
     return background
@@ -100,7 +101,7 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
     axes.plot(panel.x.values, peak, color="0.6", zorder=1)
     for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
         if cells.any():
-            look = {"linestyle": "", "color": _INK, "markersize": 3.5, **_VERDICTS[name]}
+            look = {"linestyle": "", "color": INK, "markersize": 3.5, **_VERDICTS[name]}
             axes.plot(panel.x.values[cells], peak[cells], label=name, **look)
     if panel.slips.any():
         look = {"linestyle": "", "marker": "x", "color": "#c8380a", "markersize": 5.0}
@@ -153,7 +154,7 @@ def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, words:
     low, high = panel.y.ends
     seen = np.any((finite >= low) & (finite <= high))
     label = f"{kind}{words}" + ("" if seen else " (outside the map)")
-    axes.plot(x, y, label=label, path_effects=_HALO, **_LINES[kind])
+    axes.plot(x, y, label=label, path_effects=HALO, **_LINES[kind])
 
 
 def _draw_points(axes: "Axes", edge: str, x: Array, y: Array, error: Array, label: str = "") -> None:
@@ -173,11 +174,11 @@ def _draw_outline(axes: "Axes", panel: Panel) -> None:
     upright = np.stack((np.tile(x[columns + 1], (2, 1)), [y[rows], y[rows + 1]])).T
     rows, columns = np.nonzero(unstable[1:] != unstable[:-1])
     level = np.stack(([x[columns], x[columns + 1]], np.tile(y[rows + 1], (2, 1)))).T
-    borders = LineCollection([*upright, *level], colors=_INK, linewidths=1.0, capstyle="projecting", zorder=3)
+    borders = LineCollection([*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3)
     axes.add_collection(borders, autolim=False)
 
 
-def _hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
+def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
     """Hatch cells: one path made of a rectangle for every run of cells in a column."""
     if not cells.any():
         return
@@ -194,8 +195,14 @@ def _hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -
     axes.add_patch(PathPatch(shape, label=label, edgecolor="0.25", linewidth=0.0, zorder=1, **look))
 
 
-def _name_regions(axes: "Axes", panel: Panel) -> None:
-    """Write "stable" and "unstable" where there is most room: the verdicts must be clear without colours."""
+def name_regions(
+    axes: "Axes", panel: Panel, regions: Iterable[tuple[str, Truths]], lines: int = 1, width: float = _WORD
+) -> list[str]:
+    """Write the name of each region where it has most room: a map must be clear without colours.
+
+    Names have that many lines, and are so many times wider than a line is high. Returned are those that had no room.
+    """
+    left_out = []
     assert panel.y is not None
     middles = (np.arange(_RASTER) + 0.5) / _RASTER
     across, up = np.meshgrid(middles, middles)
@@ -206,15 +213,18 @@ def _name_regions(axes: "Axes", panel: Panel) -> None:
     inside = (column >= 0) & (column < len(panel.x.values)) & (row >= 0) & (row < len(panel.y.values))
     free = inside.reshape(_RASTER, _RASTER) & ~_covered(axes)
     column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
-    for name, cells in panel.verdicts():
+    for name, cells in regions:
         region = np.pad(cells[row, column].reshape(_RASTER, _RASTER) & free, 1)
-        room = distance_transform_edt(region, sampling=(1.0, 1.0 / _WORD))[1:-1, 1:-1]
+        room = distance_transform_edt(region, sampling=(1.0 / lines, 1.0 / width))[1:-1, 1:-1]
         if room.max() >= _ROOM:
             place = np.unravel_index(np.argmax(room), room.shape)
             axes.text(
                 middles[place[1]], middles[place[0]], name, transform=axes.transAxes, ha="center", va="center",
-                weight="bold", path_effects=_HALO, zorder=6,
+                weight="bold", path_effects=HALO, zorder=6,
             )  # fmt: skip
+        elif cells.any():
+            left_out.append(name)
+    return left_out
 
 
 def _covered(axes: "Axes") -> Truths:
@@ -240,7 +250,7 @@ def _name_line(axes: "Axes", panel: Panel, line: Array) -> None:
     if np.isfinite(line).all() and np.ptp(line) <= 1e-9 * abs(line[0]) and low < line[0] < high:
         axes.annotate(
             panel.line, (1.0, line[0]), (-3.0, 3.0), xycoords=("axes fraction", "data"),
-            textcoords="offset points", ha="right", va="bottom", path_effects=_HALO, zorder=6,
+            textcoords="offset points", ha="right", va="bottom", path_effects=HALO, zorder=6,
         )  # fmt: skip
 
 
@@ -249,10 +259,10 @@ def _mark_circling_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
     assert panel.y is not None
     for height, name, offset in zip(ends, panel.upright, ((14.0, 17.0), (45.0, 9.0)), strict=True):
         if panel.y.ends[0] <= height <= panel.y.ends[1]:
-            axes.plot(0.0, height, "D", color=_INK, markersize=4.5, clip_on=False, zorder=7)
+            axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
             axes.annotate(
                 name, (0.0, height), offset, textcoords="offset points", fontsize=7.0, ha="left", va="center",
-                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, path_effects=_HALO, zorder=6,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, path_effects=HALO, zorder=6,
             )  # fmt: skip
 
 

@@ -118,7 +118,7 @@ def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
         If the atlas has no axis or more than two, or no contact forces to hold `friction` against.
     """
     dataset = dataset.squeeze()
-    spec = _drawn_spec(dataset)
+    spec = drawn_spec(dataset)
     rate = next((name for name in theory.spun_rates(spec) if f"boundary_{name}" in dataset), None)
     x_name, y_name = _names(dataset, rate)
     x = scale(
@@ -170,7 +170,7 @@ def _slips(dataset: "xr.Dataset", like: "xr.DataArray", friction: float | None) 
     return np.asarray((lifts <= 0.0) | (needed > friction))
 
 
-def _drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
+def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of what is left of an atlas, and refuse what is not a line or a map."""
     dims = [str(name) for name in dataset.dims]
     if len(dims) > 2:
@@ -281,6 +281,11 @@ def _criterion(spec: SweepSpec) -> str:
 
 def _caption(spec: SweepSpec) -> str:
     """What counts as unstable, and the parameters that are the same in every cell and not zero."""
+    return f"unstable: {_criterion(spec).replace(' ', ' above ')}, or a fall\n{fixed_parameters(spec)}"
+
+
+def fixed_parameters(spec: SweepSpec) -> str:
+    """Return the parameters that are the same in every cell and not zero, in mathtext."""
     parts = []
     for name in ("alpha", "radius", "gravity", "tilt", "tilt_rate", "precession_rate", "roll_rate"):
         fixed, quantity = getattr(spec, name), PARAMETERS[name]
@@ -288,4 +293,4 @@ def _caption(spec: SweepSpec) -> str:
             unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
             parts.append(f"${quantity.symbol} = {fixed * quantity.plot_scale:.4g}$ {unit}".rstrip())
     lines = [", ".join(parts[i : i + _MOST_IN_LINE]) for i in range(0, len(parts), _MOST_IN_LINE)]
-    return "\n".join([f"unstable: {_criterion(spec).replace(' ', ' above ')}, or a fall", *lines])
+    return "\n".join(lines)

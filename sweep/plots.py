@@ -167,7 +167,7 @@ def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> 
     strip.set_xlabel(top.get_xlabel())
     top.set_xlabel("")
     top.tick_params(axis="x", which="both", labelbottom=False)
-    _add_legend(top, strip, each)
+    add_legend(top, strip, each.caption)
 
 
 def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
@@ -176,10 +176,10 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
     else:
         draw_profile(axes, each)
     axes.set_title(each.title)
-    _add_legend(axes, axes, each)
+    add_legend(axes, axes, each.caption)
 
 
-def _add_legend(axes: "Axes", lowest: "Axes", each: Panel) -> None:
+def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
     """Explain what `axes` shows below `lowest`, where nothing can be covered."""
     handles, labels = axes.get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
@@ -189,7 +189,7 @@ def _add_legend(axes: "Axes", lowest: "Axes", each: Panel) -> None:
     lowest.legend(
         [named[label] for label in order],
         order,
-        title=each.caption,
+        title=caption,
         loc="upper left",
         bbox_to_anchor=(0.0, 0.0),
         bbox_transform=below,

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 import sweep
-from sweep.audit import audit, findings
+from sweep.audit import findings, verify
 from sweep.axes import Range
 from sweep.schema import VARIABLES
 from sweep.schema_exact import AUDIT
@@ -38,7 +38,7 @@ def flags(audited):
 
 def counts(dataset):
     """Return what the audit says of how many cells, flags that occur."""
-    return {name: count for name, count in findings(audit(dataset)).counts.items() if count}
+    return {name: count for name, count in findings(verify(dataset)).counts.items() if count}
 
 
 def changed(dataset, place, **values):

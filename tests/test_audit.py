@@ -5,7 +5,7 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
 
 import sweep
-from sweep.audit import audit, findings
+from sweep.audit import findings, verify
 from sweep.criterion import Criterion
 from sweep.errors import RequestError
 from sweep.report import audit_line
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.compiled
 @pytest.mark.parametrize("preset", PRESETS)
 def test_the_presets_agree(preset):
     """Every cell of the RK4 presets agrees: none is marginal, unresolved or left out."""
-    found = findings(audit(atlas(preset)))
+    found = findings(verify(atlas(preset)))
     assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}
     assert found.passed
     assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0)
@@ -30,7 +30,7 @@ def test_the_presets_agree(preset):
 def test_the_exact_values_are_the_referee_s(preset):
     """The extremes that the atlas is held against are those of an independent quadrature, to 1e-13 rad."""
     dataset = atlas(preset)
-    audited = audit(dataset)
+    audited = verify(dataset)
     given = [
         xr.broadcast(dataset[name], dataset.ending)[0].transpose(*dataset.ending.dims).values.ravel()
         for name in PARAMETERS
@@ -73,15 +73,15 @@ def test_all_kinds_of_atlases_agree(words, expected):
     """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
     dataset = sweep.run(SweepSpec(**words))
     assert counts(dataset) == expected
-    assert findings(audit(dataset)).passed
-    assert audit(dataset).audit.dims == dataset.ending.dims
+    assert findings(verify(dataset)).passed
+    assert verify(dataset).audit.dims == dataset.ending.dims
 
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_a_run_that_time_ended_is_within(preset):
     """Where time ended the run, what it saw lies inside the exact extremes; such cells are counted apart, and pass."""
     dataset = sweep.run(coarse(preset, duration=1.2))
-    found = findings(audit(dataset))
+    found = findings(verify(dataset))
     horizon = int((dataset.ending == ENDINGS["horizon"]).sum())
     assert 200 <= horizon == found.counts["within"]
     assert found.agreeing == 1200
@@ -93,7 +93,7 @@ def test_a_run_that_time_ended_is_within(preset):
 def test_exact_atlases_agree():
     """An atlas made by the reduction agrees with it to the last bit."""
     for preset in PRESETS:
-        found = findings(audit(sweep.run(coarse(preset, method="exact"))))
+        found = findings(verify(sweep.run(coarse(preset, method="exact"))))
         assert found.agreeing == 1200
         assert found.tilt == (0.0, 0.0, 0.0)
 
@@ -109,7 +109,7 @@ def test_unresolved_cells_are_counted_apart():
     saddle = sweep.run(SweepSpec(**words, tilt_rate=[push, 0.5 * push], duration=0.05))
     assert counts(saddle) == {"unresolved_by_the_reduction": 1, "within": 1}
     for dataset in (lost, saddle):
-        found = findings(audit(dataset))
+        found = findings(verify(dataset))
         assert found.passed
         assert found.cells == dataset.ending.size
         assert f"{found.agreeing} of {found.cells} cells" in audit_line(found)
@@ -118,21 +118,21 @@ def test_unresolved_cells_are_counted_apart():
 @pytest.mark.parametrize("offset", [-3e-9, 0.0, 3e-9])
 def test_a_criterion_on_a_cell_s_reach(offset):
     """With the limit within the tolerance of a reach either verdict is right; one that differs is marginal."""
-    exact = audit(atlas("rolling"))
+    exact = verify(atlas("rolling"))
     place = (10, 20)
     limit = Criterion("departure", float(exact.exact_tilt_max.values[place]) + offset)
     dataset = sweep.reclassify(atlas("rolling"), limit)
     for shift in (-6e-9, 6e-9):
-        audited = audit(moved(dataset, place, high=shift))
+        audited = verify(moved(dataset, place, high=shift))
         stored = 2 if shift > offset else 1
         agrees = stored == audited.exact_stability.values[place]
         assert flags(audited)[place] == ("agrees" if agrees else "marginal")
         assert findings(audited).passed
     # a verdict that does not follow from its own extremes is wrong there, too
     flipped = changed(dataset, place, stability=3 - dataset.stability.values[place])
-    assert flags(audit(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal")
+    assert flags(verify(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal")
     assert (
-        flags(audit(changed(moved(dataset, place, high=6e-9), place, stability=1)))[place] == "contradictory"
+        flags(verify(changed(moved(dataset, place, high=6e-9), place, stability=1)))[place] == "contradictory"
     )
 
 
@@ -187,7 +187,7 @@ def test_a_fall_tilt_on_a_peak(kick):
 def test_what_cannot_be_verified_is_refused(spoil, rule, given):
     """What is missing or does not belong together is said, not guessed."""
     with pytest.raises(RequestError) as refusal:
-        audit(spoil(atlas("rolling")))
+        verify(spoil(atlas("rolling")))
     assert rule in refusal.value.rule
     assert given in refusal.value.given
 
@@ -195,5 +195,5 @@ def test_what_cannot_be_verified_is_refused(spoil, rule, given):
 def test_the_atlas_is_not_changed():
     """An audit reads."""
     before = atlas("circling").copy(deep=True)
-    audit(atlas("circling"))
+    verify(atlas("circling"))
     xr.testing.assert_identical(atlas("circling"), before)

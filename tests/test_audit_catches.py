@@ -5,7 +5,7 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
 
 import sweep
-from sweep.audit import audit, findings
+from sweep.audit import findings, verify
 from sweep.report import audit_text
 from sweep.schema import PARAMETERS
 from sweep.spec import SweepSpec
@@ -49,7 +49,7 @@ def test_a_corrupted_cell_is_caught(preset, variable, change, flag):
     dataset, place = atlas(preset), PLACE[preset]
     assert (dataset.ending.values[place], dataset.stability.values[place]) == (ENDINGS["bounded"], 1)
     corrupted = changed(dataset, place, **{variable: change(dataset[variable].values[place])})
-    audited = audit(corrupted)
+    audited = verify(corrupted)
     names = flags(audited)
     assert names[place] == flag
     assert np.count_nonzero(names != "agrees") == 1
@@ -66,7 +66,7 @@ def test_a_corrupted_cell_is_caught(preset, variable, change, flag):
 def test_a_corrupted_roll_rate_of_circling_is_caught():
     """The steady roll rate, computed for each cell, is held against the formula."""
     corrupted = changed(atlas("circling"), (3, 4), roll_rate=float(atlas("circling").roll_rate[3, 4]) + 1e-6)
-    assert list(zip(*np.nonzero(flags(audit(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
+    assert list(zip(*np.nonzero(flags(verify(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
 
 
 @pytest.mark.parametrize("variable", ["tilt_min", "tilt_max", "nutation_period", "ending", "stability"])
@@ -76,7 +76,7 @@ def test_a_corrupted_fall_is_caught(variable):
     assert (dataset.ending == ENDINGS["fell"]).all()
     wrong = {"ending": ENDINGS["horizon"], "stability": 1, "nutation_period": 1.0}
     value = wrong.get(variable, float(dataset[variable][1]) + 1e-7)
-    found = findings(audit(changed(dataset, 1, **{variable: value})))
+    found = findings(verify(changed(dataset, 1, **{variable: value})))
     assert (found.disagreeing, found.agreeing) == (1, 1)
     assert found.named[0][1]["tilt"] == float(dataset.tilt[1])
 
@@ -84,20 +84,20 @@ def test_a_corrupted_fall_is_caught(variable):
 def test_a_run_that_time_ended_beyond_the_exact_extremes_is_caught():
     """Time is no excuse for extremes that the motion never reaches, nor for a verdict before both ends are known."""
     dataset = sweep.run(coarse("rolling", duration=1.2))
-    truth = audit(dataset)
+    truth = verify(dataset)
     place = tuple(
         np.argwhere((dataset.ending.values == ENDINGS["horizon"]) & (truth.exact_stability.values == 1))[0]
     )
     exact = float(truth.exact_tilt_max.values[place])
     beyond = exact - float(dataset.tilt_max.values[place]) + 1e-7
-    assert flags(audit(moved(dataset, place, high=beyond)))[place] == "extremes_differ"
-    assert flags(audit(changed(dataset, place, stability=1)))[place] == "contradictory"
+    assert flags(verify(moved(dataset, place, high=beyond)))[place] == "extremes_differ"
+    assert flags(verify(changed(dataset, place, stability=1)))[place] == "contradictory"
 
 
 def test_cells_that_are_not_computed_do_not_pass():
     """An atlas that is computed in part does not pass, though nothing in it is wrong."""
     dataset = changed(atlas("rolling"), (slice(10), slice(None)), ending=0, stability=0)
-    found = findings(audit(dataset))
+    found = findings(verify(dataset))
     assert (found.missing, found.disagreeing, found.agreeing) == (300, 0, 900)
     assert not found.passed
     assert audit_text(found).endswith("NOT verified: 0 of 1200 cells disagree, 300 are not computed")
@@ -106,7 +106,7 @@ def test_cells_that_are_not_computed_do_not_pass():
 def test_at_most_five_wrong_cells_are_named():
     """The first five cells are named, the number of the others is told."""
     dataset = changed(atlas("rolling"), (slice(2), slice(4)), stability=0)
-    text = audit_text(findings(audit(dataset)))
+    text = audit_text(findings(verify(dataset)))
     assert text.count("\nwrong ") == 5
     assert "and 3 more" in text
 
@@ -141,7 +141,7 @@ def wrong_equation(spec, coefficient):
 def test_an_atlas_made_with_a_wrong_equation_is_caught(coefficient, agree):
     """A gyroscopic term that is 0.1 % too large is caught in every cell; with the right one SciPy's atlas is right."""
     spec = SweepSpec(tilt="5deg,10deg", roll_rate="2.7:4:3", tilt_rate=0.2, tolerance=1e-5)
-    found = findings(audit(wrong_equation(spec, coefficient)))
+    found = findings(verify(wrong_equation(spec, coefficient)))
     assert (found.agreeing, found.disagreeing) == ((6, 0) if agree else (0, 6))
     assert found.counts["extremes_differ"] == found.disagreeing
 
@@ -150,7 +150,7 @@ def test_an_atlas_made_with_another_constant_is_caught():
     """An atlas whose spec and coordinate claim alpha = 0.5 but that was made with 0.501 disagrees all over."""
     made = sweep.run(coarse("rolling", alpha=0.501))
     claimed = made.assign_attrs(sweep_spec=atlas("rolling").attrs["sweep_spec"]).assign_coords(alpha=0.5)
-    found = findings(audit(claimed))
+    found = findings(verify(claimed))
     # released from 1e-5 rad far above the critical rate the disk hardly moves, whatever its alpha
     assert found.counts["extremes_differ"] > 900
     assert not found.passed

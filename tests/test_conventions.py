@@ -10,7 +10,7 @@ import netCDF4
 import pytest
 
 import sweep
-from sweep.audit import audit
+from sweep.audit import verify
 
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 SPECS = {
@@ -45,7 +45,7 @@ def judged(tmp_path_factory):
     sweep.save(sweep.run(SPECS["rolling"]), folder / "saved.nc")
     with sweep.open_atlas(folder / "circling.nc") as atlas:
         sweep.save(sweep.reclassify(atlas, "departure:2deg"), folder / "reclassified.nc")
-        sweep.save(audit(atlas), folder / "audit.nc")
+        sweep.save(verify(atlas), folder / "audit.nc")
     sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
     sweep.run_to_file(SPECS["circling"].replace(contact="yes"), folder / "contact.nc")
     sweep.save(sweep.simulate(tilt=0.1, tilt_rate=0.1), folder / "motion.nc")

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.audit import audit
+from sweep.audit import verify
 from sweep.cli import main
 from sweep.running import run_to_file
 from sweep.schema import FILL, PARAMETERS
@@ -185,9 +185,9 @@ def test_what_is_written(command, tmp_path):
     rewritten(assign("tilt_max", 0.5, (3, 4)))
     assert command("verify b.nc --write c.nc")[0] == 1
     with xr.open_dataset("c.nc") as written, open_atlas("b.nc") as dataset:
-        xr.testing.assert_identical(written, audit(dataset))
+        xr.testing.assert_identical(written, verify(dataset))
         assert written.attrs["title"] == "Audit of: Rolling along a line: stability of the upright disk"
-        assert written.attrs["history"].endswith("\n1970-01-01T00:00:00Z sweep.audit")
+        assert written.attrs["history"].endswith("\n1970-01-01T00:00:00Z sweep.verify")
         assert int((written.audit == 7).sum()) == 1
     with netCDF4.Dataset("c.nc") as file:
         assert file.data_model == "NETCDF4_CLASSIC"

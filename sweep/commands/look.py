@@ -83,9 +83,15 @@ def plot(
         float | None,
         typer.Option(help="Hatch where rolling without slip needs a larger friction coefficient."),
     ] = None,
+    regimes: Annotated[
+        bool,
+        typer.Option(
+            "--regimes", help="Draw instead how many wells the potential has, and who crosses upright."
+        ),
+    ] = False,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
-    from sweep import plots
+    from sweep import plots, regimemap
     from sweep.store import open_atlas
     from sweep.verdicts import reclassify
 
@@ -94,8 +100,15 @@ def plot(
         raise RequestError(
             "not a friction coefficient", "friction > 0", f"{friction:g}", "give one, as in --friction 0.5"
         )
+    if regimes and not (criterion is None and friction is None):
+        raise RequestError(
+            "regimes know neither a criterion nor friction",
+            "--regimes draws what the motion is, whatever counts as unstable",
+            "--regimes with --criterion or --friction",
+            "leave the others out",
+        )
     with ExitStack() as opened:
         datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        plots.save(plots.figure(datasets, friction), output)
+        plots.save(regimemap.figure(datasets) if regimes else plots.figure(datasets, friction), output)

@@ -20,18 +20,17 @@ def verify(
 
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
-    from sweep import store
-    from sweep.audit import audit, findings
+    from sweep import audit, store
     from sweep.report import audit_text
 
     with store.open_atlas(atlas) as dataset:
         if write is not None:
             _check_apart(atlas, write)
             store.check_target(write, overwrite)
-        audited = audit(dataset)
+        audited = audit.verify(dataset)
     if write is not None:
         store.save(audited, write, overwrite=overwrite)
-    found = findings(audited)
+    found = audit.findings(audited)
     print(audit_text(found))
     if not found.passed:
         raise typer.Exit(1)

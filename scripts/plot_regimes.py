@@ -1,0 +1,51 @@
+"""Draw the regimes of rolling and spinning disks, released at rest and pushed, over a wider plane than the presets'."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import sweep
+from sweep import plots, regimemap
+
+#: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
+_PLANES = {
+    "rolling": ("roll_rate", "0:4.1:300", "Rolling"),
+    "spinning": ("precession_rate", "0:6.3:300", "Spinning"),
+}
+_TILTS = "0.1deg:45deg:300"
+_PUSHES = {"released at rest": "0", "pushed at 1.5 rad/s": "1.5rad/s"}
+
+
+def save_regimes(path: Path) -> None:
+    """Compute four atlases with the exact method and draw their regimes."""
+    datasets = []
+    for push, rate_of_tilt in _PUSHES.items():
+        for preset, (rate, values, name) in _PLANES.items():
+            spec = sweep.SweepSpec.preset(preset).replace(
+                **{rate: values}, tilt=_TILTS, tilt_rate=rate_of_tilt, method="exact", title=f"{name}, {push}"
+            )
+            datasets.append(sweep.run(spec))
+    plots.save(regimemap.figure(datasets), path)
+
+
+def main() -> None:
+    """Write the figure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--output",
+        "-o",
+        type=Path,
+        default=Path("regimes.png"),
+        help="png, pdf or svg (default: %(default)s)",
+    )
+    path = parser.parse_args().output
+    plots.check_format(path)
+    save_regimes(path)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except sweep.RequestError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)
