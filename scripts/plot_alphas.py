@@ -65,7 +65,7 @@ def figure(atlas: "xr.Dataset") -> Figure:
         panels = drawn.subplots(1, 2)
         colours = colormaps["viridis"](np.linspace(0.0, 0.85, atlas.sizes["alpha"]))
         for axes, rate in zip(panels, ("precession_rate", "roll_rate"), strict=True):
-            for colour, marker, alpha in zip(colours, _MARKERS, atlas.alpha.values, strict=True):
+            for colour, marker, alpha in zip(colours, _MARKERS, atlas.alpha.values, strict=False):
                 theory = marginal_curve(float(alpha), radius, gravity)
                 line = theory[rate] ** 2 * radius / gravity
                 axes.plot(np.degrees(theory["tilt"]), line, color=colour, linewidth=1.2)

@@ -81,6 +81,7 @@ def rows(criterion):
     )
 
 
+@pytest.mark.compiled
 def test_the_exact_peak_passes_the_limit_inside_the_bracket():
     """At both ends of every bracket the peak tilt by independent quadrature lies on its side of the limit of 5 deg."""
     atlas = rows("departure:5deg")
@@ -95,6 +96,7 @@ def test_the_exact_peak_passes_the_limit_inside_the_bracket():
     assert beyond.tolist() == [True] * 12 + [False] * 12
 
 
+@pytest.mark.compiled
 def test_refining_a_finished_atlas_is_the_same_as_asking_for_it():
     """`refine` on an atlas with a coarse boundary gives the variables of `boundary = "refined"`, bit for bit."""
     whole = rows("departure:2deg")

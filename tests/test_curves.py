@@ -94,6 +94,7 @@ def test_a_third_axis_makes_a_plane_each(drawn):
     assert found.points["alpha"].tolist() == [0.5] * 4 + [1.0] * 4
 
 
+@pytest.mark.compiled
 def test_curves_in_a_file(tmp_path):
     """An atlas with a refined boundary is written the same way from memory and block by block, as a ragged array."""
     spec = sweep.SweepSpec.preset("circling").replace(
@@ -116,6 +117,7 @@ def test_curves_in_a_file(tmp_path):
         assert 18.0 < np.degrees(one.curve_tilt.values.max()) < 19.0
 
 
+@pytest.mark.compiled
 def test_the_command_refines_a_file(tmp_path):
     """`boundary --refine` prints the refined rows and writes them to a new file; a width of 0 is refused."""
     spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.001deg:1deg:3:log")

@@ -94,6 +94,7 @@ def test_an_atlas_of_a_branch():
     assert atlas.growth_rate.values[k < 0.0] == pytest.approx(np.sqrt(-k[k < 0.0]), rel=1e-4)
 
 
+@pytest.mark.compiled
 def test_an_atlas_of_upright_disks_is_refused():
     """What has no steady rate has no coefficient; two steady rates are no request."""
     with pytest.raises(sweep.RequestError, match="one rate is steady"):
