@@ -15,7 +15,7 @@ from sweep.blocks import Span
 from sweep.errors import RequestError
 from sweep.folds import fold_rates
 from sweep.panels import Panel, drawn_spec, fixed_parameters, panel
-from sweep.runner import exact_measures, set_threads
+from sweep.runner import exact_measures, use_threads
 from sweep.schema import VARIABLES, Array, Truths
 from sweep.spec import SweepSpec
 
@@ -79,7 +79,7 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
         )
     spec = drawn_spec(dataset)
     spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
-    set_threads(None)
+    use_threads(None)
     exact = exact_measures(spec, cells.starts(spec, Span(0, spec.size)))
 
     def grid(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
