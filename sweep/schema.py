@@ -27,6 +27,9 @@ AUTOMATIC = "auto"
 #: The methods of integration.
 METHODS = ("rk4", "exact")
 
+#: Where the cells are computed.
+DEVICES = ("cpu", "cuda")
+
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 
 Array = npt.NDArray[np.float64]
@@ -213,6 +216,7 @@ WORDS: Mapping[str, Word] = table(
     Word("title", "what the atlas is about, in one line", ""),
     Word("criterion", "what counts as unstable", "departure:5deg"),
     Word("method", "how the motion is integrated", METHODS[0]),
+    Word("device", "what the cells are computed on", DEVICES[0]),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(

@@ -48,8 +48,8 @@ class SweepSpec(BaseModel):
         Tilt at which the disk counts as fallen, rad.
     tolerance : float or str
         Error that the gauges of a cell may show before its step is reduced, rad.
-    method : str
-        Method of integration: ``rk4``.
+    method, device : str
+        ``rk4`` or ``exact``; ``cpu`` or ``cuda``.
     title : str
         What the atlas is about, in one line.
     axes : sequence of str, optional
@@ -77,6 +77,7 @@ class SweepSpec(BaseModel):
     fall_tilt: float
     tolerance: float
     method: str
+    device: str
     title: str
 
     def __init__(self, **words: Any) -> None:
@@ -193,9 +194,8 @@ class SweepSpec(BaseModel):
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        return json.dumps(
-            self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), allow_nan=False
-        )
+        words = self.model_dump(mode="json")
+        return json.dumps(words, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
     def fingerprint(self) -> str:
         """Return the SHA-256 of `canonical`, in hexadecimal."""

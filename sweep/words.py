@@ -10,7 +10,7 @@ import numpy as np
 from sweep.criterion import Criterion
 from sweep.errors import RequestError, shown
 from sweep.quantities import Value, read_number, read_value
-from sweep.schema import AUTOMATIC, METHODS, PARAMETERS, SETTINGS, STEADY_ROLL, Input
+from sweep.schema import AUTOMATIC, DEVICES, METHODS, PARAMETERS, SETTINGS, STEADY_ROLL, Input
 
 _PRESETS = Path(__file__).with_name("presets")
 
@@ -185,21 +185,25 @@ def _title(text: str) -> str:
     )
 
 
-def _method(text: str) -> str:
-    if text in METHODS:
-        return text
-    raise RequestError(
-        "unknown method",
-        "the methods are " + ", ".join(METHODS),
-        f"method={text}",
-        _perhaps(text, METHODS) or f"write method={METHODS[0]} or leave it out",
-        "method",
-    )
+def _one_of(known: Sequence[str], name: str) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text in known:
+            return text
+        raise RequestError(
+            f"unknown {name}",
+            f"the {name}s are " + ", ".join(known),
+            f"{name}={text}",
+            _perhaps(text, known) or f"write {name}={known[0]} or leave it out",
+            name,
+        )
+
+    return read
 
 
 _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
     "criterion": Criterion.parse,
-    "method": _method,
+    "device": _one_of(DEVICES, "device"),
+    "method": _one_of(METHODS, "method"),
     "title": _title,
 }
 
