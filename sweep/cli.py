@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import compute, look, verify
+from sweep.commands import compute, look, verify, warm
 from sweep.errors import RequestError
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-for _command in (compute.run, look.plot, look.info, look.boundary, verify.verify):
+for _command in (compute.run, look.plot, look.info, look.boundary, verify.verify, warm.warmup):
     app.command()(_command)
 
 

@@ -14,6 +14,7 @@ from sweep.atlas import Declaration
 from sweep.blocks import BLOCK_CELLS, Span, chunk_shape, chunks
 from sweep.boundary import edges
 from sweep.errors import RequestError
+from sweep.filenames import check_atlas
 from sweep.runner import Block, Columns, run_blocks
 from sweep.spec import SweepSpec
 
@@ -90,13 +91,10 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     RequestError
         If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
     """
+    path = Path(path)
+    check_atlas(path)
     import xarray as xr
 
-    path = Path(path)
-    if not os.path.isfile(path):
-        raise RequestError(
-            "no such file", "an atlas is a netCDF file", str(path), "check the path", str(path)
-        )
     try:
         dataset = xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as problem:

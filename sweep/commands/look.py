@@ -37,11 +37,15 @@ def plot(
     criterion: Criterion = None,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
+    from sweep.filenames import check_atlas, check_format
+
+    check_format(output)
+    for atlas in atlases:
+        check_atlas(atlas)
     from sweep import plots
     from sweep.store import open_atlas
     from sweep.verdicts import reclassify
 
-    plots.check_format(output)
     with ExitStack() as opened:
         datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
         if criterion is not None:
