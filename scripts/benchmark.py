@@ -1,7 +1,7 @@
 """How fast the engine is, against the field, against the machine and against an earlier record.
 
-All contenders do the same task on the same cells with one thread each, in turns in one run, timed in processor time, and
-stand in the table with the error that they reach. Seconds vary with the machine; ratios are what counts.
+All contenders do the same task on the same cells with one thread each, in turns in one run, timed in processor
+time, and stand in the table with the error that they reach. Seconds vary with the machine; ratios are what counts.
 """
 
 import argparse
@@ -17,8 +17,12 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="fewer cells and repeats: one or two minutes")
     parser.add_argument("--repeats", type=int, help="pairs per contender (default: 5, quick 3)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write what was measured")
-    parser.add_argument("--figures", type=Path, metavar="FOLDER", help="draw work-precision.png and scaling.png")
-    parser.add_argument("--readme", action="store_true", help="put the recorded table into the README, and end")
+    parser.add_argument(
+        "--figures", type=Path, metavar="FOLDER", help="draw work-precision.png and scaling.png"
+    )
+    parser.add_argument(
+        "--readme", action="store_true", help="put the recorded table into the README, and end"
+    )
     parser.add_argument(
         "--check", action="store_true", help="exit 1 if a ratio is a fifth worse than in docs/benchmark.json"
     )

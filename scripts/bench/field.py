@@ -16,7 +16,7 @@ _BRIEF = 3.0
 
 def _ladder(contender: Contender, solve: Solve, given: Array, truth: Array) -> list[dict[str, float]]:
     """Return setting, time per cell [us] and error [rad] (of 99 % of the cells) along the settings."""
-    rungs = []
+    rungs: list[dict[str, float]] = []
     for setting in contender.settings:
         seconds, found = solve(given, setting)
         if seconds < _BRIEF or not rungs:
@@ -27,11 +27,9 @@ def _ladder(contender: Contender, solve: Solve, given: Array, truth: Array) -> l
 
 
 def _chosen(rungs: list[dict[str, float]]) -> dict[str, float]:
-    """Return the fastest rung that is accurate enough, or else the most accurate one."""
+    """Return the coarsest rung that is accurate enough, or else the most accurate one."""
     enough = [rung for rung in rungs if rung["error"] <= TARGET]
-    if enough:
-        return min(enough, key=lambda rung: rung["us_per_cell"])
-    return min(rungs, key=lambda rung: rung["error"])
+    return enough[0] if enough else min(rungs, key=lambda rung: rung["error"])
 
 
 def _spread(values: list[float]) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""General integrators in the same task: scipy's solve_ivp, Octave's ode45, JAX with diffrax; one cell or many at once."""
+"""General integrators in the same task: SciPy's solve_ivp, Octave's ode45, JAX with diffrax."""
 
 import os
 import shutil
@@ -34,7 +34,7 @@ def _scipy(method: str) -> Solve:
                 rtol=max(tolerance, 3e-14), atol=tolerance * 1e-2,
             )  # fmt: skip
             found[cell] = max(found[cell], abs(done.y[0, -1]))
-        return found
+        return np.asarray(found)
 
     return timed(solve)
 

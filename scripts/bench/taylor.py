@@ -16,14 +16,14 @@ _TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-9, 1e-12, 1e-15)
 
 def _system(heyoka: Any) -> tuple[Any, Any]:
     """Return the six polynomial equations (`kernels.disk`) and the event function; par[4] is the heading."""
-    S, C, T, w, o, s = heyoka.make_vars("S", "C", "T", "w", "o", "s")
+    sin, cos, tan, w, o, s = heyoka.make_vars("sin", "cos", "tan", "w", "o", "s")
     a, b, c, d, heading = heyoka.par[0], heyoka.par[1], heyoka.par[2], heyoka.par[3], heyoka.par[4]
-    pull = o * T
+    pull = o * tan
     system = [
-        (S, C * w),
-        (C, -S * w),
-        (T, w + T * T * w),
-        (w, a * (S + o * (b * s - c * pull))),
+        (sin, cos * w),
+        (cos, -sin * w),
+        (tan, w + tan * tan * w),
+        (w, a * (sin + o * (b * s - c * pull))),
         (o, w * (pull - 2.0 * s)),
         (s, -d * w * o),
     ]
@@ -55,9 +55,7 @@ def _batch() -> Solve:
 
     def solve(given: Array, tolerance: float) -> Array:
         if tolerance not in integrators:
-            event = heyoka.t_event_batch(
-                turn, callback=at_turn, direction=heyoka.event_direction.negative
-            )
+            event = heyoka.t_event_batch(turn, callback=at_turn, direction=heyoka.event_direction.negative)
             integrators[tolerance] = heyoka.taylor_adaptive_batch(
                 system, np.zeros((6, width)), pars=np.zeros((5, width)), t_events=[event], tol=tolerance
             )
@@ -72,7 +70,7 @@ def _batch() -> Solve:
             turned[:] = False
             integrator.propagate_until(end)
             found[part] = np.maximum(found[part], peaks)
-        return found
+        return np.asarray(found)
 
     return timed(solve)
 
