@@ -40,7 +40,9 @@ def work_precision(found: dict[str, Any], path: Path) -> None:
         rungs = [rung for rung in row["ladder"] if rung["error"] > 0.0]
         if not rungs:
             cost = row["us_per_cell"]["median"]
-            axes.axvline(cost, color=colour, linewidth=width, linestyle=":", label=row["name"])
+            axes.axvline(
+                cost, color=colour, linewidth=width, linestyle=":", label=f"{row['name']}\n(the reference)"
+            )
             continue
         axes.plot(
             [rung["us_per_cell"] for rung in rungs],
