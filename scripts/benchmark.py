@@ -8,7 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench import field, figures, record, roofline, scaling
+from bench import field, figures, gpu, record, roofline, scaling
 
 
 def main() -> int:
@@ -39,6 +39,9 @@ def main() -> int:
         "run": scaling.whole_run(given.quick, repeats),
         "field": field.measure(given.quick, repeats),
     }
+    on_device = gpu.measure(repeats)
+    if on_device is not None:
+        found["cuda"] = on_device
     print(record.text(found))
     if given.json:
         record.write(found, given.json)

@@ -85,6 +85,10 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
     yield "Time per cell in the kernel, rolling preset:"
     for row in found["scaling"]:
         yield f"  {row['cells']:9d} cells, {row['threads']:2d} threads{row['us_per_cell']:10.3f} us"
+    if "cuda" in found:
+        device = found["cuda"]
+        rate, each = device["steps_per_s"], device["steps_per_cell"]
+        yield f"{device['device']}: {rate:.3g} steps/s with transfers, {each:.0f} steps per cell"
     run = found["run"]
     yield (
         f"eulerdisk run, {run['cells']} cells: {run['seconds']:.2f} s (least {run['least']:.2f}) from start to file, "
