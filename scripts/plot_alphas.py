@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import sweep
 from sweep import plots
+from sweep.filenames import check_format
 from sweep.steady import marginal_curve
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def main() -> None:
         "--output", "-o", type=Path, default=Path("alphas.png"), help="png, pdf or svg (%(default)s)"
     )
     output = parser.parse_args().output
-    plots.check_format(output)
+    check_format(output)
     atlas = sweep.run(sweep.SweepSpec(**SPEC))
     print("alpha   largest unstable tilt, measured   theory (k = 0)")
     for alpha in atlas.alpha.values:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import sweep
 from sweep import bifurcation, plots
+from sweep.filenames import check_format
 from sweep.runner import exact_measures
 from sweep.theory import carried_rates
 
@@ -137,7 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", "-o", type=Path, default=Path("bifurcation.png"), help="png, pdf or svg")
     output = parser.parse_args().output
-    plots.check_format(output)
+    check_format(output)
     plots.save(figure(), output)
 
 

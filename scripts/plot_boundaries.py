@@ -7,6 +7,7 @@ from pathlib import Path
 
 import sweep
 from sweep import plots
+from sweep.filenames import check_format
 
 
 def main() -> None:
@@ -21,7 +22,7 @@ def main() -> None:
         help="png, pdf or svg (default: %(default)s)",
     )
     request = parser.parse_args()
-    plots.check_format(request.output)
+    check_format(request.output)
     with ExitStack() as opened:
         datasets = [opened.enter_context(sweep.open_atlas(path)) for path in request.atlases]
         plots.save(plots.figure(datasets), request.output)

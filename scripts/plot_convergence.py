@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 import sweep
 from sweep import plots
 from sweep.convergence import Convergence, convergence
+from sweep.filenames import check_format
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -155,7 +156,7 @@ def main() -> None:
         help="png, pdf or svg (default: %(default)s)",
     )
     output = parser.parse_args().output
-    plots.check_format(output)
+    check_format(output)
     found = {
         (axis, kind): convergence(axis, kind, limits, ALPHAS)
         for axis in MOTIONS

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import sweep
 from sweep import plots, regimemap
+from sweep.filenames import check_format
 
 #: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
 _PLANES = {
@@ -39,7 +40,7 @@ def main() -> None:
         help="png, pdf or svg (default: %(default)s)",
     )
     path = parser.parse_args().output
-    plots.check_format(path)
+    check_format(path)
     save_regimes(path)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import sweep
 from sweep import motion_plots, plots
+from sweep.filenames import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
 RUNS: dict[str, dict[str, Any]] = {
@@ -46,7 +47,7 @@ def main() -> None:
     request = parser.parse_args()
     files = {name: request.output / f"{name}.{request.format}" for name in FIGURES}
     for path in files.values():
-        plots.check_format(path)
+        check_format(path)
     request.output.mkdir(parents=True, exist_ok=True)
     motions = {name: sweep.simulate(**words) for name, words in RUNS.items()}
     for name, (draw, runs) in FIGURES.items():

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import sweep
 from sweep import plots
+from sweep.filenames import check_format
 from sweep.schema import STABLE, UNSTABLE
 from sweep.steady import marginal_curve, with_coefficients
 
@@ -205,7 +206,7 @@ def main() -> None:
     )
     parser.add_argument("--atlases", type=Path, help="folder for the atlases, one netCDF file per map")
     request = parser.parse_args()
-    plots.check_format(request.output)
+    check_format(request.output)
     atlases = {name: compute(name) for name in MAPS}
     for name, atlas in atlases.items():
         print(f"{TITLES[name]}:\n  {agreement(atlas)}")

@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from sweep.commands import check, compute, convert, look, motion, parts, planning, verify
+from sweep.commands import check, compute, convert, look, motion, parts, planning, verify, warm
 from sweep.commands.explain import explain
 from sweep.errors import RequestError
 
@@ -38,6 +38,7 @@ _COMMANDS = (
     parts.prepare,
     parts.block,
     parts.assemble,
+    warm.warmup,
 )
 
 for _command in _COMMANDS:

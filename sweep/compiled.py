@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import kernels
+from sweep.errors import RequestError
 
 
 @lru_cache
@@ -92,6 +93,23 @@ def coefficients() -> Callable[..., None]:
     kernel: Callable[..., None] = response.coefficients
     _cache_on_disk(kernel)
     return kernel
+
+
+def check_cache() -> None:
+    """Refuse a cache that holds nothing after the kernels have been used.
+
+    Raises
+    ------
+    RequestError
+    """
+    if next(cache_folder().rglob("*.nbc"), None) is None:
+        raise RequestError(
+            "the compiled kernels could not be kept",
+            "the folder of the cache can be written, and NUMBA_DISABLE_JIT is not set",
+            str(cache_folder()),
+            "set EULERDISK_CACHE_DIR to a folder that can be written",
+            "cache",
+        )
 
 
 def _cache_on_disk(kernel: Any) -> None:

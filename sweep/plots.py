@@ -19,6 +19,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from sweep.drawing import colours, draw_map, draw_profile, draw_ratio
 from sweep.errors import RequestError
+from sweep.filenames import FORMATS, check_format
 from sweep.panels import Panel, panel
 from sweep.schema import VARIABLES
 from sweep.store import published
@@ -27,13 +28,6 @@ from sweep.ticks import set_log_ticks
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-
-#: Ending of the name -> what a file of that kind would otherwise say about the day and the program that wrote it.
-_FORMATS: dict[str, dict[str, Any]] = {
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    "svg": {"Date": None, "Creator": None},
-}
 
 #: How every figure of this package looks.
 STYLE: Any = {
@@ -118,26 +112,6 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
     return drawn
 
 
-def check_format(path: str | Path) -> str:
-    """Return the format that a file's name asks for: png, pdf or svg.
-
-    Raises
-    ------
-    RequestError
-        If the name has another ending.
-    """
-    ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in _FORMATS:
-        raise RequestError(
-            "not a format of figures",
-            f"a figure's name ends in one of {', '.join(f'.{each}' for each in _FORMATS)}",
-            str(path),
-            f"write {Path(path).stem or 'figure'}.png",
-            str(path),
-        )
-    return ending
-
-
 def save(drawn: Figure, path: str | Path) -> None:
     """Write a figure; the file appears only when it is complete, and replaces one of the same name.
 
@@ -157,7 +131,7 @@ def save(drawn: Figure, path: str | Path) -> None:
             str(path),
         )
     with matplotlib.rc_context(STYLE), published(path) as unfinished:
-        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_FORMATS[ending])
+        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=FORMATS[ending])
 
 
 def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from sweep import cells, contact
 from sweep.blocks import BLOCK_CELLS, Span, blocks
-from sweep.compiled import extremes, integrate
+from sweep.compiled import extremes
+from sweep.device import check_device, integrator
 from sweep.errors import RequestError
 from sweep.schema import AUTOMATIC, VARIABLES, Array
 from sweep.schema_exact import atlas_variables
@@ -49,11 +50,12 @@ def run_blocks(
     Raises
     ------
     RequestError
-        If `threads` or `block_cells` is out of range.
+        If `threads` or `block_cells` is out of range, or the spec's device is not there.
     """
     if block_cells < 1:
         raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
     use_threads(threads)
+    check_device(spec)
     for span in blocks(spec.size, block_cells):
         yield Block(span, compute(spec, span))
 
@@ -153,7 +155,7 @@ def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.ND
     measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
     # one chunk at a time to whichever thread is free: what a cell costs is known only afterwards
     with numba.parallel_chunksize(1):
-        integrate()(np.stack(list(given.values())), settings, measures, counts)
+        integrator(spec)(np.stack(list(given.values())), settings, measures, counts)
     return {
         "ending": counts[0],
         "tilt_min": measures[0],

@@ -7,6 +7,7 @@ from pathlib import Path
 from sweep import estimate, journal
 from sweep.assembly import publish_atlas, published
 from sweep.claims import begun, claimed, final
+from sweep.device import check_device
 from sweep.driving import Driver, Kept, Progress, Say, Stopping, here
 from sweep.errors import StoppedError
 from sweep.failures import Failures
@@ -72,6 +73,7 @@ def run_to_file(
     """
     path = final(path)
     usable_threads(threads)
+    check_device(spec)
     with claimed(path, overwrite) as folder:
         earlier = published(folder, path)
         if earlier is not None:

@@ -1,7 +1,6 @@
 """The one table of everything that has a name: parameters, settings, variables.
 
-Name, symbol, units, long name, type, flags, plot label and comparison tolerance stand here and nowhere else.
-Units are spelled as CF (udunits) wants them in a file.
+Name, symbol, units (as CF spells them), long name, type, flags, label and tolerance stand here and nowhere else.
 """
 
 import math
@@ -32,6 +31,9 @@ AUTOMATIC = "auto"
 
 #: The methods of integration.
 METHODS = ("rk4", "exact")
+
+#: Where the cells are computed.
+DEVICES = ("cpu", "cuda")
 
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 
@@ -228,6 +230,7 @@ WORDS: Mapping[str, Word] = table(
     Word("method", "how the motion is integrated", METHODS[0]),
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no"),
     Word("boundary", "how closely the boundary is looked for", GRID),
+    Word("device", "what the cells are computed on", DEVICES[0]),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(

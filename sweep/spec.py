@@ -24,7 +24,7 @@ from sweep.schema import GRID, PARAMETERS, SETTINGS, STEADY_PRECESSION, STEADY_R
 from sweep.words import find_spec_file, place, read_file, read_word, split_words, unknown_word
 
 #: Words that came after the first files.
-_YOUNGER = ("contact", "boundary")
+_YOUNGER = ("contact", "boundary", "device")
 
 _NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
 
@@ -46,8 +46,8 @@ class SweepSpec(BaseModel):
     fall_tilt, tolerance : float or str
         Tilt at which the disk counts as fallen, and error that the gauges of a cell may show before its step is
         reduced, rad.
-    method, title : str
-        Method of integration, ``rk4`` or ``exact``; what the atlas is about, in one line.
+    method, device, title : str
+        ``rk4`` or ``exact``; ``cpu`` or ``cuda``; what the atlas is about, in one line.
     contact : str
         ``yes`` also records the least normal force and the largest friction coefficient needed.
     boundary : str
@@ -80,6 +80,7 @@ class SweepSpec(BaseModel):
     method: str
     contact: str
     boundary: str
+    device: str
     title: str
 
     def __init__(self, **words: Any) -> None:

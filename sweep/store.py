@@ -15,6 +15,7 @@ from sweep.atlas import Declaration
 from sweep.blocks import Span, chunk_shape, chunks
 from sweep.errors import RequestError
 from sweep.estimate import FILE_SHARE, check_room
+from sweep.filenames import check_atlas
 from sweep.publish import publish, refusals
 from sweep.runner import Block, Columns
 from sweep.spec import SweepSpec
@@ -53,13 +54,10 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     RequestError
         If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
     """
+    path = Path(path)
+    check_atlas(path)
     import xarray as xr
 
-    path = Path(path)
-    if not os.path.isfile(path):
-        raise RequestError(
-            "no such file", "an atlas is a netCDF file", str(path), "check the path", str(path)
-        )
     try:
         dataset = xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as problem:

@@ -12,6 +12,7 @@ from sweep.errors import RequestError, shown
 from sweep.quantities import Value, read_number, read_value
 from sweep.schema import (
     AUTOMATIC,
+    DEVICES,
     GRID,
     METHODS,
     PARAMETERS,
@@ -244,6 +245,10 @@ def _method(text: str) -> str:
     return one_of("method", text, METHODS)
 
 
+def _device(text: str) -> str:
+    return one_of("device", text, DEVICES)
+
+
 def _contact(text: str) -> str:
     return one_of("contact", text, _SWITCH)
 
@@ -274,6 +279,7 @@ _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
     "boundary": _boundary,
     "contact": _contact,
     "criterion": Criterion.parse,
+    "device": _device,
     "method": _method,
     "title": read_title,
 }

@@ -8,6 +8,7 @@ import pytest
 
 import sweep
 from sweep import plots
+from sweep.filenames import check_format
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 
@@ -54,12 +55,12 @@ def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
 def test_unknown_format(name):
     """A name with another ending is refused before anything is computed; the message lists the endings."""
     with pytest.raises(sweep.RequestError, match=r"\.png, \.pdf, \.svg"):
-        plots.check_format(name)
+        check_format(name)
 
 
 def test_ending_may_be_capital():
     """The case of the ending does not matter."""
-    assert plots.check_format("FIGURE.PNG") == "png"
+    assert check_format("FIGURE.PNG") == "png"
 
 
 def test_missing_folder(atlas, tmp_path):

@@ -64,7 +64,7 @@ def test_measures_are_kept_and_the_atlas_is_not_changed():
 def test_nothing_is_integrated(monkeypatch):
     """Another criterion needs no kernel: finished measures are enough."""
     atlas = sweep.run(SPECS["rolling"])
-    monkeypatch.setattr("sweep.runner.integrate", None)
+    monkeypatch.setattr("sweep.runner.integrator", None)
     sweep.reclassify(atlas, sweep.Criterion.parse("departure:2deg"))
 
 

@@ -34,7 +34,7 @@ def explain(
 
     given = split_words(cell or [], tuple(PARAMETERS))
     if plot is not None:
-        from sweep.plots import check_format
+        from sweep.filenames import check_format
 
         check_format(plot)
     from sweep.explain import explain as explained

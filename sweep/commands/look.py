@@ -91,11 +91,9 @@ def plot(
     ] = False,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
-    from sweep import plots, regimemap
-    from sweep.store import open_atlas
-    from sweep.verdicts import reclassify
+    from sweep.filenames import check_atlas, check_format
 
-    plots.check_format(output)
+    check_format(output)
     if friction is not None and not friction > 0.0:
         raise RequestError(
             "not a friction coefficient", "friction > 0", f"{friction:g}", "give one, as in --friction 0.5"
@@ -107,6 +105,12 @@ def plot(
             "--regimes with --criterion or --friction",
             "leave the others out",
         )
+    for atlas in atlases:
+        check_atlas(atlas)
+    from sweep import plots, regimemap
+    from sweep.store import open_atlas
+    from sweep.verdicts import reclassify
+
     with ExitStack() as opened:
         datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
         if criterion is not None:

@@ -77,7 +77,7 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
             str(output),
         )
     if plot is not None:
-        from sweep.plots import check_format
+        from sweep.filenames import check_format
 
         check_format(plot)
     if animate is not None:

@@ -1,0 +1,40 @@
+"""RK4 steps per second on a CUDA device, where there is one."""
+
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+
+from bench.problem import FALL_TILT, starts
+
+#: Long cells [s], so that the arithmetic counts and not the way to the device and back.
+_STEP = 0.0002
+
+
+def measure(repeats: int, rates: int = 2048, tilts: int = 512, step: float = _STEP) -> dict[str, Any] | None:
+    """Return steps/s with transfers for a grid of rates by tilts; None without a device."""
+    from numba import config, cuda
+
+    # the simulator has nothing to be timed
+    if config.ENABLE_CUDASIM or not cuda.is_available():
+        return None
+    from kernels.cuda import integrate
+
+    given = starts((f"roll_rate=2:4:{rates}", f"tilt=0.1deg:5deg:{tilts}:log"))
+    n = given.shape[1]
+    measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
+    times = []
+    # the first round compiles
+    for _ in range(1 + repeats):
+        began = time.perf_counter()
+        integrate(given, np.array([300.0, step, FALL_TILT, 0.1]), measures, counts)
+        times.append(time.perf_counter() - began)
+    total = float(counts[1].astype(np.int64).sum())
+    name = cuda.current_context().device.name
+    return {
+        "device": name.decode() if isinstance(name, bytes) else str(name),
+        "cells": n,
+        "steps_per_cell": total / n,
+        "steps_per_s": total / statistics.median(times[1:]),
+    }

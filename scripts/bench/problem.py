@@ -1,0 +1,105 @@
+"""What every contender has to do: find the peak tilt of cells of the rolling preset, and how that is timed.
+
+A disk released at rest is at one turning point; its peak tilt is that of the other one, or its own. Whoever can may
+stop there. Starts are float64[7, n] as in `kernels.lanes.integrate`; the truth is the exact reduction.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import sweep
+from sweep import cells
+from sweep.blocks import Span
+from sweep.compiled import extremes
+
+Array = npt.NDArray[np.float64]
+#: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])
+Solve = Callable[[Array, float], tuple[float, Array]]
+
+FALL_TILT = math.radians(85.0)
+#: Nobody goes on for longer [s]; every cell of the task turns before.
+LONGEST = 30.0
+TARGET = 1e-8
+
+#: The critical rate of the disk is 2.557 rad/s; 300 tilts and rates of all sizes around it.
+TASK = ("roll_rate=2:4:2000", "tilt=0.1deg:5deg:200:log")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One way of doing the task.
+
+    `prepare` gives its `Solve`; it raises ImportError or OSError where that is not installed. `settings` run from
+    coarse to fine; `cells` is how many it is timed on.
+    """
+
+    name: str
+    knob: str
+    settings: tuple[float, ...]
+    cells: int
+    prepare: Callable[[], Solve]
+
+
+def starts(words: tuple[str, ...] = TASK) -> Array:
+    """Return the starts of a grid of the rolling preset."""
+    spec = sweep.SweepSpec.from_words("rolling", list(words))
+    return np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+
+
+def some(given: Array, count: int) -> Array:
+    """Return about `count` cells, evenly spread over the grid."""
+    # an odd stride visits every tilt and every rate
+    stride = max(1, given.shape[1] // count) | 1
+    return np.ascontiguousarray(given[:, ::stride][:, :count])
+
+
+def peaks(given: Array) -> Array:
+    """Return the exact peak tilts [rad]."""
+    measures, _ = extremes()(given, FALL_TILT, False)
+    return np.asarray(np.maximum(np.abs(measures[0]), np.abs(measures[1])))
+
+
+def periods(given: Array) -> Array:
+    """Return the exact nutation periods [s]."""
+    return np.asarray(extremes()(given, FALL_TILT, True)[0][2])
+
+
+def scaled(given: Array) -> tuple[Array, Array]:
+    """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk`)."""
+    tilt, rate, precession, roll, alpha, radius, gravity = given
+    unit = np.sqrt(radius / gravity)
+    state = np.stack(
+        [tilt, unit * rate, unit * precession * np.cos(tilt), unit * (roll + precession * np.sin(tilt))]
+    )
+    constants = np.stack([1.0 / (1.0 + 0.5 * alpha), 1.0 + alpha, 0.5 * alpha, 1.0 / (1.0 + alpha)])
+    return state, constants
+
+
+def headings(given: Array) -> Array:
+    """Return the sign of the tilt rate on the way to the other turning point of each cell released at rest."""
+    state, constants = scaled(given)
+    tilt, _, o, s = state
+    return np.asarray(
+        np.sign(np.sin(tilt) + o * (constants[1] * s - constants[2] * o * np.tan(tilt))), dtype=np.float64
+    )
+
+
+def longest(given: Array) -> float:
+    """Return LONGEST in scaled time (radius and gravity are the same in all cells)."""
+    return float(LONGEST / np.sqrt(given[5, 0] / given[6, 0]))
+
+
+def timed(solve: Callable[[Array, float], Array]) -> Solve:
+    """Return a `Solve` that takes the processor time of the whole call, whatever else the machine is doing."""
+
+    def run(given: Array, setting: float) -> tuple[float, Array]:
+        began = time.process_time()
+        found = solve(given, setting)
+        return time.process_time() - began, found
+
+    return run
