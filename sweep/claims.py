@@ -20,6 +20,20 @@ def final(path: str | Path) -> Path:
     return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
 
 
+def check_claimable(path: Path, overwrite: bool) -> None:
+    """Refuse an output that could not be written in the end, or that exists and no run of it is unfinished.
+
+    Raises
+    ------
+    RequestError
+    """
+    check_target(path, overwrite or os.path.isdir(_folder(path)))
+
+
+def _folder(path: Path) -> Path:
+    return path.parent / (path.name + journal.SUFFIX)
+
+
 @contextlib.contextmanager
 def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     """Hold the folder of a run alone; if no block was kept in a new one, nothing is left of it.
@@ -29,9 +43,9 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     RequestError
         If the file could not be written in the end, or another run writes it.
     """
-    folder = path.parent / (path.name + journal.SUFFIX)
+    folder = _folder(path)
     # inside the lock it is asked again: the run that held it may have made the file
-    check_target(path, overwrite or os.path.isdir(folder))
+    check_claimable(path, overwrite)
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:

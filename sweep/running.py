@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sweep import estimate, journal
 from sweep.assembly import publish_atlas, published
-from sweep.claims import begun, claimed, final
+from sweep.claims import begun, check_claimable, claimed, final
 from sweep.device import check_device
 from sweep.driving import Driver, Kept, Progress, Say, Stopping, here
 from sweep.errors import StoppedError
@@ -72,6 +72,7 @@ def run_to_file(
         If `stopping` said so; finished blocks are kept.
     """
     path = final(path)
+    check_claimable(path, overwrite)
     usable_threads(threads)
     check_device(spec)
     with claimed(path, overwrite) as folder:
