@@ -37,7 +37,7 @@ def main() -> None:
     plots.save(plots.figure(datasets), folder / "boundaries.png")
     save_regimes(folder / "regimes.png")
     audits = [findings(sweep.verify(dataset)) for dataset in datasets]
-    print(critical_table(datasets) + "\n")
+    print(critical_table(datasets))
     for name, found in zip(PRESETS, audits, strict=True):
         print(f"{name}.nc".ljust(13) + audit_line(found))
     print(

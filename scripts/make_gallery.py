@@ -51,6 +51,16 @@ ENTRIES = (
         "inside. A hoop is stable at lower rates than a disk, but it can be unstable up to a larger tilt.",
     ),
     Entry(
+        "regimes.png",
+        ("python scripts/plot_regimes.py -o {folder}/regimes.png",),
+        "One well or two, one side of upright or both",
+        "Tilts and rates from which a disk that only rolls (left) or only spins (right) has a potential of one well "
+        "or of two, and whether it crosses upright, by the exact reduction. A disk released at rest (top) never does; "
+        "a pushed one (bottom) passes the saddle left of the dashed separatrix, or swings to the other side of the "
+        "only well. Black: the curve of folds from theory alone, the steady motions with k = 0 carried to the tilt "
+        "at which they only roll, or only spin. It starts at the critical rates.",
+    ),
+    Entry(
         "bifurcation.png",
         ("python scripts/plot_bifurcation.py -o {folder}/bifurcation.png",),
         "Steady motions that share the two constants of a motion",

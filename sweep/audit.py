@@ -48,6 +48,8 @@ class Findings:
         largest difference.
     tolerance : float
         That of the atlas, rad.
+    method : str
+        That of the atlas.
     """
 
     counts: Mapping[str, int]
@@ -59,6 +61,7 @@ class Findings:
     period_share: float
     named: Sequence[tuple[str, Mapping[str, float]]]
     tolerance: float
+    method: str
 
     @property
     def cells(self) -> int:
@@ -112,6 +115,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
             "summary": "Every cell of a stability atlas held against the exact extreme tilts and period of its motion.",
             "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
             "tolerance": spec.tolerance,
+            "method": spec.method,
         },
     )
 
@@ -136,6 +140,7 @@ def findings(audited: "xr.Dataset") -> Findings:
         period_share=_distribution(audited["period_share"].values)[2],
         named=[(flags[int(codes[tuple(place)])], _coordinates(audited, place)) for place in places],
         tolerance=float(audited.attrs["tolerance"]),
+        method=str(audited.attrs["method"]),
     )
 
 

@@ -82,6 +82,10 @@ def audit_text(found: Findings) -> str:
     lines += [f"{head:<12} {_cell(place)}, {flag.replace('_', ' ')}" for flag, place in found.named]
     if found.disagreeing > len(found.named):
         lines.append(f"             and {found.disagreeing - len(found.named)} more")
+    if found.method == "exact":
+        lines.append(
+            "note         made by the reduction itself: only the file has been checked, not the method"
+        )
     return "\n".join([*lines, audit_line(found)])
 
 

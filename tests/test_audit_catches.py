@@ -154,3 +154,24 @@ def test_an_atlas_made_with_another_constant_is_caught():
     # released from 1e-5 rad far above the critical rate the disk hardly moves, whatever its alpha
     assert found.counts["extremes_differ"] > 900
     assert not found.passed
+
+
+def test_a_cell_that_is_wrongly_impossible_or_wrongly_possible_is_caught():
+    """Whether a start exists is no matter of resolution: the ending differs, whatever else is missing."""
+    words = {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3}
+    dataset = sweep.run(SweepSpec(**words))
+    nothing = dict.fromkeys(("tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"), np.nan)
+    refused = changed(dataset, 0, ending=ENDINGS["invalid"], stability=0, **nothing)
+    assert flags(verify(refused)).tolist() == ["ending_differs", "agrees", "invalid", "agrees", "agrees"]
+    claimed = changed(dataset, 2, ending=ENDINGS["steady"])
+    assert flags(verify(claimed)).tolist() == ["agrees", "agrees", "ending_differs", "agrees", "agrees"]
+
+
+def test_rest_within_the_tolerance_is_as_good_as_steady():
+    """A swing narrower than the tolerance may be called steady, which leaves the verdict open; a wider one may not."""
+    dataset = sweep.run(
+        SweepSpec(tilt="10deg", precession_rate="5,6", roll_rate="steady", tilt_rate="1e-9,1e-4", duration=30)
+    )
+    assert (dataset.ending == ENDINGS["bounded"]).all()
+    still = changed(dataset, (0, slice(None)), ending=ENDINGS["steady"], stability=0, nutation_period=np.nan)
+    assert flags(verify(still)).tolist() == [["agrees", "ending_differs"], ["agrees", "agrees"]]

@@ -50,12 +50,12 @@ def test_every_block_is_known():
 
 @pytest.mark.compiled
 def test_atlas_command(tmp_path):
-    """`scripts/atlas` writes its four files and ends with the table that the README shows."""
+    """`scripts/atlas` writes its five files and ends with the table that the README shows."""
     assert _commands(_blocks("bash")[0]) == ["scripts/atlas", "scripts/test"]
     done = _run([str(_ROOT / "scripts" / "atlas")], tmp_path)
     assert done.returncode == 0, done.stderr
     made = {path.name for path in (tmp_path / "atlas-out").iterdir()}
-    assert made == {"rolling.nc", "spinning.nc", "circling.nc", "boundaries.png"}
+    assert made == {"rolling.nc", "spinning.nc", "circling.nc", "boundaries.png", "regimes.png"}
     assert done.stdout.startswith(_blocks("text")[0])
 
 

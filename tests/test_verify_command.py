@@ -225,11 +225,25 @@ def test_an_existing_file_is_kept(command, tmp_path):
         assert "audit" in written
 
 
+def test_regimes_are_drawn(command, tmp_path):
+    """`plot --regimes` draws any map, whatever its method; a criterion or friction has no meaning there."""
+    assert command("plot a.nc --regimes -o a.png")[0] == 0
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    for more in ("--criterion departure:2deg", "--friction 0.5"):
+        status, _, err = command(f"plot a.nc --regimes {more} -o b.png")
+        assert status == 2
+        assert "regimes know neither" in err
+        assert not (tmp_path / "b.png").exists()
+
+
 def test_the_exact_method_from_the_command_line(command):
     """`method=exact` makes an atlas that says so, that every command reads, and that passes."""
     assert command("run rolling method=exact roll_rate=2:4:21 tilt=0.1deg:5deg:10:log -o b.nc")[0] == 0
     assert "method      exact" in command("info b.nc")[1]
-    assert command("verify b.nc")[0] == 0
+    status, out, _ = command("verify b.nc")
+    assert status == 0
+    assert "made by the reduction itself" in out
+    assert "made by the reduction itself" not in command("verify a.nc")[1]
     assert command("boundary b.nc")[1] == command("boundary a.nc")[1]
     assert command("plot b.nc -o b.png")[0] == 0
     with sweep.open_atlas("b.nc") as dataset:

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+import referee
+from auditing import ENDINGS
+from scipy.integrate import solve_ivp
+
+from sweep.folds import fold_rates
+from sweep.runner import exact_measures
+from sweep.schema import PARAMETERS
+from sweep.spec import SweepSpec
+
+ALPHAS = (0.05, 0.5, 1.0)
+RATES = ("roll_rate", "precession_rate")
+
+
+def wells(rate, tilt, axis, alpha):
+    """Count the wells of the potential of a tilted start, by SciPy: its slope is zero once or three times.
+
+    The slope is minus the acceleration of the tilt at rest; the rates as functions of the tilt are what the equations
+    of motion make of them at a tilt rate of one.
+    """
+    start = (0.0, rate) if axis == "roll_rate" else (rate, 0.0)
+
+    def change(theta, y):
+        return referee.accelerations((theta, 1.0, *y), alpha, 1.0, 1.0)[1:]
+
+    zeros = 0
+    for end in (-1.4, 1.4):
+        places = np.linspace(tilt, end, 1500)
+        run = solve_ivp(change, (tilt, end), start, rtol=1e-10, atol=1e-12, t_eval=places)
+        slopes = [
+            referee.accelerations((theta, 0.0, *y), alpha, 1.0, 1.0)[0]
+            for theta, y in zip(run.t, run.y.T, strict=True)
+        ]
+        zeros += np.count_nonzero(np.diff(np.sign(slopes)))
+    return (zeros + 1) // 2
+
+
+@pytest.mark.parametrize("alpha", [0.3, 1.0])
+@pytest.mark.parametrize("axis", RATES)
+@pytest.mark.parametrize("tilt", [2.0, 12.0])
+def test_the_potential_has_two_wells_below_the_fold(tilt, axis, alpha):
+    """By the equations of motion and SciPy the potential has two wells just below the curve, and one just above it."""
+    tilt = np.radians(tilt)
+    rate = float(fold_rates(np.array([tilt]), axis, alpha)[0])
+    assert [wells(rate * factor, tilt, axis, alpha) for factor in (0.8, 0.999, 1.001, 1.2)] == [2, 2, 1, 1]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("alpha", ALPHAS)
+@pytest.mark.parametrize("axis", RATES)
+def test_the_reduction_counts_the_same_wells(axis, alpha):
+    """From upright to 70 deg, a millionth below the curve the reduction finds two wells, a millionth above it one."""
+    tilt = np.radians(np.linspace(0.01, 70.0, 300))
+    given = {name: np.full(tilt.shape, 1.0 if name in ("radius", "gravity") else 0.0) for name in PARAMETERS}
+    for factor, count in ((1.0 - 1e-6, 2), (1.0 + 1e-6, 1)):
+        start = given | {
+            "tilt": tilt,
+            "alpha": np.full(tilt.shape, alpha),
+            axis: factor * fold_rates(tilt, axis, alpha),
+        }
+        found = exact_measures(SweepSpec(fall_tilt="89deg"), start)
+        assert (found["wells"] == count).all()
+        assert np.isin(found["ending"], (ENDINGS["bounded"], ENDINGS["fell"])).all()
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_it_starts_at_the_critical_rates(alpha):
+    """At upright the squares are 1/[2(1+alpha)] and 2/(2+alpha); it falls from there, alike on both sides."""
+    tilt = np.radians(np.linspace(1e-6, 60.0, 200))
+    for axis, squared in (("roll_rate", 0.5 / (1.0 + alpha)), ("precession_rate", 2.0 / (2.0 + alpha))):
+        rates = fold_rates(tilt, axis, alpha)
+        assert rates[0] ** 2 == pytest.approx(squared, rel=1e-4)
+        assert (np.diff(rates) < 0.0).all()
+        assert np.array_equal(fold_rates(-tilt, axis, alpha), rates)

@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+import referee
+import xarray as xr
+
+import sweep
+from sweep import plots
+from sweep.errors import RequestError
+from sweep.folds import fold_rates
+from sweep.regimemap import figure
+from sweep.regimes import NAMES, regimes
+from sweep.runner import exact_measures
+from sweep.schema import PARAMETERS
+from sweep.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+#: All four regimes and falls.
+ALL = SweepSpec(
+    title="Pushed: all regimes", roll_rate="0:4:30", tilt="1deg:40deg:25", tilt_rate=1.5, method="exact"
+)
+RELEASED = ALL.replace(tilt_rate=0.0, title="Released")
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """An atlas with all regimes."""
+    return sweep.run(ALL)
+
+
+def test_the_regimes_are_those_of_the_referees(atlas):
+    """Crossings and falls are those of the quadrature of the tests, wells those of the curve of folds."""
+    found = regimes(atlas)
+    given = [
+        xr.broadcast(atlas[name], atlas.ending)[0].transpose(*atlas.ending.dims).values.ravel()
+        for name in PARAMETERS
+    ]
+    truth = referee.extremes(np.array(given))
+    assert np.array_equal(found.fell.ravel(), truth.fell)
+    assert np.array_equal(found.regime.ravel() == -1, truth.fell)
+    turns = ~truth.fell
+    assert np.array_equal(
+        found.regime.ravel()[turns] % 2 == 1, ((truth.least < 0.0) & (truth.greatest > 0.0))[turns]
+    )
+    fold = fold_rates(atlas.tilt.values, "roll_rate", 0.5) * np.sqrt(9.81 / 0.5)
+    two = atlas.roll_rate.values[:, None] < fold
+    assert np.array_equal((found.regime >= 2)[~found.fell], two[~found.fell])
+    assert set(np.unique(found.regime)) == {-1, 0, 1, 2, 3}
+    assert not found.unknown.any()
+    assert [name for name, cells in found.regions() if cells.any()] == [*NAMES, "falls"]
+
+
+def test_the_way_it_was_computed_does_not_matter(atlas):
+    """Neither the method, nor a duration, nor the order of the axes, nor a selection changes the regimes."""
+    reference = regimes(atlas)
+    for dataset in (
+        sweep.run(ALL.replace(method="rk4", duration=0.1)),
+        sweep.run(ALL.replace(axes=("tilt", "roll_rate"))),
+        sweep.run(ALL.replace(alpha=[0.5, 0.7])).sel(alpha=0.5),
+    ):
+        found = regimes(dataset)
+        assert np.array_equal(found.regime, reference.regime)
+        assert np.array_equal(found.separatrix, reference.separatrix, equal_nan=True)
+    part = regimes(atlas.isel(tilt=slice(3, 9), roll_rate=slice(2, 20)))
+    assert np.array_equal(part.regime, reference.regime[2:20, 3:9])
+
+
+def test_a_released_disk_stays_on_its_side():
+    """Released at rest, no disk crosses upright or passes a saddle: it can only fall outward and come back."""
+    found = regimes(sweep.run(RELEASED))
+    assert set(np.unique(found.regime)) == {-1, 0, 2}
+    assert not (found.separatrix < 0.0).any()
+
+
+@pytest.mark.parametrize(
+    ("words", "curves"),
+    [
+        ({"roll_rate": "0:4:5", "tilt": "1deg:40deg:5"}, 1),
+        ({"precession_rate": "0:4:5", "tilt": "1deg:40deg:5:log"}, 1),
+        ({"roll_rate": "-4:4:5", "tilt": "-40deg:40deg:5"}, 2),
+        # a disk that rolls and spins, and other planes: theory draws no line there
+        ({"roll_rate": "0:4:5", "tilt": "1deg:40deg:5", "precession_rate": 1.0}, 0),
+        ({"roll_rate": "0:4:5", "alpha": "0.1:1:5", "tilt": "1deg"}, 0),
+        ({"roll_rate": "steady", "tilt": "1deg:40deg:5", "precession_rate": "1:4:5"}, 0),
+        ({"tilt_rate": "0:4:5", "tilt": "1deg:40deg:5"}, 0),
+    ],
+)
+def test_the_curve_of_folds_is_drawn_where_there_is_one(words, curves):
+    """The line is that of theory in the units of the axes, and only where tilt and one rate span the plane."""
+    found = regimes(sweep.run(SweepSpec(**words)))
+    assert len(found.folds) == curves
+    for i, (x, y) in enumerate(found.folds):
+        axis = next(name for name in words if name != "tilt")
+        rate = fold_rates(np.radians(x), axis, 0.5) * np.sqrt(9.81 / 0.5)
+        assert np.allclose(y, rate**2 if curves == 1 else (1.0, -1.0)[i] * rate, rtol=1e-9)
+
+
+def test_the_figure(atlas, tmp_path):
+    """A panel per atlas: names or legend for every regime, both lines; the file depends on the atlas alone."""
+    drawn = figure([atlas, sweep.run(RELEASED)])
+    pushed, released = (axes for axes in drawn.axes if axes.get_title(loc="left"))
+    assert [axes.get_title(loc="left") for axes in (pushed, released)] == ["Pushed", "Released"]
+    for axes, regions in ((pushed, {*NAMES, "falls"}), (released, {NAMES[0], NAMES[2], "falls"})):
+        told = {text.get_text() for text in axes.texts}
+        told |= {text.get_text().replace(", ", "\n") for text in axes.get_legend().get_texts()}
+        assert regions <= told
+        assert not ({*NAMES, "falls"} - regions) & told
+    labels = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in (pushed, released)]
+    assert all(any(each.startswith("fold: ") for each in part) for part in labels)
+    assert [any(each.startswith("separatrix: ") for each in part) for part in labels] == [True, False]
+    for name in ("a.png", "b.png"):
+        plots.save(figure([atlas]), tmp_path / name)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
+    """Along the drawn line the height of the saddle over the energy is a small part of what it is beside it."""
+    axes = next(axes for axes in figure([atlas]).axes if axes.get_title(loc="left"))
+    lines = [line for line in axes.get_lines() if line.get_linestyle() == "--"]
+    found = regimes(atlas)
+    x, y = np.concatenate([line.get_xydata() for line in lines]).T
+    inside = (x > 2.0) & (x < 39.0)
+    given = {
+        **{name: np.full(inside.sum(), 0.0) for name in PARAMETERS},
+        "tilt": np.radians(x[inside]), "tilt_rate": np.full(inside.sum(), 1.5), "roll_rate": np.sqrt(y[inside]),
+        "alpha": np.full(inside.sum(), 0.5), "radius": np.full(inside.sum(), 0.5),
+        "gravity": np.full(inside.sum(), 9.81),
+    }  # fmt: skip
+    height = exact_measures(ALL, given)["separatrix"]
+    assert inside.sum() > 10
+    assert np.nanmax(np.abs(height)) < 0.03 * np.nanmax(np.abs(found.separatrix))
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda: figure([]), "nothing to draw"),
+        (
+            lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:5", tilt="1deg"))]),
+            "a map of regimes has two axes",
+        ),
+        (lambda: figure([sweep.run(SweepSpec(tilt="1deg"))]), "a single cell"),
+        (
+            lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.5,1"))]),
+            "too many axes for a figure",
+        ),
+    ],
+)
+def test_what_is_no_map_is_refused(draw, message):
+    """One axis, none, three, or no atlas at all: refused with the reason."""
+    with pytest.raises(RequestError, match=message):
+        draw()
