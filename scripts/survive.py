@@ -51,7 +51,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="eulerdisk-soak-", dir=".") as name:
         folder = Path(name)
         whole, took = undisturbed(folder / "whole.nc")
-        print(f"undisturbed run: {SPEC.size} cells, {took:.2f} s, {len(whole)} bytes", flush=True)
+        print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
         wrong = 0
         for threads in (1, 2):
             for block_cells in BLOCKS:
@@ -78,20 +78,31 @@ def child(work: Callable[[], object]) -> int:
     return number
 
 
-def undisturbed(path: Path) -> tuple[bytes, float]:
-    """Return the bytes of the file of a run that nothing disturbs, and the seconds it took."""
-    took = 0.0
+def undisturbed(path: Path) -> tuple[bytes, tuple[float, float]]:
+    """Return the bytes of the file of a run that nothing disturbs, and its seconds: all, and those of the work."""
+    took = (0.0, 0.0)
     for _ in range(2):  # the first may compile the kernels
-        began = time.monotonic()
-        _, status = os.waitpid(child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=180)), 0)
-        took = time.monotonic() - began
+        began, working = time.monotonic(), 0.0
+        runner, ended, status = child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=180)), 0, 0
+        while not ended:
+            if not working and blocks(path):
+                working = time.monotonic()
+            ended, status = os.waitpid(runner, os.WNOHANG)
+            time.sleep(0.001)
+        took = (time.monotonic() - began, time.monotonic() - working)
         if status:
             sys.exit("scripts/soak: the undisturbed run failed")
     return path.read_bytes(), took
 
 
 def kills(
-    folder: Path, whole: bytes, took: float, threads: int, block_cells: int, moments: int, dice: random.Random
+    folder: Path,
+    whole: bytes,
+    took: tuple[float, float],
+    threads: int,
+    block_cells: int,
+    moments: int,
+    dice: random.Random,
 ) -> int:
     """Kill runs at random moments until each has met `moments` of them; return how often something was wrong."""
     wrong = met = finished = seen = kept = 0
@@ -104,9 +115,13 @@ def kills(
         path.unlink(missing_ok=True)
         # one kill, or several in a row: a run may be killed while it goes on from an earlier kill
         for _ in range(dice.randint(1, 3)):
-            runner, deadline = child(work), time.monotonic() + dice.uniform(0.0, 1.2 * took)
-            ended = 0
-            while not ended and time.monotonic() < deadline:
+            before = blocks(path)
+            runner, ended, begun = child(work), 0, time.monotonic()
+            # three of four moments are counted from the first new block, the others from the start
+            working, share = dice.random() < 0.75, dice.uniform(0.0, 1.1)
+            while not ended and time.monotonic() < begun + share * took[working]:
+                if working and blocks(path) == before:
+                    begun = time.monotonic()
                 wrong += not is_absent_or(path, whole)
                 seen += 1
                 time.sleep(0.001)
@@ -117,7 +132,7 @@ def kills(
             os.kill(runner, signal.SIGKILL)
             os.waitpid(runner, 0)
             met += 1
-            kept += len(list(folder.glob("killed.nc.run/blocks/*.npz")))
+            kept += blocks(path)
             if is_done(path):
                 break
         if not is_done(path):
@@ -143,6 +158,14 @@ def is_absent_or(path: Path, whole: bytes) -> bool:
         return path.read_bytes() == whole
     except FileNotFoundError:
         return True
+
+
+def blocks(path: Path) -> int:
+    """Return how many blocks of a run are kept."""
+    try:
+        return sum(name.endswith(".npz") for name in os.listdir(f"{path}{journal.SUFFIX}/blocks"))
+    except FileNotFoundError:
+        return 0
 
 
 def is_done(path: Path) -> bool:

@@ -1,5 +1,6 @@
 """A look at a run that is not finished: how far it is, and an atlas of what there is."""
 
+import contextlib
 import json
 import os
 from collections.abc import Iterator
@@ -34,7 +35,11 @@ def describe(folder: Path) -> str:
     book = Journal.at(folder)
     spec, held = book.manifest.spec, book.held()
     done = sum(len(book.spans[number]) for number in held)
-    taken = sum(path.stat().st_size for paths in held.values() for path in paths)
+    taken = 0
+    for paths in held.values():
+        # the run may be going on, and done at any moment
+        with contextlib.suppress(FileNotFoundError):
+            taken += paths[0].stat().st_size
     return "\n".join(
         [
             f"{folder}: a run that is not finished",
