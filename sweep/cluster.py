@@ -126,6 +126,10 @@ def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stop
     waiting, failed = as_completed(futures, loop=client.loop), dict[int, BaseException]()
     while waiting.count() and not stopping():
         for future in waiting.next_batch(block=False):
+            if future.status in ("pending", "lost"):
+                # its worker died with the result between the two: dask computes it again
+                waiting.add(future)
+                continue
             number = asked.pop(future.key)
             if future.status == "finished":
                 yield number, None
