@@ -17,6 +17,7 @@ from kernels.borrow import borrowed
 from kernels.cell import AFRESH, BEGUN, DONE, begin, examine
 from kernels.disk import CONTRACT
 from kernels.rk4 import lane_step
+from kernels.shares import scattered
 
 #: Cells that one task of the parallel loop owns: long enough that filling and draining the lanes costs little.
 CHUNK = 2048
@@ -115,13 +116,14 @@ def integrate(starts, settings, measures, counts):
 
     Notes
     -----
-    Never raises. The cost of a cell is known only by integrating it, so chunks are handed out one at a time
-    (`numba.parallel_chunksize`, set by the caller).
+    Never raises.
     """
     n = starts.shape[1]
     chunks = (n + CHUNK - 1) // CHUNK
     lanes = np.zeros((chunks, at.SIZE))
-    for chunk in prange(chunks):
+    step = scattered(chunks)
+    for place in prange(chunks):
+        chunk = place * step % chunks
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
         _integrate_chunk(
             start, stop, borrowed(starts), borrowed(settings), borrowed(lanes[chunk]),

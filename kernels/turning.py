@@ -14,6 +14,7 @@ from kernels.disk import CONTRACT
 from kernels.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
 from kernels.legendre import TERMS, Y_END, stretched, tables
 from kernels.period import period
+from kernels.shares import scattered
 from kernels.swing import BEYOND, OFF_TABLE, TURNS, begin, height_of, noise, tilt_error, turn
 from kernels.wells import ROUNDING, saddle
 
@@ -159,7 +160,9 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
     chunks = (n + CHUNK - 1) // CHUNK
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
     scratch = np.empty((chunks, 2, TERMS))
-    for chunk in prange(chunks):
+    step = scattered(chunks)
+    for place in prange(chunks):
+        chunk = place * step % chunks
         own_starts, own_panels, own_nodes = borrowed(starts), borrowed(panels), borrowed(nodes)
         own_measures, own_counts = borrowed(measures), borrowed(counts)
         near, work = borrowed(scratch[chunk, 0]), borrowed(scratch[chunk, 1])

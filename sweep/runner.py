@@ -124,10 +124,7 @@ def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt
         Variables of `schema_exact.atlas_variables`; NaN or 0 where the reduction has none. A cell whose extremes are
         not known to the spec's tolerance (on a separatrix) is unresolved.
     """
-    import numba
-
-    with numba.parallel_chunksize(1):
-        measures, counts = extremes()(np.stack(list(given.values())), spec.fall_tilt, True)
+    measures, counts = extremes()(np.stack(list(given.values())), spec.fall_tilt, True)
     vague = measures[4] > spec.tolerance
     measures[np.ix_((0, 1, 2, 4), vague)] = np.nan
     missing, none = np.full(measures.shape[1], np.nan), np.zeros(measures.shape[1], np.int32)
@@ -147,15 +144,12 @@ def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt
 
 
 def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
-    import numba
 
     n = len(given["tilt"])
     step = 0.0 if spec.step == AUTOMATIC else spec.step
     settings = np.array([spec.duration, step, spec.fall_tilt, spec.tolerance])
     measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
-    # one chunk at a time to whichever thread is free: what a cell costs is known only afterwards
-    with numba.parallel_chunksize(1):
-        integrator(spec)(np.stack(list(given.values())), settings, measures, counts)
+    integrator(spec)(np.stack(list(given.values())), settings, measures, counts)
     return {
         "ending": counts[0],
         "tilt_min": measures[0],

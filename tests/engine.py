@@ -48,7 +48,7 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     numba.set_num_threads(most if threads is None else threads)
     try:
         # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
-        with numba.parallel_chunksize(1), np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):
             integrate()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
     finally:
         numba.set_num_threads(before)

@@ -127,8 +127,7 @@ def _array_step(state: Array, parameters: Array, h: float | Array) -> Array:
 def _engine(given: Array, tolerance: float) -> Array:
     n = given.shape[1]
     measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
-    with numba.parallel_chunksize(1):
-        integrate()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
+    integrate()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
     return np.asarray(np.maximum(np.abs(measures[0]), np.abs(measures[1])))
 
 

@@ -105,8 +105,7 @@ def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, 
     probe, values, rounds = _probe(), np.zeros((threads, 128)), 2000 if quick else 10000
 
     def lanes() -> None:
-        with numba.parallel_chunksize(1):
-            integrate()(given, settings, measures, counts)
+        integrate()(given, settings, measures, counts)
 
     def plain() -> None:
         equal_steps(given, steps, step, final)

@@ -36,8 +36,7 @@ def _kernel_seconds(count: int, threads: int) -> float:
         given = np.stack(list(cells.starts(spec, span).values()))
         measures, counts = np.empty((6, len(span))), np.zeros((3, len(span)), np.int32)
         began = time.perf_counter()
-        with numba.parallel_chunksize(1):
-            integrate()(given, settings, measures, counts)
+        integrate()(given, settings, measures, counts)
         taken += time.perf_counter() - began
     return taken
 
