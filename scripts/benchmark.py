@@ -8,7 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench import field, figures, gpu, record, roofline, scaling
+from bench import field, figures, gpu, record, reduction, roofline, scaling
 
 
 def main() -> int:
@@ -37,6 +37,7 @@ def main() -> int:
         "kernel": roofline.measure(given.quick, repeats),
         "scaling": scaling.measure(given.quick, repeats),
         "run": scaling.whole_run(given.quick, repeats),
+        "reduction": reduction.measure(given.quick, repeats),
         "field": field.measure(given.quick, repeats),
     }
     on_device = gpu.measure(repeats)

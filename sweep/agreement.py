@@ -73,7 +73,7 @@ def check(spec: SweepSpec, given: dict[str, Array], stored: Columns) -> dict[str
     period_difference = stored["nutation_period"] - exact["nutation_period"]
     period_share = np.abs(period_difference) / _period_allowance(exact, allowed)
     calm = _calm(stored, exact, allowed)
-    marginal = _margin(spec, given, stored, exact, steady) <= allowed
+    marginal = _margin(spec, given, exact, steady) <= allowed
     follows = _follows(spec, given, stored, steady, scale)
     same_ending = calm | _endings_agree(spec, stored, exact)
     same_verdict = calm | _verdicts_agree(stored, exact_stability)
@@ -150,13 +150,13 @@ def _follows(
     return follows
 
 
-def _margin(
-    spec: SweepSpec, given: dict[str, Array], stored: Columns, exact: Columns, steady: Array
-) -> Array:
-    """How near [rad] the motion comes to where its verdict or its ending would change."""
+def _margin(spec: SweepSpec, given: dict[str, Array], exact: Columns, steady: Array) -> Array:
+    """How near [rad] the motion comes to where its verdict or its ending would change.
+
+    Zero for a fall, of which the reduction knows no turning point: an atlas that says otherwise has to agree in its
+    extremes, and these then are within the tolerance of fall_tilt.
+    """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
-    # of a fall the reduction knows no turning point: the atlas says how near it comes
-    peak = np.where(_fell(exact), stored["peak_tilt"], peak)
     return np.minimum(np.abs(_reach(exact, steady) - limit(spec, given)), np.abs(peak - spec.fall_tilt))
 
 

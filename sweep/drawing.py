@@ -109,7 +109,7 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
     set_scale(axes, "x", panel.x)
     for edge in panel.edges:
         for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):
-            axes.axvspan(low, high, color="0.8", zorder=0, label="bracket of the RK4 boundary")
+            axes.axvspan(low, high, color="0.8", zorder=0, label=f"bracket of the {panel.method} boundary")
         for place in edge.critical[np.isfinite(edge.critical)]:
             axes.axvline(place, label=f"analytic: {panel.line}", **_LINES["analytic"])
         for place in edge.predicted[np.isfinite(edge.predicted)]:
@@ -136,7 +136,7 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
         (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
         lines = [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
     for edge in panel.edges:
-        label = "RK4 boundary with its bracket" + (f", {edge.name}" if several else "")
+        label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
         _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label)
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
     for x, y in lines:

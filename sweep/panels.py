@@ -60,6 +60,7 @@ class Panel:
     `peak` [deg], `stability` and `no_result` have the shape (rows of y, columns of x), or (columns of x) where `y` is
     None. `line` and `upright` (spinning, rolling) are the analytic lines as formulas in mathtext, `lost` names the
     endings behind `no_result`, `in_g_over_r` is R/g [s2] where a squared rate is drawn and has one such unit.
+    `method` is how the cells were computed.
     `slips` are the cells that need more than the friction coefficient, or lift off; `slipping` says so.
     """
 
@@ -77,6 +78,7 @@ class Panel:
     in_g_over_r: float | None
     circling_from_upright: bool
     upright: tuple[str, str]
+    method: str
     slips: Truths
     slipping: str
 
@@ -148,6 +150,7 @@ def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
             rf"spinning: $\dot\psi^2 = {_formula('precession_rate', spec)}$",
             rf"rolling: $\dot\phi^2 = {_formula('roll_rate', spec)}$",
         ),
+        method={"rk4": "RK4"}.get(spec.method, spec.method),
         slips=_slips(dataset, cells["ending"], friction),
         slipping="" if friction is None else f"slips or lifts off at friction {friction:g}",
     )

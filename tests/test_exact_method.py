@@ -7,6 +7,7 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, coarse
 
 import sweep
+from sweep import plots
 from sweep.runner import exact_measures
 from sweep.running import run_to_file
 from sweep.schema import PARAMETERS, VARIABLES
@@ -134,3 +135,17 @@ def test_the_file_is_the_dataset(tmp_path):
     with open_atlas(tmp_path / "a.nc") as read:
         xr.testing.assert_equal(read, sweep.run(spec))
         assert read.wells.attrs["flag_meanings"] == "unknown one_well two_wells"
+
+
+@pytest.mark.parametrize(("method", "word"), [("rk4", "RK4"), ("exact", "exact")])
+def test_figures_name_the_method(method, word):
+    """The legend of a map and that of a profile say whose boundary is drawn."""
+    for words in ({"tilt": "1deg:4deg:5"}, {"tilt": "1deg"}):
+        drawn = plots.figure([sweep.run(SweepSpec(roll_rate="2:4:9", method=method, **words))])
+        told = [
+            text.get_text()
+            for axes in drawn.axes
+            if axes.get_legend()
+            for text in axes.get_legend().get_texts()
+        ]
+        assert any(f"{word} boundary" in each for each in told)

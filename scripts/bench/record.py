@@ -89,6 +89,16 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
         device = found["cuda"]
         rate, each = device["steps_per_s"], device["steps_per_cell"]
         yield f"{device['device']}: {rate:.3g} steps/s with transfers, {each:.0f} steps per cell"
+    if "reduction" in found:
+        exact = found["reduction"]
+        yield (
+            f"exact reduction, {exact['cells']} cells, {exact['threads']} threads: extremes "
+            f"{exact['extremes_per_s']:.3g} cells/s, with the period {exact['with_period_per_s']:.3g}"
+        )
+        yield (
+            f"eulerdisk verify, {exact['cells']} cells: {exact['command_seconds']:.2f} s from start to verdict, "
+            f"sweep.verify {exact['verify_seconds']:.2f} s"
+        )
     run = found["run"]
     yield (
         f"eulerdisk run, {run['cells']} cells: {run['seconds']:.2f} s (least {run['least']:.2f}) from start to file, "

@@ -1,0 +1,62 @@
+"""The exact reduction of a million cells, and `eulerdisk verify` of as many."""
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+import sweep
+from bench.problem import FALL_TILT
+from sweep import cells
+from sweep.blocks import Span
+from sweep.compiled import extremes
+
+
+def _median(work: Callable[[], object], repeats: int) -> float:
+    """Return the seconds of the median run after one that is not counted."""
+    work()
+    times = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return statistics.median(times)
+
+
+def measure(quick: bool, repeats: int) -> dict[str, Any]:
+    """Return cells per second with and without the period, and the seconds of a verification, all threads."""
+    side = 300 if quick else 1000
+    words = [f"roll_rate=2:4:{side}", f"tilt=0.001deg:5deg:{side}:log"]
+    spec = sweep.SweepSpec.from_words("rolling", words)
+    starts = np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+    threads = int(numba.config.NUMBA_NUM_THREADS)
+    numba.set_num_threads(threads)
+
+    def reduce(with_period: bool) -> None:
+        with numba.parallel_chunksize(1):
+            extremes()(starts, FALL_TILT, with_period)
+
+    found = {
+        "cells": spec.size,
+        "threads": threads,
+        "extremes_per_s": spec.size / _median(lambda: reduce(False), repeats),
+        "with_period_per_s": spec.size / _median(lambda: reduce(True), repeats),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "atlas.nc"
+        sweep.run_to_file(spec, path)
+        command = [sys.executable, "-m", "sweep", "verify", str(path)]
+        found["command_seconds"] = _median(
+            lambda: subprocess.run(command, check=True, capture_output=True), repeats
+        )
+        with sweep.open_atlas(path) as dataset:
+            found["verify_seconds"] = _median(lambda: sweep.verify(dataset), repeats)
+    print(f"benchmark: {spec.size} cells verified", file=sys.stderr)
+    return found
