@@ -7,10 +7,10 @@ from pathlib import Path
 from plot_regimes import save_regimes
 
 import sweep
-from sweep import plots
-from sweep.audit import findings
-from sweep.progress import reporting
-from sweep.report import audit_line, critical_table
+from sweep.checks.audit import findings
+from sweep.commands.progress import reporting
+from sweep.commands.report import audit_line, critical_table
+from sweep.figures import plots
 
 PRESETS = ("rolling", "spinning", "circling")
 

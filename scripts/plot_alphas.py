@@ -12,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep import plots
-from sweep.filenames import check_format
-from sweep.steady import marginal_curve
+from sweep.figures import plots
+from sweep.files.filenames import check_format
+from sweep.studies.steady import marginal_curve
 
 if TYPE_CHECKING:
     import xarray as xr

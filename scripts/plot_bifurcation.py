@@ -11,10 +11,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep import bifurcation, plots
-from sweep.filenames import check_format
-from sweep.runner import exact_measures
-from sweep.theory import carried_rates
+from sweep.atlas.theory import carried_rates
+from sweep.engine.runner import exact_measures
+from sweep.figures import plots
+from sweep.files.filenames import check_format
+from sweep.studies import bifurcation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

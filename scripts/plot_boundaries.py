@@ -6,8 +6,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import sweep
-from sweep import plots
-from sweep.filenames import check_format
+from sweep.figures import plots
+from sweep.files.filenames import check_format
 
 
 def main() -> None:

@@ -12,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep import plots
-from sweep.convergence import Convergence, convergence
-from sweep.filenames import check_format
+from sweep.figures import plots
+from sweep.files.filenames import check_format
+from sweep.studies.convergence import Convergence, convergence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

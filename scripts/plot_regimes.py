@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import sweep
-from sweep import plots, regimemap
-from sweep.filenames import check_format
+from sweep.figures import plots, regimemap
+from sweep.files.filenames import check_format
 
 #: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
 _PLANES = {

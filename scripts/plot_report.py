@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import sweep
-from sweep import motion_plots, plots
-from sweep.filenames import check_format
+from sweep.figures import motion_plots, plots
+from sweep.files.filenames import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
 RUNS: dict[str, dict[str, Any]] = {

@@ -12,10 +12,10 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 import sweep
-from sweep import plots
-from sweep.filenames import check_format
+from sweep.figures import plots
+from sweep.files.filenames import check_format
 from sweep.schema import STABLE, UNSTABLE
-from sweep.steady import marginal_curve, with_coefficients
+from sweep.studies.steady import marginal_curve, with_coefficients
 
 if TYPE_CHECKING:
     import xarray as xr

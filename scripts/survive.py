@@ -22,9 +22,9 @@ import numba  # noqa: F401
 import xarray  # noqa: F401
 
 import sweep
-from sweep import journal
 from sweep.errors import StoppedError
-from sweep.running import run_to_file
+from sweep.runs import journal
+from sweep.runs.running import run_to_file
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")

@@ -19,37 +19,37 @@ if getattr(kernels, "MARK", None) != "eulerdisk":
     )
 
 if TYPE_CHECKING:
-    from sweep.atlas import run as run
-    from sweep.audit import verify as verify
-    from sweep.axes import Range as Range
-    from sweep.axes import Values as Values
-    from sweep.criterion import Criterion as Criterion
+    from sweep.atlas.atlas import run as run
+    from sweep.atlas.verdicts import reclassify as reclassify
+    from sweep.atlas.verdicts import refine as refine
+    from sweep.checks.audit import verify as verify
     from sweep.errors import RequestError as RequestError
-    from sweep.running import run_to_file as run_to_file
-    from sweep.spec import SweepSpec as SweepSpec
-    from sweep.store import open_atlas as open_atlas
-    from sweep.store import save as save
-    from sweep.trajectory import simulate as simulate
-    from sweep.trajectory_spec import TrajectorySpec as TrajectorySpec
-    from sweep.verdicts import reclassify as reclassify
-    from sweep.verdicts import refine as refine
+    from sweep.files.store import open_atlas as open_atlas
+    from sweep.files.store import save as save
+    from sweep.motion.trajectory import simulate as simulate
+    from sweep.request.axes import Range as Range
+    from sweep.request.axes import Values as Values
+    from sweep.request.criterion import Criterion as Criterion
+    from sweep.request.spec import SweepSpec as SweepSpec
+    from sweep.request.trajectory import TrajectorySpec as TrajectorySpec
+    from sweep.runs.running import run_to_file as run_to_file
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
-    "Criterion": "sweep.criterion",
-    "Range": "sweep.axes",
+    "Criterion": "sweep.request.criterion",
+    "Range": "sweep.request.axes",
     "RequestError": "sweep.errors",
-    "SweepSpec": "sweep.spec",
-    "TrajectorySpec": "sweep.trajectory_spec",
-    "Values": "sweep.axes",
-    "open_atlas": "sweep.store",
-    "reclassify": "sweep.verdicts",
-    "refine": "sweep.verdicts",
-    "run": "sweep.atlas",
-    "run_to_file": "sweep.running",
-    "save": "sweep.store",
-    "simulate": "sweep.trajectory",
-    "verify": "sweep.audit",
+    "SweepSpec": "sweep.request.spec",
+    "TrajectorySpec": "sweep.request.trajectory",
+    "Values": "sweep.request.axes",
+    "open_atlas": "sweep.files.store",
+    "reclassify": "sweep.atlas.verdicts",
+    "refine": "sweep.atlas.verdicts",
+    "run": "sweep.atlas.atlas",
+    "run_to_file": "sweep.runs.running",
+    "save": "sweep.files.store",
+    "simulate": "sweep.motion.trajectory",
+    "verify": "sweep.checks.audit",
 }
 
 __all__ = ["__version__", *_HOME]

@@ -16,8 +16,8 @@ from sweep.schema import STABLE, UNSTABLE, boundary_quantities
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from sweep.criterion import Criterion
-    from sweep.spec import SweepSpec
+    from sweep.request.criterion import Criterion
+    from sweep.request.spec import SweepSpec
 
 NAME = "eulerdisk"
 
@@ -43,7 +43,7 @@ class Eulerdisk:
         RequestError
             If it is no atlas, or only a part of one.
         """
-        from sweep.atlas import spec_of
+        from sweep.atlas.atlas import spec_of
 
         self._check()
         return spec_of(self._dataset)
@@ -101,7 +101,7 @@ class Eulerdisk:
 
     def reclassify(self, criterion: "Criterion | str") -> xr.Dataset:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
-        from sweep.verdicts import reclassify
+        from sweep.atlas.verdicts import reclassify
 
         self._check()
         return reclassify(self._dataset, criterion)
@@ -114,15 +114,15 @@ class Eulerdisk:
         RequestError
             If an axis has no value, or a value lies outside the atlas.
         """
-        from sweep.nearest import nearest_cell
+        from sweep.checks.nearest import nearest_cell
 
         place = nearest_cell(self.spec, given)
         rows = [str(name) for name in self._dataset.data_vars if self._dataset[name].ndim == len(place)]
         return self._dataset[rows].isel(place)
 
     def plot(self) -> "Figure":
-        """Return the stability map as a matplotlib Figure; see `sweep.plots.figure`."""
-        from sweep import plots
+        """Return the stability map as a matplotlib Figure; see `sweep.figures.plots.figure`."""
+        from sweep.figures import plots
 
         self._check()
         return plots.figure([self._dataset])

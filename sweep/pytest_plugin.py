@@ -34,12 +34,12 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
     def check(words: str, reference: str | Path) -> None:
         __tracebackhide__ = True
-        from sweep.atlas import run
-        from sweep.compare import compare
-        from sweep.regression import in_words
-        from sweep.running import run_to_file
-        from sweep.spec import SweepSpec
-        from sweep.store import open_atlas
+        from sweep.atlas.atlas import run
+        from sweep.checks.compare import compare
+        from sweep.checks.regression import in_words
+        from sweep.files.store import open_atlas
+        from sweep.request.spec import SweepSpec
+        from sweep.runs.running import run_to_file
 
         path = folder / reference
         first, *changes = shlex.split(words)

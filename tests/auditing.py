@@ -5,11 +5,11 @@ from functools import lru_cache
 import numpy as np
 
 import sweep
-from sweep.audit import findings, verify
-from sweep.axes import Range
+from sweep.checks.audit import findings, verify
+from sweep.request.axes import Range
+from sweep.request.spec import SweepSpec
 from sweep.schema import VARIABLES
-from sweep.schema_exact import AUDIT
-from sweep.spec import SweepSpec
+from sweep.schema.exact import AUDIT
 
 PRESETS = ("rolling", "spinning", "circling")
 ENDINGS = {name: code for code, name in VARIABLES["ending"].flags.items()}

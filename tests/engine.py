@@ -7,11 +7,11 @@ import numpy as np
 import referee
 from referee import FALL_TILT
 
-from sweep.axes import Range
-from sweep.blocks import Span
-from sweep.cells import starts as cell_starts
-from sweep.compiled import integrate
-from sweep.spec import SweepSpec
+from sweep.engine.blocks import Span
+from sweep.engine.cells import starts as cell_starts
+from sweep.engine.compiled import integrate
+from sweep.request.axes import Range
+from sweep.request.spec import SweepSpec
 
 
 @dataclass(frozen=True)

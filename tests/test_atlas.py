@@ -6,11 +6,11 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.atlas import spec_of
-from sweep.blocks import chunk_shape
+from sweep.atlas.atlas import spec_of
+from sweep.engine.blocks import chunk_shape
 from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
 from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES
-from sweep.spec import SweepSpec
 
 ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:1.5deg:5:log")
 CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")

@@ -5,12 +5,12 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
 
 import sweep
-from sweep.audit import findings, verify
-from sweep.criterion import Criterion
+from sweep.checks.audit import findings, verify
+from sweep.commands.report import audit_line
 from sweep.errors import RequestError
-from sweep.report import audit_line
+from sweep.request.criterion import Criterion
+from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
-from sweep.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 

@@ -5,10 +5,10 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
 
 import sweep
-from sweep.audit import findings, verify
-from sweep.report import audit_text
+from sweep.checks.audit import findings, verify
+from sweep.commands.report import audit_text
+from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
-from sweep.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 

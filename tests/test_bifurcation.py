@@ -6,8 +6,8 @@ from matplotlib.path import Path as Outline
 from scipy.integrate import solve_ivp
 
 import sweep
-from sweep import bifurcation
-from sweep.theory import carried_rates
+from sweep.atlas.theory import carried_rates
+from sweep.studies import bifurcation
 
 #: A disk with small constants lies nearly flat [rad].
 _MOST = 1.5705

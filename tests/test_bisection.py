@@ -7,8 +7,8 @@ import pytest
 import referee
 
 import sweep
-from sweep import bisection
-from sweep.bisection import Brackets, refined
+from sweep.atlas import bisection
+from sweep.atlas.bisection import Brackets, refined
 from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE
 
 ROLL = list(PARAMETERS).index("roll_rate")

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep import boundary
+from sweep.atlas import boundary
+from sweep.request.spec import SweepSpec
 from sweep.schema import STABLE, UNDECIDED, UNSTABLE
-from sweep.spec import SweepSpec
 
 #: Verdicts written as they look along an axis: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}

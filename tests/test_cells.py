@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.blocks import Span
-from sweep.cells import scale, starts, steady_tilt
+from sweep.engine.blocks import Span
+from sweep.engine.cells import scale, starts, steady_tilt
+from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
-from sweep.spec import SweepSpec
 
 #: Values of each parameter that any disk may have.
 VALUES = {

@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 import sweep
+from sweep.atlas.verdicts import reclassify
 from sweep.cli import main
-from sweep.report import boundary_table, describe
-from sweep.store import open_atlas
-from sweep.verdicts import reclassify
+from sweep.commands.report import boundary_table, describe
+from sweep.files.store import open_atlas
 
 CHECKOUT = Path(__file__).parents[1]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
@@ -193,7 +193,7 @@ def test_too_many_failed_cells_end_with_1(command, tmp_path):
 
 def test_a_defect_is_not_hidden(command, monkeypatch):
     """What is no bad request keeps its traceback: it is ours to mend."""
-    monkeypatch.setattr("sweep.driving.compute", lambda *_: 1 / 0)
+    monkeypatch.setattr("sweep.runs.driving.compute", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         command("run rolling roll_rate=3 tilt=1deg -o a.nc")
 

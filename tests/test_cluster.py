@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import FailedBlocksError, RequestError
-from sweep.running import run_to_file
-from sweep.spec import SweepSpec
+from sweep.request.spec import SweepSpec
+from sweep.runs.running import run_to_file
 
 CHECKOUT = Path(__file__).parents[1]
 WORDS = ["rolling", "roll_rate=0.5:4:160", "tilt=0.01deg:60deg:100:log"]
@@ -88,7 +88,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
 def test_no_scheduler(tmp_path, monkeypatch):
     """An address where nobody answers is refused, with how to start one; nothing is left."""
     pytest.importorskip("distributed")
-    from sweep import cluster
+    from sweep.runs import cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -99,7 +99,7 @@ def test_no_scheduler(tmp_path, monkeypatch):
 
 def test_dask_that_is_not_installed(monkeypatch):
     """Without the extra, --dask says what to install."""
-    from sweep import cluster
+    from sweep.runs import cluster
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[dask\]'"):
@@ -124,7 +124,7 @@ class Future:
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch):
     """The blocks that the workers cannot compute are named with status 1, after all others are kept."""
     distributed = pytest.importorskip("distributed")
-    from sweep import cluster, driving
+    from sweep.runs import cluster, driving
 
     class Client:
         loop = None

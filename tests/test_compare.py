@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.compare import compare
+from sweep.checks.compare import compare
+from sweep.checks.regression import in_words
 from sweep.errors import RequestError
-from sweep.regression import in_words
 from sweep.schema import FILL, STABLE, UNSTABLE, VARIABLES
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")

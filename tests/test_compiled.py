@@ -9,13 +9,13 @@ import numba
 import pytest
 
 import kernels
-from sweep import compiled
+from sweep.engine import compiled
 
 CHECKOUT = Path(kernels.__file__).parents[1]
 
 _ONE_CELL = """
 import numpy as np
-from sweep.compiled import cache_folder, integrate, kernel_hash
+from sweep.engine.compiled import cache_folder, integrate, kernel_hash
 starts = np.array([[0.3], [0.2], [0.0], [4.0], [0.5], [0.5], [9.81]])
 measures, counts = np.zeros((6, 1)), np.zeros((3, 1), np.int32)
 kernel = integrate()

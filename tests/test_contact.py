@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import sweep
 from kernels import contact, disk
-from sweep import compiled
-from sweep.compare import compare
-from sweep.explain import explain
+from sweep.checks.compare import compare
+from sweep.checks.explain import explain
+from sweep.engine import compiled
 from sweep.schema import CONTACT_VARIABLES
 
 TILTS = st.floats(-1.4, 1.4)

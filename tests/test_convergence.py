@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sweep.convergence import convergence, extrapolated
+from sweep.studies.convergence import convergence, extrapolated
 
 
 def test_extrapolation_of_a_polynomial():

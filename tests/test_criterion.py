@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kernels.endings import BOUNDED, ENDINGS, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
-from sweep.criterion import Criterion, perturbation_scale
 from sweep.errors import RequestError
+from sweep.request.criterion import Criterion, perturbation_scale
 from sweep.schema import FILL, STABLE, UNDECIDED, UNSTABLE
 
 DEPARTURE = Criterion("departure", 0.1)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep import bisection
-from sweep.curves import curves
+from sweep.atlas import bisection
+from sweep.atlas.curves import curves
 from sweep.schema import STABLE, UNDECIDED, UNSTABLE
 
 

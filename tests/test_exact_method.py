@@ -7,13 +7,13 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, coarse
 
 import sweep
-from sweep import plots
-from sweep.runner import exact_measures
-from sweep.running import run_to_file
+from sweep.engine.runner import exact_measures
+from sweep.figures import plots
+from sweep.files.store import open_atlas
+from sweep.request.spec import SweepSpec
+from sweep.runs.running import run_to_file
 from sweep.schema import PARAMETERS, VARIABLES
-from sweep.schema_exact import REDUCTION
-from sweep.spec import SweepSpec
-from sweep.store import open_atlas
+from sweep.schema.exact import REDUCTION
 
 pytestmark = pytest.mark.compiled
 

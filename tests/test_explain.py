@@ -11,10 +11,11 @@ import pytest
 import referee
 
 import sweep
-from sweep import cellplot, expectation
+from sweep.checks import expectation
+from sweep.checks.explain import explain
 from sweep.cli import main
-from sweep.explain import explain
-from sweep.swing import swing
+from sweep.figures import cellplot
+from sweep.figures.swing import swing
 
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
 KICKED = sweep.SweepSpec(

@@ -12,7 +12,7 @@ import xarray as xr
 import sweep
 from sweep.cli import main
 from sweep.errors import RequestError
-from sweep.export import export
+from sweep.files.export import export
 from sweep.schema import PARAMETERS, VARIABLES
 
 SPECS = {
@@ -54,7 +54,7 @@ def read_csv(path):
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_tables_hold_every_bit(tmp_path, monkeypatch, atlas, kind, rows):
     """One row per cell in C order, each number to the last bit, flags in words, gaps where there is no value."""
-    monkeypatch.setattr("sweep.export._ROWS", rows)
+    monkeypatch.setattr("sweep.files.export._ROWS", rows)
     path = tmp_path / f"a.{kind}"
     export(atlas, path, kind)
     truth = expected(atlas)
@@ -114,7 +114,7 @@ def test_a_format_that_cannot_be(tmp_path, monkeypatch):
     atlas = sweep.run(SPECS["cell"])
     with pytest.raises(RequestError, match="csv, parquet, zarr"):
         export(atlas, tmp_path / "a.xls", "xls")
-    monkeypatch.setattr("sweep.export.find_spec", lambda _: None)
+    monkeypatch.setattr("sweep.files.export.find_spec", lambda _: None)
     with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[formats\]'"):
         export(atlas, tmp_path / "a.parquet", "parquet")
     assert list(tmp_path.iterdir()) == []

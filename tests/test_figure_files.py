@@ -7,8 +7,8 @@ import matplotlib
 import pytest
 
 import sweep
-from sweep import plots
-from sweep.filenames import check_format
+from sweep.figures import plots
+from sweep.files.filenames import check_format
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 

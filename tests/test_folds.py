@@ -4,10 +4,10 @@ import referee
 from auditing import ENDINGS
 from scipy.integrate import solve_ivp
 
-from sweep.folds import fold_rates
-from sweep.runner import exact_measures
+from sweep.atlas.folds import fold_rates
+from sweep.engine.runner import exact_measures
+from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
-from sweep.spec import SweepSpec
 
 ALPHAS = (0.05, 0.5, 1.0)
 RATES = ("roll_rate", "precession_rate")

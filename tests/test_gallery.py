@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep import plots
+from sweep.figures import plots
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 

@@ -13,13 +13,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sweep import journal, locks, manifest
+from sweep.engine.runner import compute
 from sweep.errors import RequestError
-from sweep.journal import DamagedBlockError, Journal
-from sweep.locks import locked
-from sweep.manifest import Manifest
-from sweep.runner import compute
-from sweep.spec import SweepSpec
+from sweep.request.spec import SweepSpec
+from sweep.runs import journal, locks, manifest
+from sweep.runs.journal import DamagedBlockError, Journal
+from sweep.runs.locks import locked
+from sweep.runs.manifest import Manifest
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 
@@ -124,7 +124,7 @@ def test_a_refused_write_leaves_nothing(book, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     before = sorted(book.folder.rglob("*"))
-    monkeypatch.setattr("sweep.publish.os.fsync", refuse)
+    monkeypatch.setattr("sweep.files.publish.os.fsync", refuse)
     with pytest.raises(OSError, match="No space"):
         book.keep(1, compute(SPEC, book.spans[1]))
     assert sorted(book.folder.rglob("*")) == before
@@ -180,7 +180,7 @@ def test_a_folder_without_a_run(tmp_path):
 _HOLD = """
 import sys, time
 from pathlib import Path
-from sweep.locks import locked
+from sweep.runs.locks import locked
 with locked(Path(sys.argv[1]), shared=sys.argv[2] == "shared"):
     print("held", flush=True)
     time.sleep(60)

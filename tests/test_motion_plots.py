@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep import motion_plots, panels, plots
-from sweep.picture import Camera, Pose
+from sweep.figures import motion_plots, panels, plots
+from sweep.figures.picture import Camera, Pose
 
 pytestmark = pytest.mark.compiled
 

@@ -12,13 +12,14 @@ import netCDF4
 import numpy as np
 import pytest
 
-from sweep import driving, peek, store
 from sweep.cli import main
 from sweep.errors import StoppedError
-from sweep.locks import locked
-from sweep.running import run_to_file
-from sweep.spec import SweepSpec
-from sweep.store import open_atlas
+from sweep.files import store
+from sweep.files.store import open_atlas
+from sweep.request.spec import SweepSpec
+from sweep.runs import driving, peek
+from sweep.runs.locks import locked
+from sweep.runs.running import run_to_file
 
 WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"
 SPEC = SweepSpec.from_words("rolling", WORDS.split()[1:])
@@ -233,7 +234,7 @@ def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypat
 
 def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
     """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
-    monkeypatch.setattr("sweep.journal.remove", lambda _: None)
+    monkeypatch.setattr("sweep.runs.journal.remove", lambda _: None)
     run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
     monkeypatch.undo()
     before = (tmp_path / "a.nc").stat()

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from sweep import estimate
-from sweep.calibrate import coarse
 from sweep.cli import main
-from sweep.spec import SweepSpec
+from sweep.engine import estimate
+from sweep.engine.calibrate import coarse
+from sweep.request.spec import SweepSpec
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import pytest
 from matplotlib.container import ErrorbarContainer
 
 import sweep
-from sweep import plots
-from sweep.drawing import MOST_POINTS
+from sweep.figures import plots
+from sweep.figures.drawing import MOST_POINTS
 from sweep.schema import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2

@@ -2,7 +2,7 @@ import io
 
 import pytest
 
-from sweep import progress
+from sweep.commands import progress
 
 
 class Terminal(io.StringIO):

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
-from sweep.quantities import Range, Values, read_number, read_value
+from sweep.request.quantities import Range, Values, read_number, read_value
 from sweep.schema import PARAMETERS, SETTINGS
 
 TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]

@@ -4,14 +4,14 @@ import referee
 import xarray as xr
 
 import sweep
-from sweep import plots
+from sweep.atlas.folds import fold_rates
+from sweep.engine.runner import exact_measures
 from sweep.errors import RequestError
-from sweep.folds import fold_rates
-from sweep.regimemap import figure
-from sweep.regimes import NAMES, regimes
-from sweep.runner import exact_measures
+from sweep.figures import plots
+from sweep.figures.regimemap import figure
+from sweep.figures.regimes import NAMES, regimes
+from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
-from sweep.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 

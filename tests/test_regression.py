@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import sweep
+from sweep.checks.compare import compare
+from sweep.checks.regression import in_words, to_junit
 from sweep.cli import main
-from sweep.compare import compare
-from sweep.regression import in_words, to_junit
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")
 

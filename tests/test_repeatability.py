@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.atlas import run
+from sweep.atlas.atlas import run
+from sweep.request.spec import SweepSpec
 from sweep.schema import VARIABLES
-from sweep.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import sweep
+from sweep.commands.report import boundary_table, critical_table, describe
 from sweep.errors import RequestError
-from sweep.report import boundary_table, critical_table, describe
-from sweep.spec import SweepSpec
+from sweep.request.spec import SweepSpec
 
 ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:81", tilt="0.001deg,1deg,4deg")
 CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg,10deg,25deg", precession_rate="0.05:5:80")

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
-from sweep import runner
-from sweep.blocks import Span
+from sweep.engine import runner
+from sweep.engine.blocks import Span
 from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
 from sweep.schema import STABLE, UNDECIDED, UNSTABLE, VARIABLES
-from sweep.spec import SweepSpec
 
 GRID = SweepSpec(roll_rate="2:4:13", tilt="0.1deg:20deg:7:log")
 

@@ -12,8 +12,8 @@ import xarray as xr
 from PIL import Image
 
 import sweep
-from sweep import animation
 from sweep.cli import main
+from sweep.figures import animation
 
 pytestmark = pytest.mark.compiled
 

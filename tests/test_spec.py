@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.criterion import Criterion
 from sweep.errors import RequestError
-from sweep.quantities import Range, Values
-from sweep.spec import SweepSpec
-from sweep.words import presets
+from sweep.request.criterion import Criterion
+from sweep.request.quantities import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.words import presets
 
 ROOT = Path(__file__).parents[1]
 

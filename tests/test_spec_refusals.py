@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
-from sweep.spec import SweepSpec
+from sweep.request.spec import SweepSpec
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "3", '{"tilt": 0.1}', "{'tilt': 0.1}"])

@@ -7,7 +7,7 @@ import referee
 
 import sweep
 from kernels.steady import steady_precession_rates
-from sweep.steady import measured_coefficients, with_coefficients
+from sweep.studies.steady import measured_coefficients, with_coefficients
 
 
 def wandering(n, seed):

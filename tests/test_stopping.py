@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sweep import driving
 from sweep.cli import main
+from sweep.runs import driving
 
 CHECKOUT = Path(__file__).parents[1]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]

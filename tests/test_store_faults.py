@@ -8,10 +8,12 @@ from collections import namedtuple
 import netCDF4
 import pytest
 
-from sweep import claims, driving, estimate, publish, store
+from sweep.engine import estimate
 from sweep.errors import RequestError, StorageError
-from sweep.running import run_to_file
-from sweep.spec import SweepSpec
+from sweep.files import publish, store
+from sweep.request.spec import SweepSpec
+from sweep.runs import claims, driving
+from sweep.runs.running import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 

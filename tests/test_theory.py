@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from sweep import theory
-from sweep.atlas import run
-from sweep.axes import Range
-from sweep.spec import SweepSpec
+from sweep.atlas import theory
+from sweep.atlas.atlas import run
+from sweep.request.axes import Range
+from sweep.request.spec import SweepSpec
 
 CRITICAL = {"roll_rate": 9.81 / 0.5 / 3.0, "precession_rate": 4.0 * 9.81 / 0.5 / 5.0}
 RATES = list(CRITICAL)

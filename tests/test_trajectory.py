@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import sweep
 from kernels.steady import steady_roll_rate
-from sweep import compiled
+from sweep.engine import compiled
 from sweep.schema import PARAMETERS
 
 pytestmark = pytest.mark.compiled

@@ -6,10 +6,10 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
-from sweep.running import run_to_file
+from sweep.files.store import open_atlas, save
+from sweep.request.spec import SweepSpec
+from sweep.runs.running import run_to_file
 from sweep.schema import VARIABLES
-from sweep.spec import SweepSpec
-from sweep.store import open_atlas, save
 
 SPECS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:30", tilt="0.1deg:4deg:6:log"),
@@ -64,7 +64,7 @@ def test_measures_are_kept_and_the_atlas_is_not_changed():
 def test_nothing_is_integrated(monkeypatch):
     """Another criterion needs no kernel: finished measures are enough."""
     atlas = sweep.run(SPECS["rolling"])
-    monkeypatch.setattr("sweep.runner.integrator", None)
+    monkeypatch.setattr("sweep.engine.runner.integrator", None)
     sweep.reclassify(atlas, sweep.Criterion.parse("departure:2deg"))
 
 

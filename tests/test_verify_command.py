@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.audit import verify
+from sweep.checks.audit import verify
 from sweep.cli import main
-from sweep.running import run_to_file
+from sweep.files.store import open_atlas, save
+from sweep.request.spec import SweepSpec
+from sweep.runs.running import run_to_file
 from sweep.schema import FILL, PARAMETERS
-from sweep.schema_exact import AUDIT
-from sweep.spec import SweepSpec
-from sweep.store import open_atlas, save
+from sweep.schema.exact import AUDIT
 
 pytestmark = pytest.mark.compiled
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import sweep
-from sweep.compiled import cache_folder
+from sweep.engine.compiled import cache_folder
 
 CHECKOUT = Path(__file__).parents[1]
 SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "scipy", "matplotlib", "pandas", "pint"}

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from bench.problem import FALL_TILT, LONGEST, Array, Contender, Solve, peaks, timed
-from sweep.compiled import integrate
+from sweep.engine.compiled import integrate
 
 
 @numba.njit(error_model="numpy")

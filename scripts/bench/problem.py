@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 import sweep
-from sweep import cells
-from sweep.blocks import Span
-from sweep.compiled import extremes
+from sweep.engine import cells
+from sweep.engine.blocks import Span
+from sweep.engine.compiled import extremes
 
 Array = npt.NDArray[np.float64]
 #: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])

@@ -14,9 +14,9 @@ import numpy as np
 
 import sweep
 from bench.problem import FALL_TILT
-from sweep import cells
-from sweep.blocks import Span
-from sweep.compiled import extremes
+from sweep.engine import cells
+from sweep.engine.blocks import Span
+from sweep.engine.compiled import extremes
 
 
 def _median(work: Callable[[], object], repeats: int) -> float:

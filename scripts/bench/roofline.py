@@ -11,7 +11,7 @@ import numpy as np
 from bench.loops import equal_steps
 from bench.problem import FALL_TILT, starts
 from kernels import disk, rk4
-from sweep.compiled import integrate
+from sweep.engine.compiled import integrate
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
 _STEPS = (0.01, 0.001)

@@ -15,9 +15,9 @@ import numpy as np
 
 import sweep
 from bench.problem import FALL_TILT
-from sweep import cells
-from sweep.blocks import blocks
-from sweep.compiled import integrate
+from sweep.engine import cells
+from sweep.engine.blocks import blocks
+from sweep.engine.compiled import integrate
 
 
 def _grid(count: int) -> list[str]:

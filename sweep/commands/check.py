@@ -28,9 +28,9 @@ def compare(
     """
     import json
 
-    from sweep.compare import compare as compared
-    from sweep.regression import in_words, to_junit
-    from sweep.store import check_target, open_atlas, published
+    from sweep.checks.compare import compare as compared
+    from sweep.checks.regression import in_words, to_junit
+    from sweep.files.store import check_target, open_atlas, published
 
     if junit is not None:
         check_target(junit, True)

@@ -40,12 +40,12 @@ def run(
     eulerdisk run --from rolling.nc -o again.nc
     """
     request = read_request(spec, words or [], source)
-    from sweep.progress import reporting
-    from sweep.running import run_to_file
+    from sweep.commands.progress import reporting
+    from sweep.runs.running import run_to_file
 
     driver = None
     if dask is not None:
-        from sweep.cluster import on_cluster
+        from sweep.runs.cluster import on_cluster
 
         driver = on_cluster(dask)
     # what makes this atlas; how, and under which name, is not for its history: its bytes do not depend on that

@@ -19,8 +19,8 @@ def export(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")] = False,
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
-    from sweep.export import export as exported
-    from sweep.store import open_atlas
+    from sweep.files.export import export as exported
+    from sweep.files.store import open_atlas
 
     with open_atlas(atlas) as dataset:
         exported(dataset, output or atlas.with_suffix(f".{kind}"), kind, overwrite=overwrite)

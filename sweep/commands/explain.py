@@ -29,22 +29,22 @@ def explain(
 
     Exit status 1 if the run cannot be repeated within the tolerances.
     """
+    from sweep.request.words import split_words
     from sweep.schema import PARAMETERS
-    from sweep.words import split_words
 
     given = split_words(cell or [], tuple(PARAMETERS))
     if plot is not None:
-        from sweep.filenames import check_format
+        from sweep.files.filenames import check_format
 
         check_format(plot)
-    from sweep.explain import explain as explained
-    from sweep.store import open_atlas
+    from sweep.checks.explain import explain as explained
+    from sweep.files.store import open_atlas
 
     with open_atlas(atlas) as dataset:
         explanation = explained(dataset, given)
     print(explanation.text)
     if plot is not None:
-        from sweep import cellplot, plots
+        from sweep.figures import cellplot, plots
 
         plots.save(cellplot.figure(explanation), plot)
     if not explanation.repeated:

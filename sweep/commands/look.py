@@ -20,9 +20,9 @@ def info(
     ] = None,
 ) -> None:
     """Say in words what is in an atlas, or how far a run is that is not finished."""
-    from sweep import peek
-    from sweep.report import describe
-    from sweep.store import open_atlas
+    from sweep.commands.report import describe
+    from sweep.files.store import open_atlas
+    from sweep.runs import peek
 
     folder = peek.unfinished(atlas)
     if folder is None and partial is not None:
@@ -61,8 +61,9 @@ def boundary(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")] = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
-    from sweep import store, verdicts
-    from sweep.report import boundary_table
+    from sweep.atlas import verdicts
+    from sweep.commands.report import boundary_table
+    from sweep.files import store
 
     with store.open_atlas(atlas) as dataset:
         if output is not None:
@@ -91,7 +92,7 @@ def plot(
     ] = False,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
-    from sweep.filenames import check_atlas, check_format
+    from sweep.files.filenames import check_atlas, check_format
 
     check_format(output)
     if friction is not None and not friction > 0.0:
@@ -107,9 +108,9 @@ def plot(
         )
     for atlas in atlases:
         check_atlas(atlas)
-    from sweep import plots, regimemap
-    from sweep.store import open_atlas
-    from sweep.verdicts import reclassify
+    from sweep.atlas.verdicts import reclassify
+    from sweep.figures import plots, regimemap
+    from sweep.files.store import open_atlas
 
     with ExitStack() as opened:
         datasets = [opened.enter_context(open_atlas(path)) for path in atlases]

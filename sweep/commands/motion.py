@@ -36,17 +36,17 @@ def simulate(
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
     """
-    from sweep.trajectory_spec import TrajectorySpec
+    from sweep.request.trajectory import TrajectorySpec
 
     request = TrajectorySpec.from_words(words or [])
     _check_outputs(output, plot, animate, overwrite)
-    from sweep.store import save
-    from sweep.trajectory import simulate as compute
+    from sweep.files.store import save
+    from sweep.motion.trajectory import simulate as compute
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None:
-        from sweep import animation
-        from sweep.progress import reporting
+        from sweep.commands.progress import reporting
+        from sweep.figures import animation
 
         with abandonable(animate) as check, reporting(what="frames") as progress:
 
@@ -56,7 +56,7 @@ def simulate(
 
             animation.save(dataset, animate, after_frame)
     if plot is not None:
-        from sweep import motion_plots, plots
+        from sweep.figures import motion_plots, plots
 
         plots.save(motion_plots.figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
@@ -66,7 +66,7 @@ def simulate(
 
 def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
     """Refuse every file that could not be written, before anything is computed."""
-    from sweep.store import check_target
+    from sweep.files.store import check_target
 
     if output.suffix.lower() != ".nc":
         raise RequestError(
@@ -77,11 +77,11 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
             str(output),
         )
     if plot is not None:
-        from sweep.filenames import check_format
+        from sweep.files.filenames import check_format
 
         check_format(plot)
     if animate is not None:
-        from sweep.animation import check_format as check_film
+        from sweep.figures.animation import check_format as check_film
 
         check_film(animate)
     for path in (output, plot, animate):

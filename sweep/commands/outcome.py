@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from sweep.failures import Failures
-    from sweep.spec import SweepSpec
+    from sweep.request.spec import SweepSpec
+    from sweep.runs.failures import Failures
 
 
 def conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:

@@ -28,10 +28,10 @@ def prepare(
 
     Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
     """
-    from sweep.spec import SweepSpec
+    from sweep.request.spec import SweepSpec
 
     request = SweepSpec.from_words(spec, words or [])
-    from sweep import parts
+    from sweep.runs import parts
 
     command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
     book = parts.prepare(request, output, overwrite=overwrite, block_cells=block_cells, command=command)
@@ -50,8 +50,8 @@ def block(
     number, count = map(int, found.groups()) if found else (0, 0)
     if not 1 <= number <= count:
         raise RequestError("not a part", "I/N with 1 <= I <= N", part, "--part 1/10, for instance", "--part")
-    from sweep import parts
-    from sweep.progress import reporting
+    from sweep.commands.progress import reporting
+    from sweep.runs import parts
 
     with stoppable() as stopping, reporting() as progress:
         kept, computed = parts.compute_part(
@@ -67,7 +67,7 @@ def assemble(
     max_failed: MaxFailed = 1.0,
 ) -> None:
     """Make the file of a run whose blocks are all there, and remove its folder."""
-    from sweep import parts
+    from sweep.runs import parts
 
     spec, path, failures = parts.assemble(folder, overwrite=overwrite)
     conclude(failures, spec, path, max_failed)

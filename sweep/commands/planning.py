@@ -22,14 +22,14 @@ def plan(
     ] = True,
 ) -> None:
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
-    from sweep import estimate
+    from sweep.engine import estimate
     from sweep.errors import RequestError
-    from sweep.spec import SweepSpec
+    from sweep.request.spec import SweepSpec
 
     request = SweepSpec.from_words(spec, words or [])
     rate = None
     if calibrate:
-        from sweep.calibrate import cells_per_second, least_cells
+        from sweep.engine.calibrate import cells_per_second, least_cells
 
         rate = cells_per_second(request, threads)
         block_cells = block_cells or estimate.block_cells(rate, least_cells(threads))

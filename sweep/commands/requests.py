@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
-    from sweep.spec import SweepSpec
+    from sweep.request.spec import SweepSpec
 
 
 def read_request(spec: str | None, words: Sequence[str], source: Path | None) -> "SweepSpec":
@@ -28,9 +28,9 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
     RequestError
         If neither is given, or both are, or what is given is no request.
     """
+    from sweep.request.spec import SweepSpec
+    from sweep.request.words import split_words
     from sweep.schema import PARAMETERS, SETTINGS, WORDS
-    from sweep.spec import SweepSpec
-    from sweep.words import split_words
 
     if source is None:
         if spec is None:
@@ -54,9 +54,9 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
 
 
 def _spec_of_file(path: Path) -> "SweepSpec":
-    from sweep.atlas import spec_of
-    from sweep.compiled import kernel_hash
-    from sweep.store import open_atlas
+    from sweep.atlas.atlas import spec_of
+    from sweep.engine.compiled import kernel_hash
+    from sweep.files.store import open_atlas
 
     with open_atlas(path) as dataset:
         if dataset.attrs.get("kernel_hash") != kernel_hash():

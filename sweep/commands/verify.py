@@ -20,8 +20,9 @@ def verify(
 
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
-    from sweep import audit, store
-    from sweep.report import audit_text
+    from sweep.checks import audit
+    from sweep.commands.report import audit_text
+    from sweep.files import store
 
     with store.open_atlas(atlas) as dataset:
         if write is not None:

@@ -1,0 +1,165 @@
+"""Two atlases brought onto one grid, or refused with the reason why they cannot be compared."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.atlas import spec_of
+from sweep.errors import RequestError
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.schema import PARAMETERS, Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: What decides what a cell's measures mean; all other settings say how they were reached.
+_MEANING = ("criterion", "method", "duration", "fall_tilt")
+_STEPPING = ("step", "tolerance")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two atlases with the same dimensions in the same order and the same cells.
+
+    `cut` names the axes of which either atlas has lost a part, `other_steps` the settings of the integration that
+    differ. `spec` is that of the reference, on the whole of its grid.
+    """
+
+    new: "xr.Dataset"
+    reference: "xr.Dataset"
+    spec: SweepSpec
+    axes: tuple[str, ...]
+    cut: frozenset[str]
+    other_steps: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
+    """Bring two atlases onto the cells that both have.
+
+    Parameters
+    ----------
+    new, reference : xarray.Dataset
+    common : bool
+        Whether a part of the grid will do.
+
+    Raises
+    ------
+    RequestError
+        If they speak of different motions or criteria, or their grids differ.
+    """
+    specs = spec_of(new), spec_of(reference)
+    _check_meaning(*specs)
+    axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
+    places = {name: _matches(_values(specs[0], name), _values(specs[1], name), name) for name in axes}
+    if not common:
+        _check_same_grid(specs, axes, places)
+    empty = [name for name, (left, _) in places.items() if not left.size]
+    if empty:
+        raise RequestError(
+            "no cell in common",
+            "two atlases are compared where they share values of every axis",
+            f"no common value of {', '.join(empty)}",
+            "compare atlases of overlapping grids",
+        )
+    parts = [
+        _part(dataset, axes, {name: both[side] for name, both in places.items()})
+        for side, dataset in enumerate((new, reference))
+    ]
+    cut = {
+        name
+        for name, both in places.items()
+        for spec, i in zip(specs, both, strict=True)
+        if i.size < len(_values(spec, name))
+    }
+    return Pair(
+        parts[0],
+        parts[1],
+        specs[1],
+        axes,
+        frozenset(cut),
+        tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
+        tuple(
+            f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
+        ),
+    )
+
+
+def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
+    fields = [name for name in _MEANING if getattr(new, name) != getattr(reference, name)]
+    if new.circling != reference.circling:
+        fields.append("roll_rate")
+    for name in PARAMETERS:
+        if name in (*new.axes, *reference.axes, *fields) or (name == "roll_rate" and new.circling):
+            continue
+        if not _same(np.array(getattr(new, name)), np.array(getattr(reference, name)), name).all():
+            fields.append(name)
+    if fields:
+        given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
+        raise RequestError(
+            f"not comparable: they differ in {', '.join(fields)}",
+            "two atlases are compared for the same disk, starts, criterion and method",
+            given,
+            "compare with an atlas of the same request (run --from makes one); against exact values, eulerdisk verify",
+        )
+
+
+def _check_same_grid(
+    specs: tuple[SweepSpec, SweepSpec],
+    axes: tuple[str, ...],
+    places: dict[str, tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]],
+) -> None:
+    fields = [
+        name
+        for name in axes
+        if any(i.size < len(_values(spec, name)) for spec, i in zip(specs, places[name], strict=True))
+        or any(name not in spec.axes for spec in specs)
+    ]
+    if not fields and specs[0].axes != specs[1].axes:
+        fields = ["axes"]
+    if fields:
+        given = "; ".join(
+            f"{name} {getattr(specs[0], name)} and {getattr(specs[1], name)}" for name in fields
+        )
+        raise RequestError(
+            f"not the same grid: they differ in {', '.join(fields)}",
+            "two atlases have the same axes with the same values, in the same order",
+            given,
+            "add --common to compare the cells that both have",
+        )
+
+
+def _values(spec: SweepSpec, name: str) -> Array:
+    value = getattr(spec, name)
+    return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
+
+
+def _same(left: Array, right: Array, name: str) -> npt.NDArray[np.bool_]:
+    tolerance = PARAMETERS[name].tolerance
+    near: npt.NDArray[np.bool_] = np.abs(left - right) <= tolerance.absolute + tolerance.relative * np.abs(
+        right
+    )
+    return near
+
+
+def _matches(new: Array, reference: Array, name: str) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the indices, in each of two increasing arrays, of the values that both have."""
+    after = np.searchsorted(new, reference)
+    # the match, if there is one, is the neighbour on either side
+    left, right = (np.clip(after + shift, 0, new.size - 1) for shift in (-1, 0))
+    nearest = np.where(np.abs(new[left] - reference) <= np.abs(new[right] - reference), left, right)
+    found = np.flatnonzero(_same(new[nearest], reference, name))
+    return nearest[found], found
+
+
+def _part(
+    dataset: "xr.Dataset", axes: tuple[str, ...], places: dict[str, npt.NDArray[np.intp]]
+) -> "xr.Dataset":
+    """Select cells; a parameter that is fixed here and an axis there becomes an axis of one value."""
+    fixed = [name for name in axes if name not in dataset.dims]
+    cells = dataset.expand_dims(fixed) if fixed else dataset
+    order = [name for name in axes if name in cells.dims]
+    return cells.isel({name: places[name] for name in axes}).transpose(*order)

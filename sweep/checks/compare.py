@@ -1,0 +1,240 @@
+"""Two atlases side by side: do they say the same? The regression check.
+
+Decisions (endings, verdicts) have to be equal, measures within the tolerance of `schema`, and missing where missing. A
+cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweep.checks.alignment import Pair, align
+from sweep.checks.flips import Mask, endings_on_edge, verdicts_on_edge
+from sweep.schema import EFFORT, PARAMETERS, Array, Quantity, Tolerance, boundary_quantities
+from sweep.schema.exact import atlas_variables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Attributes of a variable that its numbers mean nothing without.
+_MEANING = ("units", "flag_values", "flag_meanings")
+
+#: Attributes of an atlas that `align` has compared, word by word.
+_COMPARED = ("sweep_spec", "sweep_fingerprint")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The cell where two atlases differ most: its coordinates [SI], its values, and how they differ."""
+
+    where: dict[str, float]
+    new: float | None
+    reference: float | None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is to be said of one variable.
+
+    `different` counts the values beyond the tolerance, `on_edge` those that flip on an edge; `largest` is the
+    largest absolute difference among all values that both have, in the units of the variable.
+    """
+
+    name: str
+    units: str
+    values: int
+    different: int
+    on_edge: int
+    largest: float
+    worst: Cell | None
+    tolerance: Tolerance
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The outcome of a comparison: `same` if no value differs, except on an edge."""
+
+    cells: int
+    common: bool
+    findings: tuple[Finding, ...]
+    #: attribute -> (new, reference): how the two were made and are worded; they may differ
+    provenance: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def same(self) -> bool:
+        """Whether the two atlases agree."""
+        return not any(finding.different for finding in self.findings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain types, for JSON."""
+        return {"same": self.same, **asdict(self)}
+
+
+def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False) -> Comparison:
+    """Compare an atlas with a trusted one.
+
+    Parameters
+    ----------
+    new, reference : xarray.Dataset
+        Atlases, as `sweep.run` or `sweep.open_atlas` returns them.
+    common : bool
+        Compare the cells that both have; otherwise the grids have to be the same.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    RequestError
+        If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
+    """
+    pair = align(new, reference, common=common)
+    edge_of_ending = endings_on_edge(pair)
+    edge_of_verdict = verdicts_on_edge(pair, edge_of_ending)
+    findings, notes = [], []
+    for quantity, axis in _quantities(pair):
+        name = quantity.name
+        reason = _left_out(name, axis, pair)
+        if reason:
+            notes.append(f"{name} is not compared: {reason}")
+        elif name not in pair.new or name not in pair.reference:
+            findings.append(_absence(quantity, pair))
+        else:
+            excused = _excused(name, axis, pair, edge_of_ending, edge_of_verdict)
+            findings.append(_compared(quantity, pair, excused))
+    return Comparison(
+        pair.reference["ending"].size,
+        common,
+        tuple(findings),
+        _provenance(pair),
+        (*pair.notes, *notes),
+    )
+
+
+def _left_out(name: str, axis: str, pair: Pair) -> str:
+    """Return why a variable is not to be compared, or nothing."""
+    if axis in pair.cut:
+        return f"only a part of {axis} is common"
+    if name in EFFORT and pair.other_steps:
+        return f"{', '.join(pair.other_steps)} differ"
+    if name in EFFORT and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
+        return "the kernels differ"
+    return ""
+
+
+def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
+    """Yield what an atlas of this kind may hold, with the axis along which it was looked for, if there is one."""
+    held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
+    for name, quantity in {**atlas_variables(pair.spec.method, pair.spec.contact), **PARAMETERS}.items():
+        if name in held:
+            yield quantity, ""
+    for axis in pair.axes:
+        for edge in ("upper", "lower"):
+            for name, quantity in boundary_quantities(axis, edge).items():
+                if name in held:
+                    yield quantity, axis
+
+
+def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> Mask:
+    """Which values may differ because a cell flips on an edge: the flag itself, or what follows from the flag."""
+    if axis:
+        along = pair.axes.index(axis)
+        # the bracket moves with the verdict that flips; theory's lines know of no cell
+        moved = np.any(ending | verdict, axis=along)
+        return moved if name.startswith("boundary_") else np.zeros_like(moved)
+    return verdict if name == "stability" else ending
+
+
+def _compared(quantity: Quantity, pair: Pair, excused: Mask) -> Finding:
+    new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
+    distance = np.abs(new.astype(np.float64) - old.astype(np.float64))
+    allowed = quantity.tolerance.absolute + quantity.tolerance.relative * np.abs(old.astype(np.float64))
+    gaps = np.isnan(new) != np.isnan(old)
+    beyond = gaps | (distance > allowed)
+    note = _other_meaning(quantity.name, pair)
+    if note:
+        beyond = np.ones_like(beyond)
+    known = distance[~np.isnan(distance)]
+    return Finding(
+        quantity.name,
+        quantity.units,
+        beyond.size,
+        int((beyond & ~excused).sum()),
+        int((beyond & excused).sum()),
+        float(known.max()) if known.size else 0.0,
+        _worst(quantity.name, pair, beyond & ~excused, gaps, distance, allowed),
+        quantity.tolerance,
+        note,
+    )
+
+
+def _worst(
+    name: str,
+    pair: Pair,
+    beyond: Mask,
+    gaps: Mask,
+    distance: Array,
+    allowed: Array,
+) -> Cell | None:
+    """Return the cell to look at: one that is beyond its tolerance if there is one, else the furthest apart."""
+    excess = np.where(allowed > 0.0, distance / np.where(allowed > 0.0, allowed, 1.0), distance)
+    excess = np.where(gaps, np.inf, np.nan_to_num(excess))
+    if not beyond.any() and not excess.any():
+        return None
+    candidates = beyond if beyond.any() else np.ones_like(beyond)
+    place = np.unravel_index(int(np.argmax(np.where(candidates, excess, -1.0))), excess.shape)
+    where = {
+        str(dim): float(pair.reference[dim].values[i])
+        for dim, i in zip(pair.reference[name].dims, place, strict=True)
+    }
+    values = [float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)]
+    return Cell(where, *(None if np.isnan(value) else value for value in values))
+
+
+def _absence(quantity: Quantity, pair: Pair) -> Finding:
+    side, held = ("reference", pair.new) if quantity.name in pair.new else ("new", pair.reference)
+    size = held[quantity.name].size
+    return Finding(
+        quantity.name,
+        quantity.units,
+        size,
+        size,
+        0,
+        0.0,
+        None,
+        quantity.tolerance,
+        f"the {side} atlas does not have it",
+    )
+
+
+def _other_meaning(name: str, pair: Pair) -> str:
+    for key in _MEANING:
+        new, old = (atlas[name].attrs.get(key) for atlas in (pair.new, pair.reference))
+        if not np.array_equal(np.asarray(new), np.asarray(old)):
+            return f"its {key} differ: {new} and {old}"
+    return ""
+
+
+def _provenance(pair: Pair) -> dict[str, tuple[str, str]]:
+    """Return the attributes in which the two files differ: when, by what and in which words they were made."""
+    found = _different(pair.new.attrs, pair.reference.attrs, _COMPARED)
+    for name in pair.reference.variables:
+        if name in pair.new.variables:
+            both = (pair.new[name].attrs, pair.reference[name].attrs)
+            found |= {f"{name}:{key}": values for key, values in _different(*both, _MEANING).items()}
+    return found
+
+
+def _different(
+    new: Mapping[Any, Any], old: Mapping[Any, Any], leave: tuple[str, ...]
+) -> dict[str, tuple[str, str]]:
+    return {
+        str(key): (str(new.get(key, "")), str(old.get(key, "")))
+        for key in dict.fromkeys([*old, *new])
+        if key not in leave and str(new.get(key, "")) != str(old.get(key, ""))
+    }

@@ -1,0 +1,111 @@
+"""What theory expects of one cell: small oscillations about the steady motion, and the lines of the atlas nearby."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kernels.steady import (
+    critical_precession_rate_squared,
+    critical_roll_rate_squared,
+    stability_coefficient,
+)
+from sweep.request.spec import SweepSpec
+from sweep.schema import PARAMETERS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def in_words(
+    dataset: "xr.Dataset",
+    spec: SweepSpec,
+    start: Mapping[str, float],
+    stored: Mapping[str, float],
+    place: Mapping[str, int],
+) -> Iterator[str]:
+    """Yield what linear theory predicts for a cell, and where the boundaries of its row lie."""
+    yield from _linear(spec, start, stored)
+    yield from _lines(dataset, spec, start, place)
+
+
+def _linear(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+    if not all(np.isfinite(list(start.values()))):
+        return
+    if not spec.circling and start["roll_rate"] and start["precession_rate"]:
+        yield "linear      nothing to say: a disk that rolls and precesses at once has no upright steady motion"
+        return
+    k = coefficient(spec, start)
+    if k <= 0.0:
+        growth = math.sqrt(-k)
+        speed = (
+            f"a small tilt doubles every {math.log(2.0) / growth:.4g} s" if growth else "a small tilt grows"
+        )
+        yield f"linear      unstable: k = {k:.6g} rad2 s-2 < 0, {speed} until it is no longer small"
+        return
+    period = 2.0 * math.pi / math.sqrt(k)
+    measured = stored["nutation_period"]
+    beside = f" (the cell has {measured:.6g} s)" if np.isfinite(measured) else ""
+    yield f"linear      stable: k = {k:.6g} rad2 s-2 > 0, small oscillations of period {period:.6g} s{beside}"
+    reach = small_reach(spec, start, k)
+    if reach is not None:
+        yield f"            that leave the steady tilt by {_angle(reach)}"
+
+
+def coefficient(spec: SweepSpec, start: Mapping[str, float]) -> float:
+    """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
+    tilt = start["tilt"] if spec.circling else 0.0
+    return float(
+        stability_coefficient(tilt, *(start[name] for name in ("precession_rate", "roll_rate", *_DISK)))
+    )
+
+
+_DISK = ("alpha", "radius", "gravity")
+
+
+def small_reach(spec: SweepSpec, start: Mapping[str, float], k: float) -> float | None:
+    """Return the largest departure [rad] that linear theory expects of a stable cell; None for mixed starts.
+
+    Notes
+    -----
+    A kick e swings out by e/sqrt(k). A release from the tilt t swings, about a steady motion that the release itself
+    has changed, out to t (1 + 2/(r-1)) rolling and t (3 + 4/(r-1)) spinning, r = (rate / critical rate)^2.
+    """
+    if spec.circling or start["tilt"] == 0.0:
+        return abs(start["tilt_rate"]) / math.sqrt(k)
+    if start["tilt_rate"] != 0.0:
+        return None
+    if start["roll_rate"]:
+        r = start["roll_rate"] ** 2 / float(critical_roll_rate_squared(*(start[name] for name in _DISK)))
+        return abs(start["tilt"]) * (1.0 + 2.0 / (r - 1.0))
+    r = start["precession_rate"] ** 2 / float(
+        critical_precession_rate_squared(*(start[name] for name in _DISK))
+    )
+    return abs(start["tilt"]) * (3.0 + 4.0 / (r - 1.0))
+
+
+def _lines(
+    dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
+) -> Iterator[str]:
+    for axis in spec.axes:
+        for lower in ("", "lower_"):
+            names = [f"{kind}_{lower}{axis}" for kind in ("boundary", "predicted", "critical")]
+            if names[0] not in dataset:
+                continue
+            row = {name: i for name, i in place.items() if name != axis}
+            values = [float(dataset[name].isel(row)) for name in (*names, f"{names[0]}_halfwidth")]
+            side = f"stable {'below' if lower else 'above'} {axis}"
+            width = f" +- {values[3]:.2g}" if np.isfinite(values[3]) else ""
+            here = f"this cell is at {start[axis]:.6g}"
+            yield f"boundary    {side} {_rate(values[0])}{width} as measured in this row; {here}"
+            yield f"            {_rate(values[1])} as predicted for this start and this criterion"
+            yield f"            {_rate(values[2])} in the limit of no perturbation"
+
+
+def _rate(value: float) -> str:
+    return f"{value:.6g} rad s-1" if np.isfinite(value) else "none"
+
+
+def _angle(value: float) -> str:
+    return PARAMETERS["tilt"].spell(value, 6)

@@ -1,0 +1,104 @@
+"""The cell of an atlas that lies nearest to given values."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sweep.errors import RequestError
+from sweep.request.axes import Range, Values
+from sweep.request.quantities import read_number
+from sweep.request.spec import SweepSpec
+from sweep.request.words import unknown_word
+from sweep.schema import PARAMETERS, Array
+
+#: A value given for a parameter that does not vary has to be its value, to this relative distance.
+_EQUAL = 1e-9
+
+
+def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]:
+    """Return the place of a cell along each axis of a grid.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    given : mapping of str to number or text with a unit
+        A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
+        the nearest value is the one nearest in its logarithm.
+
+    Returns
+    -------
+    dict of str to int
+        Axis -> index, in the order of the axes.
+
+    Raises
+    ------
+    RequestError
+        If a name is none of the parameters, an axis has no value, or a value lies outside the atlas.
+    """
+    for name in given:
+        if name not in PARAMETERS:
+            unknown_word(name, tuple(PARAMETERS))
+    values = {name: read_number(raw, PARAMETERS[name]) for name, raw in given.items()}
+    for name, value in values.items():
+        _check_inside(spec, name, value)
+    missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
+    if missing:
+        raise RequestError(
+            "which cell?",
+            f"a cell has a value for each of {', '.join(spec.axes)}",
+            f"none for {', '.join(missing)}",
+            "add " + " ".join(f"{name}={_example(spec, name)}" for name in missing),
+        )
+    return {name: _place(getattr(spec, name), values.get(name)) for name in spec.axes}
+
+
+def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
+    quantity, held = PARAMETERS[name], getattr(spec, name)
+    if isinstance(held, str):
+        raise RequestError(
+            f"{name} is computed in every cell",
+            f"a cell of this atlas is named by {', '.join(spec.axes)}",
+            f"{name}={quantity.spell(value)}",
+            "leave it out",
+            name,
+        )
+    axis = held.array() if isinstance(held, Range | Values) else np.array([held])
+    reach = _reach(axis)
+    if axis[0] - reach[0] <= value <= axis[-1] + reach[1]:
+        return
+    holds = (
+        f"{quantity.spell(axis[0])} to {quantity.spell(axis[-1])}"
+        if axis.size > 1
+        else quantity.spell(axis[0])
+    )
+    raise RequestError(
+        "outside the atlas",
+        f"{name} of this atlas is {holds}",
+        f"{name}={quantity.spell(value)}",
+        "give a value inside, or compute an atlas that holds it",
+        name,
+    )
+
+
+def _reach(axis: Array) -> tuple[float, float]:
+    """Return how far beyond its ends an axis speaks for its surroundings: half a step."""
+    if axis.size == 1:
+        slack = _EQUAL * abs(float(axis[0]))
+        return slack, slack
+    return 0.5 * float(axis[1] - axis[0]), 0.5 * float(axis[-1] - axis[-2])
+
+
+def _place(axis: Range | Values, value: float | None) -> int:
+    if value is None:
+        return 0
+    held = axis.array()
+    if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
+        return int(np.argmin(np.abs(np.log(held / value))))
+    return int(np.argmin(np.abs(held - value)))
+
+
+def _example(spec: SweepSpec, name: str) -> str:
+    axis = getattr(spec, name).array()
+    return PARAMETERS[name].spell(float(f"{axis[axis.size // 2]:.3g}")).split()[0] + (
+        "deg" if PARAMETERS[name].units == "rad" else ""
+    )

@@ -1,0 +1,274 @@
+"""How a panel is drawn on axes of matplotlib: map, strip or profile, boundary, lines of theory, words."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import distance_transform_edt
+
+from sweep.figures.panels import Panel
+from sweep.figures.ticks import SQUEEZED, add_scaled_axis, set_log_ticks, set_scale
+from sweep.schema import VARIABLES, Array, Truths
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Points of the measured boundary that are drawn: more would be one thick line.
+MOST_POINTS = 24
+
+INK = "black"
+HALO = [withStroke(linewidth=2.4, foreground="white")]
+
+_LINES: dict[str, dict[str, Any]] = {
+    "analytic": {"color": INK, "linewidth": 1.3, "zorder": 3},
+    "predicted": {"color": "#c8380a", "linewidth": 1.4, "linestyle": (0, (4, 2)), "zorder": 4},
+}
+_POINTS: dict[str, Any] = {
+    "linestyle": "",
+    "color": INK,
+    "markersize": 3.4,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.8,
+    "elinewidth": 0.8,
+    "capsize": 1.6,
+    "zorder": 5,
+}
+_MARKERS = {"upper": "o", "lower": "s"}
+_VERDICTS: dict[str, dict[str, Any]] = {
+    "stable": {"marker": "o", "markerfacecolor": "white"},
+    "unstable": {"marker": "o", "markerfacecolor": INK},
+    "undecided": {"marker": "x"},
+}
+
+#: A place for a word is sought on a raster of so many points a side; the word is so many times wider than high.
+_RASTER, _WORD = 80, 4.0
+
+#: Points of the raster are looked for this many times between two corners of a line.
+_DENSE = 20
+
+#: A word has a place where it is this many points of the raster away from the next region or line.
+_ROOM = 2.4
+
+
+def colours() -> ListedColormap:
+    """Return the colours of the peak tilt: even to the eye, safe for the colour-blind, light where it is small."""
+    return ListedColormap(colormaps["viridis_r"](np.linspace(0.0, 0.86, 256)), name="peak_tilt")
+
+
+def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
+    """Draw a panel of two axes; return the background, for a colour bar."""
+    assert panel.y is not None
+    peak = np.ma.masked_where(panel.no_result, np.clip(panel.peak, norm.vmin, norm.vmax))
+    background = axes.pcolormesh(
+        panel.x.borders, panel.y.borders, peak, norm=norm, cmap=colours(), rasterized=True, zorder=0
+    )
+    set_scale(axes, "x", panel.x)
+    set_scale(axes, "y", panel.y)
+    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
+    hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
+    hatch(axes, panel, panel.slips, panel.slipping, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
+    if panel.edges:
+        _draw_edges(axes, panel)
+    if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
+        _draw_outline(axes, panel)
+    name_regions(axes, panel, panel.verdicts())
+    if panel.in_g_over_r is not None:
+        add_scaled_axis(axes, "y", panel.y, panel.in_g_over_r)
+    return background
+
+
+def draw_ratio(axes: "Axes", panel: Panel) -> None:
+    """Draw the boundary over the analytic line: what a map is too coarse to show."""
+    axes.axhline(1.0, **_LINES["analytic"])
+    for edge in panel.edges:
+        _draw_points(axes, edge.name, edge.x, edge.ratio, edge.ratio_error)
+        axes.plot(edge.fine_x, edge.predicted_ratio, **_LINES["predicted"])
+    axes.set_ylim(*_ratio_ends(panel))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.set_ylabel("rate$^2$ / analytic", fontsize=7.0)
+
+
+def draw_profile(axes: "Axes", panel: Panel) -> None:
+    """Draw a panel of one axis: the peak tilt with the verdicts, the boundary upright."""
+    peak = np.where(panel.no_result, np.nan, panel.peak)
+    axes.plot(panel.x.values, peak, color="0.6", zorder=1)
+    for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
+        if cells.any():
+            look = {"linestyle": "", "color": INK, "markersize": 3.5, **_VERDICTS[name]}
+            axes.plot(panel.x.values[cells], peak[cells], label=name, **look)
+    if panel.slips.any():
+        look = {"linestyle": "", "marker": "x", "color": "#c8380a", "markersize": 5.0}
+        axes.plot(panel.x.values[panel.slips], peak[panel.slips], label=panel.slipping, **look)
+    set_scale(axes, "x", panel.x)
+    for edge in panel.edges:
+        for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):
+            axes.axvspan(low, high, color="0.8", zorder=0, label=f"bracket of the {panel.method} boundary")
+        for place in edge.critical[np.isfinite(edge.critical)]:
+            axes.axvline(place, label=f"analytic: {panel.line}", **_LINES["analytic"])
+        for place in edge.predicted[np.isfinite(edge.predicted)]:
+            axes.axvline(place, label=f"predicted, {panel.criterion}", **_LINES["predicted"])
+    _set_peak_scale(axes, peak)
+    if panel.in_g_over_r is not None:
+        add_scaled_axis(axes, "x", panel.x, panel.in_g_over_r)
+
+
+def _ratio_ends(panel: Panel) -> tuple[float, float]:
+    """Return the ends of a strip: about the nearer half of the boundary, where it runs along the line."""
+    low = np.concatenate([edge.ratio - edge.ratio_error[0] for edge in panel.edges])
+    high = np.concatenate([edge.ratio + edge.ratio_error[1] for edge in panel.edges])
+    window = np.clip(1.5 * np.nanquantile(np.maximum(1.0 - low, high - 1.0), 0.6), 0.005, 0.5)
+    lowest, highest = max(1.0 - window, np.nanmin(low)), min(1.0 + window, np.nanmax(high))
+    return min(lowest, 1.0) - 0.2 * window, max(highest, 1.0) + 0.2 * window
+
+
+def _draw_edges(axes: "Axes", panel: Panel) -> None:
+    several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
+    lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
+    if panel.circling_from_upright:
+        # slow and fast edge are one curve: out along one, back along the other
+        (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
+        lines = [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
+    for edge in panel.edges:
+        label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
+        _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label)
+        _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
+    for x, y in lines:
+        _draw_line(axes, panel, "analytic", x, y, f": {panel.line}")
+    if panel.circling_from_upright:
+        _mark_circling_ends(axes, panel, *lines[0][1][[0, -1]])
+    else:
+        _name_line(axes, panel, lines[0][1])
+
+
+def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, words: str) -> None:
+    finite = y[np.isfinite(y)]
+    if panel.y is None or not finite.size:
+        return
+    low, high = panel.y.ends
+    seen = np.any((finite >= low) & (finite <= high))
+    label = f"{kind}{words}" + ("" if seen else " (outside the map)")
+    axes.plot(x, y, label=label, path_effects=HALO, **_LINES[kind])
+
+
+def _draw_points(axes: "Axes", edge: str, x: Array, y: Array, error: Array, label: str = "") -> None:
+    if not x.size:
+        return
+    some = np.unique(np.linspace(0, x.size - 1, min(x.size, MOST_POINTS)).round().astype(int))
+    axes.errorbar(
+        x[some], y[some], yerr=error[:, some], label=label or None, marker=_MARKERS[edge], **_POINTS
+    )
+
+
+def _draw_outline(axes: "Axes", panel: Panel) -> None:
+    """Draw the borders of the unstable cells, for a map whose boundary no rate and no line can show."""
+    assert panel.y is not None
+    x, y, unstable = panel.x.borders, panel.y.borders, dict(panel.verdicts())["unstable"]
+    rows, columns = np.nonzero(unstable[:, 1:] != unstable[:, :-1])
+    upright = np.stack((np.tile(x[columns + 1], (2, 1)), [y[rows], y[rows + 1]])).T
+    rows, columns = np.nonzero(unstable[1:] != unstable[:-1])
+    level = np.stack(([x[columns], x[columns + 1]], np.tile(y[rows + 1], (2, 1)))).T
+    borders = LineCollection([*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3)
+    axes.add_collection(borders, autolim=False)
+
+
+def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
+    """Hatch cells: one path made of a rectangle for every run of cells in a column."""
+    if not cells.any():
+        return
+    assert panel.y is not None
+    x, y = panel.x.borders, panel.y.borders
+    ends = np.diff(np.pad(cells.astype(int), ((1, 1), (0, 0))), axis=0)
+    columns, first = np.nonzero(ends.T == 1)
+    last = np.nonzero(ends.T == -1)[1]
+    corners = [
+        Outline([(x[i], y[a]), (x[i + 1], y[a]), (x[i + 1], y[b]), (x[i], y[b]), (x[i], y[a])], closed=True)
+        for i, a, b in zip(columns, first, last, strict=True)
+    ]
+    shape = Outline.make_compound_path(*corners)
+    axes.add_patch(PathPatch(shape, label=label, edgecolor="0.25", linewidth=0.0, zorder=1, **look))
+
+
+def name_regions(
+    axes: "Axes", panel: Panel, regions: Iterable[tuple[str, Truths]], lines: int = 1, width: float = _WORD
+) -> list[str]:
+    """Write the name of each region where it has most room: a map must be clear without colours.
+
+    Names have that many lines, and are so many times wider than a line is high. Returned are those that had no room.
+    """
+    left_out = []
+    assert panel.y is not None
+    middles = (np.arange(_RASTER) + 0.5) / _RASTER
+    across, up = np.meshgrid(middles, middles)
+    to_data = axes.transAxes + axes.transData.inverted()
+    x, y = to_data.transform(np.column_stack((across.ravel(), up.ravel()))).T
+    column = np.searchsorted(panel.x.borders, x) - 1
+    row = np.searchsorted(panel.y.borders, y) - 1
+    inside = (column >= 0) & (column < len(panel.x.values)) & (row >= 0) & (row < len(panel.y.values))
+    free = inside.reshape(_RASTER, _RASTER) & ~_covered(axes)
+    column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
+    for name, cells in regions:
+        region = np.pad(cells[row, column].reshape(_RASTER, _RASTER) & free, 1)
+        room = distance_transform_edt(region, sampling=(1.0 / lines, 1.0 / width))[1:-1, 1:-1]
+        if room.max() >= _ROOM:
+            place = np.unravel_index(np.argmax(room), room.shape)
+            axes.text(
+                middles[place[1]], middles[place[0]], name, transform=axes.transAxes, ha="center", va="center",
+                weight="bold", path_effects=HALO, zorder=6,
+            )  # fmt: skip
+        elif cells.any():
+            left_out.append(name)
+    return left_out
+
+
+def _covered(axes: "Axes") -> Truths:
+    """Return the points of the raster that a line runs through or a word covers."""
+    covered = np.zeros((_RASTER, _RASTER), dtype=bool)
+    for line in axes.get_lines():
+        corners = (axes.transData + axes.transAxes.inverted()).transform(line.get_xydata()) * _RASTER
+        along = np.linspace(0.0, len(corners) - 1.0, _DENSE * len(corners))
+        x, y = (np.interp(along, np.arange(len(corners)), column) for column in corners.T)
+        on = np.isfinite(x) & np.isfinite(y) & (np.minimum(x, y) >= 0) & (np.maximum(x, y) < _RASTER)
+        covered[y[on].astype(int), x[on].astype(int)] = True
+    for word in axes.texts:
+        box = word.get_window_extent().transformed(axes.transAxes.inverted())
+        left, bottom, right, top = (np.array(box.extents) * _RASTER).astype(int).clip(0)
+        covered[bottom : top + 1, left : right + 1] = True
+    return covered
+
+
+def _name_line(axes: "Axes", panel: Panel, line: Array) -> None:
+    """Write the formula on an analytic line that is level and in the map."""
+    assert panel.y is not None
+    low, high = panel.y.ends
+    if np.isfinite(line).all() and np.ptp(line) <= 1e-9 * abs(line[0]) and low < line[0] < high:
+        axes.annotate(
+            panel.line, (1.0, line[0]), (-3.0, 3.0), xycoords=("axes fraction", "data"),
+            textcoords="offset points", ha="right", va="bottom", path_effects=HALO, zorder=6,
+        )  # fmt: skip
+
+
+def _mark_circling_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
+    """Say where the curve k = 0 ends at zero tilt: where the disk spins upright, and where it rolls upright."""
+    assert panel.y is not None
+    for height, name, offset in zip(ends, panel.upright, ((14.0, 17.0), (45.0, 9.0)), strict=True):
+        if panel.y.ends[0] <= height <= panel.y.ends[1]:
+            axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
+            axes.annotate(
+                name, (0.0, height), offset, textcoords="offset points", fontsize=7.0, ha="left", va="center",
+                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, path_effects=HALO, zorder=6,
+            )  # fmt: skip
+
+
+def _set_peak_scale(axes: "Axes", peak: Array) -> None:
+    axes.set_ylabel(VARIABLES["peak_tilt"].plot_label)
+    positive = peak[np.isfinite(peak) & (peak > 0.0)]
+    if positive.size and positive.max() > SQUEEZED * positive.min():
+        axes.set_yscale("log")
+        set_log_ticks(axes.yaxis, positive.max() / positive.min())

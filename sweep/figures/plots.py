@@ -1,0 +1,191 @@
+"""Figures of atlases: stability maps with the measured boundary, the analytic line and the predicted one.
+
+A figure is a pure function of its atlases, and its file a pure function of the figure: no clock, no random names.
+"""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.container import ErrorbarContainer
+from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
+
+from sweep.errors import RequestError
+from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
+from sweep.figures.panels import Panel, panel
+from sweep.figures.ticks import set_log_ticks
+from sweep.files.filenames import FORMATS, check_format
+from sweep.files.store import published
+from sweep.schema import VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: How every figure of this package looks.
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "legend.title_fontsize": 7.0,
+    "hatch.linewidth": 0.6,
+    "axes.linewidth": 0.7,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "eulerdisk",
+}
+
+#: Size of a panel [in], axes and their labels; a journal's column is 3.4 wide.
+_WIDTH, _HEIGHT, _STRIP, _LEGEND, _BAR = 3.6, 3.2, 1.0, 1.1, 0.7
+
+#: Panels side by side.
+_MOST_IN_ROW = 3
+
+#: Below the axes, where the labels end [in].
+_BELOW = 0.5
+
+_DOTS_PER_INCH = 200
+
+
+def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> Figure:
+    """Draw atlases side by side.
+
+    Parameters
+    ----------
+    datasets : sequence of xarray.Dataset
+        Atlases of one axis or two, or selections from atlases, one panel each.
+    friction : float, optional
+        Friction coefficient: cells where the disk would need more, or lift off, are hatched.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On an Agg canvas; pyplot knows nothing of it.
+
+    Raises
+    ------
+    RequestError
+        If there is no atlas, or one of them has no axis or more than two, or no contact forces to hold `friction`
+        against (made without ``contact=yes``).
+
+    Notes
+    -----
+    An axis of a rate that has a boundary shows the rate's square, and on the other side the square in units of g/R.
+    Under a map, a strip shows the boundary over the analytic line.
+    """
+    if not datasets:
+        raise RequestError("nothing to draw", "a figure has a panel or more", "no atlas", "give an atlas")
+    panels = [panel(dataset, friction) for dataset in datasets]
+    columns = min(len(panels), _MOST_IN_ROW)
+    rows = -(-len(panels) // columns)
+    strip = _STRIP if any(each.has_ratio for each in panels) else 0.0
+    with matplotlib.rc_context(STYLE):
+        drawn = Figure(
+            figsize=(columns * _WIDTH + _BAR, rows * (_HEIGHT + strip + _LEGEND)), layout="constrained"
+        )
+        FigureCanvasAgg(drawn)
+        # a row of maps, and a row of strips below if there are any
+        parts = [_HEIGHT, strip] if strip else [_HEIGHT]
+        grid = drawn.add_gridspec(len(parts) * rows, columns, height_ratios=parts * rows)
+        norm = _norm(panels)
+        for i, each in enumerate(panels):
+            row, column = len(parts) * (i // columns), i % columns
+            if each.has_ratio:
+                top = drawn.add_subplot(grid[row, column])
+                _draw_with_strip(top, drawn.add_subplot(grid[row + 1, column], sharex=top), each, norm)
+            else:
+                _draw_alone(drawn.add_subplot(grid[row : row + len(parts), column]), each, norm)
+        if any(each.y for each in panels):
+            _add_colour_bar(drawn, norm)
+    return drawn
+
+
+def save(drawn: Figure, path: str | Path) -> None:
+    """Write a figure; the file appears only when it is complete, and replaces one of the same name.
+
+    Raises
+    ------
+    RequestError
+        If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written.
+    """
+    path = Path(path)
+    ending = check_format(path)
+    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
+        raise RequestError(
+            "no such folder, or it cannot be written",
+            "a figure goes into a folder that exists and can be written",
+            str(path.parent),
+            f"mkdir -p {path.parent}, or choose another",
+            str(path),
+        )
+    with matplotlib.rc_context(STYLE), published(path) as unfinished:
+        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=FORMATS[ending])
+
+
+def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:
+    draw_map(top, each, norm)
+    draw_ratio(strip, each)
+    top.set_title(each.title)
+    strip.set_xlabel(top.get_xlabel())
+    top.set_xlabel("")
+    top.tick_params(axis="x", which="both", labelbottom=False)
+    add_legend(top, strip, each.caption)
+
+
+def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
+    if each.y:
+        draw_map(axes, each, norm)
+    else:
+        draw_profile(axes, each)
+    axes.set_title(each.title)
+    add_legend(axes, axes, each.caption)
+
+
+def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
+    """Explain what `axes` shows below `lowest`, where nothing can be covered."""
+    handles, labels = axes.get_legend_handles_labels()
+    named = dict(zip(labels, handles, strict=True))
+    # the measurement first
+    order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
+    below = lowest.transAxes + ScaledTranslation(0.0, -_BELOW, lowest.figure.dpi_scale_trans)
+    lowest.legend(
+        [named[label] for label in order],
+        order,
+        title=caption,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below,
+        alignment="left",
+        frameon=False,
+        borderpad=0.0,
+        borderaxespad=0.0,
+        handlelength=2.4,
+    )
+
+
+def _norm(panels: Sequence[Panel]) -> LogNorm:
+    """Return one scale of colours for all panels."""
+    peaks = np.concatenate([np.where(each.no_result, np.nan, each.peak).ravel() for each in panels])
+    peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
+    low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
+    return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
+
+
+def _add_colour_bar(drawn: Figure, norm: LogNorm) -> None:
+    bar = drawn.colorbar(
+        ScalarMappable(norm, colours()), ax=drawn.axes, label=VARIABLES["peak_tilt"].plot_label,
+        pad=0.015, fraction=0.03, aspect=40,
+    )  # fmt: skip
+    set_log_ticks(bar.ax.yaxis, float(norm.inverse(1.0) / norm.inverse(0.0)))

@@ -1,0 +1,1 @@
+"""One motion in time, by the kernels or by scipy, and the linear theory beside it."""

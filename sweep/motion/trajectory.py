@@ -1,0 +1,220 @@
+"""One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.endings import FELL, HORIZON, UNRESOLVED
+from kernels.steady import steady_roll_rate
+from sweep.atlas.atlas import COMPRESSION, CONTENT, CONVENTIONS, created
+from sweep.engine import compiled
+from sweep.errors import RequestError
+from sweep.motion import dop853
+from sweep.request.trajectory import TrajectorySpec
+from sweep.schema import FILL, STEADY_ROLL, Array, Quantity
+from sweep.schema.trajectory import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Version of the layout of the file.
+FORMAT = 1
+
+#: Step times the fastest frequency of the state: the report's motions are then within 1e-9 of the exact ones.
+_PACE = 0.005
+
+#: Energy that the engine's own step may lose, relative; beyond, the motion is integrated again with half the step.
+_DRIFT = 1e-11
+_MOST_REFINEMENTS = 6
+
+#: Parameters that stand beside the variables as scalars; the start is the first sample.
+_FIXED = ("alpha", "radius", "gravity", "mass", "friction")
+
+_SUMMARY = (
+    "One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path of the "
+    "contact point, energy, vertical angular momentum with its balance law, and contact forces."
+)
+
+
+def simulate(
+    spec: TrajectorySpec | None = None, *, command: str = "sweep.simulate", **words: Any
+) -> "xr.Dataset":
+    """Compute one motion.
+
+    Parameters
+    ----------
+    spec : TrajectorySpec, optional
+        The request; if not given, it is read from `words`.
+    command : str
+        What the user ran, for the history.
+    **words
+        As in `TrajectorySpec.read`, for example ``roll_rate=3, tilt_rate="1deg/s", duration="10s"``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension elapsed_time [s]; the variables of `trajectory_schema.TRAJECTORY`. A motion that falls ends with the
+        sample at the moment of its fall. ``sweep.save`` writes it.
+
+    Raises
+    ------
+    RequestError
+        If the request cannot be read or carried out, or the motion is too fast to be resolved.
+    """
+    spec = TrajectorySpec.read(**words) if spec is None else spec
+    start = _start(spec)
+    samples, fall_time = (
+        _by_rk4(spec, start) if spec.method == "rk4" else dop853.integrate(start, spec.fall_tilt, spec.times)
+    )
+    times = spec.times[: samples.shape[1]].copy()
+    if fall_time is not None:
+        times[-1] = fall_time
+    values = _variables(spec, start, samples, _derived(start, samples))
+    values["ending"] = np.array(HORIZON if fall_time is None else FELL, np.int8)
+    values["fall_time"] = np.array(np.nan if fall_time is None else fall_time)
+    return _dataset(spec, times, values, command)
+
+
+def _start(spec: TrajectorySpec) -> Array:
+    roll_rate = spec.roll_rate
+    if roll_rate == STEADY_ROLL:
+        roll_rate = float(
+            steady_roll_rate(spec.tilt, spec.precession_rate, spec.alpha, spec.radius, spec.gravity)
+        )
+    numbers = (
+        spec.tilt,
+        spec.tilt_rate,
+        spec.precession_rate,
+        roll_rate,
+        spec.alpha,
+        spec.radius,
+        spec.gravity,
+    )
+    return np.array(numbers, dtype=np.float64)
+
+
+def _by_rk4(spec: TrajectorySpec, start: Array) -> tuple[Array, float | None]:
+    """Samples as in `dop853.integrate`, with a step that keeps the energy."""
+    times = spec.times
+    samples = np.empty((9, times.size))
+    step = 0.0 if isinstance(spec.step, str) else spec.step
+    for refinement in range(_MOST_REFINEMENTS + 1):
+        settings = np.array([step, _PACE / 2**refinement, spec.fall_tilt])
+        ending, filled, last, _ = compiled.trajectory()(start, settings, times, samples)
+        if ending == UNRESOLVED:
+            continue
+        drift = np.abs(_derived(start, samples[:, :filled])[1]).max()
+        if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
+            return samples[:, :filled], (last if ending == FELL else None)
+    raise RequestError(
+        "this motion could not be resolved",
+        "the state stays finite, and the motion takes at most 1e8 steps",
+        f"gave up at {last:.6g} s",
+        "give a shorter step or duration, slower rates, or a smaller fall_tilt",
+    )
+
+
+def _derived(start: Array, samples: Array) -> Array:
+    results = np.empty((8, samples.shape[1]))
+    compiled.derived()(start, np.ascontiguousarray(samples[:4]), results)
+    return results
+
+
+def _variables(
+    spec: TrajectorySpec, start: Array, samples: Array, derived: Array
+) -> dict[str, npt.NDArray[Any]]:
+    tilt, tilt_rate, precession_rate, roll_rate, heading, roll_angle, x, y, gained = samples
+    energy, drift, momentum, momentum_rate, normal, across, along, needed = derived
+    radius, weight = spec.radius, spec.mass * spec.gravity
+    lean = radius * np.sin(tilt)
+    slips = np.where(needed > spec.friction, SLIPS, ROLLS)
+    return {
+        "tilt": tilt,
+        "tilt_rate": tilt_rate,
+        "precession_rate": precession_rate,
+        "roll_rate": roll_rate,
+        "heading": heading,
+        "roll_angle": roll_angle,
+        "contact_x": x,
+        "contact_y": y,
+        "centre_x": x + lean * np.cos(heading),
+        "centre_y": y + lean * np.sin(heading),
+        "centre_z": radius * np.cos(tilt),
+        "energy": weight * radius * energy,
+        "energy_drift": drift,
+        "vertical_momentum": spec.mass * momentum,
+        "vertical_momentum_rate": spec.mass * momentum_rate,
+        "vertical_momentum_residual": spec.mass * (momentum - momentum[0] - gained),
+        "normal_force": weight * normal,
+        "friction_across": weight * across,
+        "friction_along": weight * along,
+        "friction_needed": needed,
+        "contact": np.where(normal > 0.0, slips, LIFTS).astype(np.int8),
+    }
+
+
+def _dataset(
+    spec: TrajectorySpec, times: Array, values: dict[str, npt.NDArray[Any]], command: str
+) -> "xr.Dataset":
+    import xarray as xr
+
+    fixed = {
+        name: _variable(MOTION_INPUTS[name], getattr(spec, name), (), coordinate=True) for name in _FIXED
+    }
+    variables = {
+        name: _variable(TRAJECTORY[name], value, (TIME.name,) if value.ndim else ())
+        for name, value in values.items()
+    }
+    time = _variable(TIME, times, (TIME.name,), coordinate=True)
+    return xr.Dataset(variables, {TIME.name: time} | fixed, _attributes(spec, command))
+
+
+def _variable(
+    quantity: Quantity, values: Any, dims: tuple[str, ...], coordinate: bool = False
+) -> "xr.Variable":
+    import xarray as xr
+
+    measured = quantity.dtype.startswith("f") and not coordinate
+    encoding: dict[str, Any] = {"dtype": quantity.dtype, "_FillValue": FILL if measured else None}
+    attributes = quantity.attributes()
+    if dims:
+        encoding |= {"zlib": True, "complevel": COMPRESSION, "shuffle": True}
+    if not coordinate:
+        encoding["coordinates"] = " ".join(_FIXED)
+        attributes |= CONTENT
+    if quantity.flags is not None:
+        attributes["standard_name"] = "status_flag"
+    if dims and not coordinate:
+        attributes["cell_methods"] = f"{TIME.name}: point"
+    return xr.Variable(dims, values, attributes, encoding)
+
+
+def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
+    from importlib.metadata import version
+
+    import sweep
+
+    now = created()
+    return {
+        "Conventions": CONVENTIONS,
+        "title": _ascii(spec.title or "Motion of a rolling disk"),
+        "summary": _SUMMARY,
+        "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
+        "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
+        "history": _ascii(f"{now} {command}"),
+        "date_created": now,
+        "eulerdisk_trajectory_format": np.int32(FORMAT),
+        "trajectory_request": spec.canonical(),
+        "method": spec.method,
+        "kernel_hash": compiled.kernel_hash(),
+        "versions": json.dumps(
+            {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")},
+            sort_keys=True,
+        ),
+    }
+
+
+def _ascii(text: str) -> str:
+    return text.encode("ascii", "backslashreplace").decode("ascii")

@@ -1,0 +1,155 @@
+"""The steady motions that share a motion's two constants, and where the contact point drifts: no time, then little.
+
+Scaled as in the kernels: time in units of sqrt(R/g), s = roll rate + precession rate * sin(tilt), o = precession rate *
+cos(tilt). The constants c1, c2 of a motion are its s and o as it would pass upright (Chaplygin 1897). Diagrams in the
+form of Borisov, Mamaev, Kilin, Regul. Chaotic Dyn. 8 (2003) 201.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sweep.atlas.theory import carried_rates
+from sweep.schema import Array, Truths
+from sweep.studies.steady import marginal_curve
+
+#: RK4 steps of one nutation period.
+_STEPS = 2000
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Steady motions with one value of c2: tilt [rad], c1, energy over m g R, and whether stable; shape (n,)."""
+
+    tilt: Array
+    c1: Array
+    energy: Array
+    stable: Truths
+
+
+def fold(alpha: float) -> tuple[Array, Array]:
+    """Return c1 and c2 of the steady motions with k = 0 (positive tilt and precession), from rolling to spinning.
+
+    Along this line two of the steady motions that share the constants merge; at its two ends, cusps, all three do.
+    """
+    curve = marginal_curve(alpha, 1.0, 1.0)
+    tilt, p = curve["tilt"], curve["precession_rate"]
+    s, o = curve["roll_rate"] + p * np.sin(tilt), p * np.cos(tilt)
+    return carried_rates(tilt, np.zeros_like(tilt), s, o, np.full_like(tilt, alpha))
+
+
+def branches(alpha: float, c2: float, most: float = 1.2, count: int = 4001) -> list[Branch]:
+    """Return the steady motions with a given c2 as curves over their tilt.
+
+    Parameters
+    ----------
+    alpha : float
+    c2 : float
+        Not 0: the curves for 0 cross at upright, where every c1 is steady.
+    most : float
+        Largest tilt [rad] to either side.
+    count : int
+        Tilts at which they are looked for.
+
+    Returns
+    -------
+    list of Branch
+        Of the two values of c1 at each tilt, the smaller and the larger ones.
+
+    Notes
+    -----
+    s and o are linear in c1 and c2, so that the tilt equation at rest, S + o ((1+alpha) s - (alpha/2) o T) = 0, is a
+    quadratic in c1. Stable where V'' > 0.
+    """
+    tilt = np.linspace(-most, most, count)
+    zero, ones, alphas = np.zeros_like(tilt), np.ones_like(tilt), np.full_like(tilt, alpha)
+    s1, o1 = carried_rates(zero, tilt, ones, zero, alphas)
+    s2, o2 = (c2 * each for each in carried_rates(zero, tilt, zero, ones, alphas))
+    sine, tangent = np.sin(tilt), np.tan(tilt)
+    a = o1 * ((1.0 + alpha) * s1 - 0.5 * alpha * o1 * tangent)
+    b = o1 * ((1.0 + alpha) * s2 - 0.5 * alpha * o2 * tangent) + o2 * (
+        (1.0 + alpha) * s1 - 0.5 * alpha * o1 * tangent
+    )
+    c = sine + o2 * ((1.0 + alpha) * s2 - 0.5 * alpha * o2 * tangent)
+    found = []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - 4.0 * a * c)
+        large = -0.5 * (b + np.copysign(root, b))
+        for c1 in (c / large, large / a):
+            s, o = c1 * s1 + s2, c1 * o1 + o2
+            energy = 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + np.cos(tilt)
+            there = np.isfinite(c1)
+            stable = _stiffness(s, o, tilt, alpha) > 0.0
+            found.append(Branch(tilt[there], c1[there], energy[there], stable[there]))
+    return found
+
+
+def _stiffness(s: Array, o: Array, tilt: Array, alpha: float) -> Array:
+    """V'' at a steady motion: V' = -(S + o q), q = (1+alpha) s - (alpha/2) o T, o' = oT - 2s."""
+    tangent = np.tan(tilt)
+    o_slope = o * tangent - 2.0 * s
+    q = (1.0 + alpha) * s - 0.5 * alpha * o * tangent
+    q_slope = -o - 0.5 * alpha * (o_slope * tangent + o * (1.0 + tangent**2))
+    return np.asarray(-(np.cos(tilt) + o_slope * q + o * q_slope))
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What a nutation period does to the contact point, shape (n,): it turns the path and moves it on.
+
+    `turn` [rad] is how far the heading has gone, `advance` [R] the distance between the contact points at the two ends.
+    Period after period this is a rotation about a fixed centre: the contact point stays in a ring whose middle circle,
+    through the ends of the periods, has the radius `radius` [R]; that is infinite, the drift unbounded, only if
+    the heading comes back to itself.
+    """
+
+    turn: Array
+    advance: Array
+    radius: Array
+
+
+def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift:
+    """Follow motions from a turning point, where they are at rest in the tilt, through one nutation period.
+
+    Parameters
+    ----------
+    tilt : array, shape (n,)
+        Turning point [rad].
+    s, o : array, shape (n,)
+        Scaled rates there.
+    alpha : float
+    period : array, shape (n,)
+        Nutation period over sqrt(R/g).
+
+    Returns
+    -------
+    Drift
+    """
+    state = np.stack((tilt, np.zeros_like(tilt), s, o, *np.zeros((3, tilt.size))))
+    h = period / _STEPS
+    for _ in range(_STEPS):
+        one = _slopes(state, alpha)
+        two = _slopes(state + 0.5 * h * one, alpha)
+        three = _slopes(state + 0.5 * h * two, alpha)
+        four = _slopes(state + h * three, alpha)
+        state = state + h / 6.0 * (one + 2.0 * (two + three) + four)
+    turn, advance = state[4], np.hypot(state[5], state[6])
+    with np.errstate(divide="ignore"):
+        return Drift(turn, advance, advance / (2.0 * np.abs(np.sin(0.5 * turn))))
+
+
+def _slopes(state: Array, alpha: float) -> Array:
+    """Time derivatives of (tilt, its rate, s, o, heading, x, y): physics.md, section 2, scaled."""
+    tilt, w, s, o, heading, _, _ = state
+    sine, cosine = np.sin(tilt), np.cos(tilt)
+    tangent = sine / cosine
+    roll = s - o * tangent
+    return np.stack((
+        w,
+        (sine + o * ((1.0 + alpha) * s - 0.5 * alpha * o * tangent)) / (1.0 + 0.5 * alpha),
+        -w * o / (1.0 + alpha),
+        w * (o * tangent - 2.0 * s),
+        o / cosine,
+        -roll * np.sin(heading),
+        roll * np.cos(heading),
+    ))  # fmt: skip
