@@ -74,7 +74,7 @@ def test_no_global_state(atlas):
     before = dict(matplotlib.rcParams)
     plots.figure([atlas])
     assert dict(matplotlib.rcParams) == before
-    script = "import sys, sweep; from sweep import plots; print('matplotlib.pyplot' in sys.modules)"
+    script = "import sys, sweep; from sweep.figures import plots; print('matplotlib.pyplot' in sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=CHECKOUT, capture_output=True, text=True, check=True
     )

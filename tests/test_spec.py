@@ -178,7 +178,7 @@ def test_a_spec_cannot_be_changed():
 
 def test_a_request_is_read_without_the_heavy_libraries():
     """Reading a preset loads neither compiler nor plots nor files nor units."""
-    code = "import sys, sweep.spec; sweep.spec.SweepSpec.preset('rolling'); print(*sys.modules)"
+    code = "import sys; from sweep.request.spec import SweepSpec; SweepSpec.preset('rolling'); print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
     ).stdout

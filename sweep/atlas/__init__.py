@@ -1,1 +1,1 @@
-"""From blocks to a labelled dataset: verdicts, boundaries measured and predicted, another criterion, finer boundaries."""
+"""From blocks to a labelled dataset: verdicts, boundaries measured and predicted, another criterion, finer edges."""

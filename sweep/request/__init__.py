@@ -1,1 +1,1 @@
-"""What is asked for: parameters with their units, ranges and criteria; a sweep or a motion, checked, before anything runs."""
+"""What is asked for: parameters with units, ranges and criteria; a sweep or a motion, checked before anything runs."""

@@ -1,1 +1,1 @@
-"""Runs that survive: the journal of finished blocks, one writer, resume, assembly, failures, and more than one machine."""
+"""Runs that survive: journal of finished blocks, one writer, resume, assembly, failures, more than one machine."""
