@@ -13,8 +13,9 @@ import numpy as np
 from numba import njit, prange
 
 from kernels import rows as at
+from kernels.bits import lowest_bit
 from kernels.borrow import borrowed
-from kernels.cell import AFRESH, BEGUN, DONE, begin, examine
+from kernels.cell import AFRESH, BEGUN, DONE, begin, examine, prepared
 from kernels.disk import CONTRACT
 from kernels.rk4 import lane_step
 from kernels.shares import scattered
@@ -82,9 +83,9 @@ def _integrate_chunk(start, stop, starts, settings, lanes, measures, counts):
         events = _advance(lanes)
         if events == 0:
             continue
-        for lane in range(at.LANES):
-            if (events >> lane) & 1 == 0:
-                continue
+        while events != 0:
+            lane = lowest_bit(events)
+            events &= events - 1
             outcome = examine(
                 cells[lane], lane, passed - begun[lane], starts, settings, lanes, measures, counts
             )
@@ -121,11 +122,12 @@ def integrate(starts, settings, measures, counts):
     n = starts.shape[1]
     chunks = (n + CHUNK - 1) // CHUNK
     lanes = np.zeros((chunks, at.SIZE))
+    run = prepared(settings)
     step = scattered(chunks)
     for place in prange(chunks):
         chunk = place * step % chunks
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
         _integrate_chunk(
-            start, stop, borrowed(starts), borrowed(settings), borrowed(lanes[chunk]),
+            start, stop, borrowed(starts), borrowed(run), borrowed(lanes[chunk]),
             borrowed(measures), borrowed(counts),
         )  # fmt: skip
