@@ -11,30 +11,19 @@ nutation runs back from a turning point the way it came, times follow too.
 
 import math
 
-import numpy as np
 from numba import njit
 
 from kernels import rows as at
-from kernels.disk import CONTRACT, energy, energy_change, inertia, scaled_state
+from kernels.disk import CONTRACT, energy, inertia, scaled_state
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.gauge import EPS, estimated_error, loss
+from kernels.pace import COS_FALL, DURATION, FALL_TILT, PACE, STEP, TOLERANCE, first_step
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
 #: What became of a lane: it has a new cell, it is at its cell's start again, or its cell has ended.
 BEGUN = 1
 AFRESH = 2
 DONE = 3
-
-_EPS = 2.0**-52
-
-#: Where the settings of a run stand; see `kernels.lanes.integrate` and `prepared`.
-DURATION, STEP, FALL_TILT, TOLERANCE, COS_FALL, PACE = range(6)
-
-#: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `_first_step`.
-_PACE = 0.042
-
-#: Share of that step on a hump of the potential, and the |V''| (of m g R) above which it is the smaller one.
-_HUMP = 0.39
-_SLOW = _HUMP**2.5
 
 #: A result is accepted when its estimated error is within this share of the tolerance.
 _SHARE = 0.125
@@ -54,37 +43,6 @@ def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, grav
     finite = math.isfinite(tilt_rate) and math.isfinite(precession_rate) and math.isfinite(roll_rate)
     possible = abs(tilt) < 0.5 * math.pi and 0.0 < alpha <= 1.0
     return not (finite and possible and 0.0 < radius < math.inf and 0.0 < gravity < math.inf)
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def prepared(settings):
-    """The settings of a run, and what follows from them for all cells: cos(fall_tilt) and the pace of the steps.
-
-    The global error is of fourth order, hence the fourth root of the tolerance.
-    """
-    pace = _PACE * math.sqrt(math.sqrt(settings[TOLERANCE] * 1.0e8))
-    return np.array(
-        [
-            settings[DURATION], settings[STEP], settings[FALL_TILT], settings[TOLERANCE],
-            math.cos(settings[FALL_TILT]), pace,
-        ]
-    )  # fmt: skip
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _first_step(state, constants, pace):
-    """Scaled step of the engine's own choice, per cos(tilt).
-
-    The rates of the start give the fastest frequency of the linearised motion; the step then shrinks like cos(tilt)
-    on the way to flat. A start on a hump of the potential leaves it for faster motion: over rolling and spinning
-    starts of several alphas the step that meets the tolerance was 0.43 to 0.46 |V''|^-0.4 of the other cells' one.
-    """
-    _, _, _, w, o, s = state
-    fastest = math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
-    _, stiffness = _force(state, constants)
-    if stiffness < -_SLOW:
-        pace *= _HUMP * (-stiffness) ** -0.4
-    return pace / fastest
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -137,13 +95,13 @@ def begin(cell, lane, starts, settings, lanes, measures, counts):
     S, C, T, w, o, s = state
     acceleration = tilt_acceleration(state, constants)
     terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
-    if w == 0.0 and abs(acceleration) <= 8.0 * _EPS * terms:
+    if w == 0.0 and abs(acceleration) <= 8.0 * EPS * terms:
         _write_at_once(cell, STEADY, tilt, tilt, math.nan, measures, counts)
         return DONE
     if settings[STEP] > 0.0 and not settings[DURATION] / settings[STEP] <= _MOST_STEPS:
         _write_at_once(cell, UNRESOLVED, math.nan, math.nan, math.nan, measures, counts)
         return DONE
-    scale = settings[STEP] / unit if settings[STEP] > 0.0 else _first_step(state, constants, settings[PACE])
+    scale = settings[STEP] / unit if settings[STEP] > 0.0 else first_step(state, constants, settings[PACE])
     lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
     lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
     lanes[at.LEAST_C + lane] = settings[COS_FALL]
@@ -184,20 +142,6 @@ def _set_off(lane, settings, lanes):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _loss(state, alpha, steps, lane, lanes):
-    """What a state has lost of its invariants, in units of energy over m g R; its rounding; the energy change alone.
-
-    Energy, S^2 + C^2 = 1 and T = S/C are independent gauges: where the energy error happens to pass through zero the
-    others do not. Rounding alone moves each of them by about eps*sqrt(steps).
-    """
-    S, C, T, w, o, s = state
-    S0, C0, w0, o0, s0 = _start(lane, lanes)
-    change = abs(energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha))
-    loss = change + abs((S - 1.0) * (S + 1.0) + C * C) + abs(T * C - S)
-    return loss, _EPS * math.sqrt(steps + 4.0) * (1.0 + lanes[at.ENERGY_0 + lane]), change
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
 def _event(lane, fall_tilt, lanes):
     """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
     S, C, T, w = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane]
@@ -226,40 +170,6 @@ def _event(lane, fall_tilt, lanes):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _estimated_error(ending, state, loss, rounding, constants):
-    """Error [rad] of the tilt reached, as far as the lost invariants tell; infinite where they leave it open.
-
-    At a turning point: the loss beyond rounding, and the kinetic energy that is left there, over the force of the
-    potential. Against exact turning points the ratio of true to estimated error stays below 1.1 in the presets and
-    below 10 over random starts. Elsewhere the speed carries the motion on, and the larger of force and speed takes the
-    force's place.
-    """
-    force, stiffness = _force(state, constants)
-    speed = abs(state[3])
-    # not max(0, ...), which takes a NaN for no loss at all
-    beyond = 0.0 if loss <= rounding else loss - rounding
-    if ending != BOUNDED:
-        return beyond / max(force, speed)
-    # short of a summit of the potential by less than the loss: the disk may as well have passed it
-    if stiffness < 0.0 and force * force <= -8.0 * stiffness * (loss + rounding):
-        return math.inf
-    return (beyond + 0.5 * speed * speed / constants[0]) / force
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _force(state, constants):
-    """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
-
-    V' = -(S + o q) with q = (1+alpha) s - (alpha/2) o T, differentiated along s' = -o/(1+alpha), o' = oT - 2s.
-    """
-    S, C, T, _, o, s = state
-    q = constants[1] * s - constants[2] * (o * T)
-    o_slope = o * T - 2.0 * s
-    q_slope = -o - constants[2] * (o_slope * T + o * (1.0 + T * T))
-    return abs(S + o * q), -(C + o_slope * q + o * q_slope)
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
 def _refine(lane, error, settings, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # in the reach of the method the next step would leave a quarter of the error at most; rounding stays
@@ -280,10 +190,11 @@ def _refine(lane, error, settings, lanes):
 def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
     """Find out what occurred in a lane: AFRESH (at its start again) or DONE (its cell is written)."""
     ending, state, t = _event(lane, settings[FALL_TILT], lanes)
-    loss, rounding, change = _loss(state, starts[4, cell], steps, lane, lanes)
+    whole = lanes[at.ENERGY_0 + lane]
+    lost, rounding, change = loss(state, _start(lane, lanes), whole, starts[4, cell], steps)
     error = math.inf
-    if loss <= _MOST_LOSS:
-        error = _estimated_error(ending, state, loss, rounding, _constants(lane, lanes))
+    if lost <= _MOST_LOSS:
+        error = estimated_error(ending, state, lost, rounding, _constants(lane, lanes))
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < _time_left(lane, settings, lanes)
     if out_of_steps or not error <= _SHARE * settings[TOLERANCE]:
         if not out_of_steps and _refine(lane, error, settings, lanes):

@@ -14,7 +14,7 @@ from kernels import rows as at
 from kernels.cell import AFRESH, BEGUN
 from kernels.cell import begin as begin_on_cpu
 from kernels.cell import examine as examine_on_cpu
-from kernels.cell import prepared
+from kernels.pace import prepared
 from kernels.rk4 import lane_step as lane_step_on_cpu
 
 #: Threads of a block: 32 to 256 keep an H200 equally busy, and few leave little to wait for where cells end apart.
@@ -95,6 +95,8 @@ def integrate(starts, settings, measures, counts):
     if n == 0:
         return
     found, said = cuda.device_array(measures.shape, np.float64), cuda.device_array(counts.shape, np.int32)
-    _integrate[math.ceil(n / THREADS), THREADS](cuda.to_device(starts), cuda.to_device(prepared(settings)), found, said)
+    _integrate[math.ceil(n / THREADS), THREADS](
+        cuda.to_device(starts), cuda.to_device(prepared(settings)), found, said
+    )
     found.copy_to_host(measures)
     said.copy_to_host(counts)

@@ -32,34 +32,30 @@ def inertia(alpha):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT, inline="always")
-def derivatives(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse):
-    """Time derivatives of (S, C, T, w, o, s) in scaled time.
+def slopes(state, i_spin, drag):
+    """How a motion changes with its tilt, and what accelerates the tilt.
 
     Parameters
     ----------
-    S, C, T, w, o, s : float
-        The state (see the module docstring).
-    i_tilt, i_roll, i_spin, i_inverse : float
-        The constants of `inertia`.
+    state : tuple of 5 floats
+        S, C, T, o (see the module docstring) and p = (1+alpha) s.
+    i_spin, drag : float
+        alpha/2 and 2/(1+alpha).
 
     Returns
     -------
-    tuple of 6 floats
+    (dS, dC, dT, do, dp), acceleration
+        Derivatives with respect to the tilt; times w they are derivatives in scaled time. The acceleration of the tilt
+        in scaled time, times 1 + alpha/2.
 
     Notes
     -----
-    Newton's equations about the contact point with the rolling constraints eliminated; the last two lines are
-    Chaplygin's linear system ds/dtheta = -o/(1+alpha), do/dtheta = -2s + o tan(theta) (1897), times w.
+    Newton's equations about the contact point with the rolling constraints eliminated; do and dp are Chaplygin's linear
+    system ds/dtheta = -o/(1+alpha), do/dtheta = -2s + o tan(theta) (1897).
     """
+    S, C, T, o, p = state
     oT = o * T
-    return (
-        C * w,
-        -S * w,
-        w + T * T * w,
-        i_tilt * (S + o * (i_roll * s - i_spin * oT)),
-        w * (oT - 2.0 * s),
-        -i_inverse * (w * o),
-    )
+    return (C, -S, 1.0 + T * T, oT - drag * p, -o), S + o * (p - i_spin * oT)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -96,3 +92,16 @@ def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
         + 0.25 * alpha * (o - o0) * (o + o0)
         - (S - S0) * (S + S0) / (C + C0)
     )
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def force(state, constants):
+    """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
+
+    V' = -(S + o q) with q = (1+alpha) s - (alpha/2) o T, differentiated along s' = -o/(1+alpha), o' = oT - 2s.
+    """
+    S, C, T, _, o, s = state
+    q = constants[1] * s - constants[2] * (o * T)
+    o_slope = o * T - 2.0 * s
+    q_slope = -o - constants[2] * (o_slope * T + o * (1.0 + T * T))
+    return abs(S + o * q), -(C + o_slope * q + o * q_slope)

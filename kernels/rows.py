@@ -6,7 +6,7 @@ dimensions or several arrays it gives up and the lane loop stays scalar (30 time
 
 #: Two AVX-512 or four AVX2 vectors: enough independent chains to hide latency (16, 32 and 64 run equally fast), and
 #: the fewest lanes that idle while the last long cell of a chunk ends.
-LANES = 16
+LANES = 32
 
 # The state that a step changes (scaled, see kernels.disk)
 S, C, T, W, O_RATE, S_RATE, TIME = (row * LANES for row in range(7))

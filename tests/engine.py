@@ -7,6 +7,7 @@ import numpy as np
 import referee
 from referee import FALL_TILT
 
+from kernels import disk
 from sweep.engine.blocks import Span
 from sweep.engine.cells import starts as cell_starts
 from sweep.engine.compiled import integrate
@@ -53,6 +54,14 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     finally:
         numba.set_num_threads(before)
     return Results(*measures, *counts)
+
+
+def flow(state, alpha):
+    """Time derivatives of a scaled state (S, C, T, w, o, s), as an array of shape (6,)."""
+    S, C, T, w, o, s = state
+    i_tilt, i_roll, i_spin, i_inverse = disk.inertia(alpha)
+    (dS, dC, dT, do, dp), acceleration = disk.slopes((S, C, T, o, i_roll * s), i_spin, 2.0 * i_inverse)
+    return np.array([w * dS, w * dC, w * dT, i_tilt * acceleration, w * do, w * dp * i_inverse])
 
 
 def scattered(n, seed):

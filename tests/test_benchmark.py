@@ -43,12 +43,16 @@ def test_a_contender_that_is_not_installed_is_no_loss(capsys):
 
 @pytest.mark.compiled
 def test_the_multiply_adds_of_a_step():
-    """One step has 91 multiply-adds, counted by hand.
+    """One step has 79 multiply-adds, counted by hand.
 
-    Slopes: 13 in each of four stages (oT; S'; C'; T' 2; w' 4; o' 2; s' 2). Arguments of three stages: 6 each. Sums
-    of slopes: 6 twice, and 6 for the result; of the six last additions five take up a product. Half and sixth step: 2.
+    Slopes: 5 in each of four stages (oT; 1 + T^2; do; the bracket and the sum of the acceleration). Arguments of three
+    stages: 5 each. Sums of slopes: 5 in each stage. Angles: 5 (half w; rate, half and whole; whole; last: 2 more than
+    its w); w in three stages. Results: 5 for S, C, T, o and p, with one factor more; the sum of accelerations 3 and two
+    for w. Half step, step by i_tilt and half of it, 2 i_inverse, p: 5.
     """
-    assert roofline.multiply_adds() == 4 * 13 + 3 * 6 + 2 * 6 + 6 + (6 - 5) + 2
+    slopes, arguments, sums = 4 * 5, 3 * 5, 4 * 5
+    angles, rates = 1 + 2 + 1 + 1, 3
+    assert roofline.multiply_adds() == slopes + arguments + sums + angles + rates + (5 + 1) + (3 + 2) + 5
 
 
 @pytest.mark.compiled
