@@ -70,12 +70,18 @@ def value(coef, x):
 
 @njit(error_model="numpy", fastmath=CONTRACT)
 def slopes(coef, x):
-    """First and second derivative of the polynomial with ascending coefficients."""
-    first, second = 0.0, 0.0
-    for n in range(TERMS - 1, 0, -1):
-        second = second * x + first
-        first = first * x + n * coef[n]
-    return first, second
+    """First and second derivative of the polynomial with ascending coefficients; even and odd halves, as in `value`."""
+    xx = x * x
+    even, odd = (TERMS - 2) * coef[TERMS - 2], (TERMS - 1) * coef[TERMS - 1]
+    even_slope, odd_slope = 0.0, 0.0
+    for n in range(TERMS - 4, 0, -2):
+        even_slope = even_slope * xx + even
+        odd_slope = odd_slope * xx + odd
+        even = even * xx + n * coef[n]
+        odd = odd * xx + (n + 1) * coef[n + 1]
+    odd_slope = odd_slope * xx + odd
+    odd = odd * xx + coef[1]
+    return odd + x * even, even + 2.0 * (xx * even_slope + x * odd_slope)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -192,7 +198,7 @@ def _summit(alpha, table, panels, nodes, side, inner, outer, guess, c1, c2, out)
         if not (new - inner) * (new - outer) <= 0.0:
             new = 0.5 * (inner + outer)
         # V is flat there: half of the digits of the saddle's tilt are all of the digits of its height
-        if abs(new - t) <= 1e-10 * t:
+        if abs(new - t) <= 1e-5 * t:
             return side * new
         t = new
     return side * t

@@ -9,12 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from bench.problem import Array, Contender, Solve, headings, longest, scaled, timed
+from bench.problem import LONGEST, Array, Contender, Solve, headings, longest, scaled, timed
+
+#: A sweep script that knows nothing of turning points integrates for a while; here for so long [s].
+_WHILE = 10.0
 
 _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12)
 
 
-def _scipy(method: str) -> Solve:
+def _scipy(method: str, to_the_turn: bool = True) -> Solve:
+    """Return `solve_ivp` to the turning point, or for 10 s with all turning points on the way (which all peak alike)."""
     from scipy.integrate import solve_ivp
 
     def rates(_t: float, y: Array, a: float, b: float, c: float, d: float) -> list[float]:
@@ -24,16 +28,18 @@ def _scipy(method: str) -> Solve:
 
     def solve(given: Array, tolerance: float) -> Array:
         state, constants = scaled(given)
-        heading, end = headings(given), longest(given)
+        heading, end = headings(given), longest(given, LONGEST if to_the_turn else _WHILE)
         found = np.abs(given[0])
         for cell in range(given.shape[1]):
             turn: Any = lambda _t, y, *_: y[1]  # noqa: E731 - scipy wants attributes on the function
-            turn.terminal, turn.direction = True, -heading[cell]
+            turn.terminal, turn.direction = to_the_turn, -heading[cell]
             done = solve_ivp(
                 rates, (0.0, end), state[:, cell], method=method, events=turn, args=tuple(constants[:, cell]),
                 rtol=max(tolerance, 3e-14), atol=tolerance * 1e-2,
             )  # fmt: skip
-            found[cell] = max(found[cell], abs(done.y[0, -1]))
+            if to_the_turn or done.y_events[0].size:
+                peak = done.y[0, -1] if to_the_turn else done.y_events[0][0, 0]
+                found[cell] = max(found[cell], abs(peak))
         return np.asarray(found)
 
     return timed(solve)
@@ -140,6 +146,9 @@ def contenders(quick: bool) -> list[Contender]:
     found = [
         Contender(f"SciPy {name}", "rtol", _TOLERANCES, few, lambda name=name: _scipy(name))  # type: ignore[misc]
         for name in ("RK45", "DOP853", "LSODA")
+    ]
+    found += [
+        Contender("SciPy LSODA, 10 s", "rtol", _TOLERANCES, few, lambda: _scipy("LSODA", to_the_turn=False))
     ]
     found += [
         Contender(f"diffrax {name}", "rtol", _TOLERANCES, batch, lambda name=name: _diffrax(name))  # type: ignore[misc]

@@ -89,9 +89,9 @@ def headings(given: Array) -> Array:
     )
 
 
-def longest(given: Array) -> float:
-    """Return LONGEST in scaled time (radius and gravity are the same in all cells)."""
-    return float(LONGEST / np.sqrt(given[5, 0] / given[6, 0]))
+def longest(given: Array, duration: float = LONGEST) -> float:
+    """Return a duration [s] in scaled time (radius and gravity are the same in all cells)."""
+    return float(duration / np.sqrt(given[5, 0] / given[6, 0]))
 
 
 def timed(solve: Callable[[Array, float], Array]) -> Solve:
