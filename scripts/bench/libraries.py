@@ -18,7 +18,7 @@ _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12)
 
 
 def _scipy(method: str, to_the_turn: bool = True) -> Solve:
-    """Return `solve_ivp` to the turning point, or for 10 s with all turning points on the way (which all peak alike)."""
+    """Return `solve_ivp` to the turning point, or for 10 s past all turning points (which peak alike)."""
     from scipy.integrate import solve_ivp
 
     def rates(_t: float, y: Array, a: float, b: float, c: float, d: float) -> list[float]:
