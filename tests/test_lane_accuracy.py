@@ -121,3 +121,16 @@ def test_what_lies_on_a_separatrix_is_admitted():
     resolved = found.ending != UNRESOLVED
     assert resolved.mean() > 0.99
     assert errors(found, truth)[resolved].max() <= 1e-6
+
+
+@compiled
+def test_fast_disks_next_to_upright_are_resolved():
+    """Rounding of large rates is not taken for a lost tilt: a fast disk at 1e-6 rad is stable, and exact."""
+    tilts, rates = (
+        part.ravel() for part in np.meshgrid(np.geomspace(1e-6, 1e-4, 60), np.linspace(10.0, 60.0, 60))
+    )
+    for name in ("roll_rate", "precession_rate"):
+        given = referee.starts(tilt=tilts, **{name: rates})
+        found = engine.run(given)
+        assert set(found.ending) == {BOUNDED}
+        assert errors(found, referee.extremes(given)).max() <= 1e-10
