@@ -7,8 +7,6 @@ absent or a complete file, or if a damaged block went unnoticed.
 import argparse
 import os
 import random
-import resource
-import shutil
 import signal
 import sys
 import tempfile
@@ -20,6 +18,7 @@ from pathlib import Path
 import netCDF4  # noqa: F401
 import numba  # noqa: F401
 import xarray  # noqa: F401
+from weigh import large
 
 import sweep
 from sweep.errors import StoppedError
@@ -43,6 +42,10 @@ def main() -> None:
     parser.add_argument(
         "--cells", type=int, default=10**8, help="cells of the large atlas, 0 for none (default 1e8)"
     )
+    parser.add_argument(
+        "--pairs", type=int, default=1, help="large atlases with a journal, and as many without (default 1)"
+    )
+    parser.add_argument("--only-large", action="store_true", help="leave out kills, crashes and damages")
     parser.add_argument("--every", type=int, default=1, help="crash before every n-th step (default 1)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
@@ -50,18 +53,23 @@ def main() -> None:
     dice = random.Random(options.seed)
     with tempfile.TemporaryDirectory(prefix="eulerdisk-soak-", dir=".") as name:
         folder = Path(name)
-        whole, took = undisturbed(folder / "whole.nc")
-        print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
-        wrong = 0
-        for threads in (1, 2):
-            for block_cells in BLOCKS:
-                wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
-        wrong += crashes(folder, whole, options.every)
-        wrong += damages(folder, whole, options.damages, dice)
+        wrong = 0 if options.only_large else survive(folder, options, dice)
         if options.cells:
-            large(folder, options.cells)
+            large(folder, options.cells, options.pairs)
     if wrong:
         sys.exit(f"scripts/soak: {wrong} times something was wrong")
+
+
+def survive(folder: Path, options: argparse.Namespace, dice: random.Random) -> int:
+    """Kill, crash and damage runs; return how often something was wrong."""
+    whole, took = undisturbed(folder / "whole.nc")
+    print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
+    wrong = 0
+    for threads in (1, 2):
+        for block_cells in BLOCKS:
+            wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
+    wrong += crashes(folder, whole, options.every)
+    return wrong + damages(folder, whole, options.damages, dice)
 
 
 def child(work: Callable[[], object]) -> int:
@@ -250,40 +258,6 @@ def damaged(good: bytes, dice: random.Random) -> bytes:
         place = min(place, len(good.rstrip(b"\0")) - 1)
         return good[:place] + bytes(len(good) - place)
     return good[:place] + bytes([good[place] ^ 1 << dice.randrange(8)]) + good[place + 1 :]
-
-
-def large(folder: Path, cells: int) -> None:
-    """Compute an atlas of many cells with a short horizon; print its largest memory and what the journal cost."""
-    count = round(cells**0.5)
-    spec = sweep.SweepSpec.preset("rolling").replace(
-        roll_rate=f"0.5:6:{count}", tilt=f"0.01deg:20deg:{count}:log", duration=0.05
-    )
-    path = folder / "large.nc"
-
-    def work() -> None:
-        spent = [0.0]
-        keep = journal.Journal.keep
-
-        def timed(*arguments: object) -> None:
-            began = time.thread_time()
-            keep(*arguments)  # type: ignore[arg-type]
-            spent[0] += time.thread_time() - began
-
-        journal.Journal.keep = timed  # type: ignore[assignment, method-assign]
-        began = time.monotonic()
-        run_to_file(spec, path)
-        took, used = time.monotonic() - began, time.process_time()
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-        share = 100 * spent[0] / used
-        print(
-            f"large: {spec.size} cells in {took:.0f} s ({spec.size / took:.3g} cells/s), "
-            f"{memory / 1e9:.2f} GB resident at most, file {path.stat().st_size / 1e9:.2f} GB; "
-            f"journal {spent[0]:.1f} s of {used:.1f} s of processor ({share:.1f} %)",
-            flush=True,
-        )
-
-    os.waitpid(child(work), 0)
-    shutil.rmtree(path.with_name("large.nc.run"), ignore_errors=True)
 
 
 if __name__ == "__main__":

@@ -17,9 +17,11 @@ from sweep.engine.runner import compute
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import journal, locks, manifest
+from sweep.runs.claims import check_same
 from sweep.runs.journal import DamagedBlockError, Journal
 from sweep.runs.locks import locked
 from sweep.runs.manifest import Manifest
+from sweep.schema.exact import DERIVED
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 
@@ -36,7 +38,7 @@ def book(tmp_path_factory):
 
 
 def test_a_block_comes_back(book):
-    """Every column is read as it was written, bit by bit, by the journal and by NumPy alone."""
+    """Every column is read as it was written, bit by bit; NumPy alone reads what is stored of it."""
     columns = compute(SPEC, book.spans[2])
     (path,) = book.held()[2]
     block = book.read(2, path)
@@ -44,8 +46,13 @@ def test_a_block_comes_back(book):
     assert list(block.columns) == list(columns)
     with np.load(path) as archive:
         for name, column in columns.items():
-            for read in (block.columns[name], archive[name]):
-                assert (read.dtype, read.tobytes()) == (column.dtype, column.tobytes())
+            assert (block.columns[name].dtype, block.columns[name].tobytes()) == (
+                column.dtype,
+                column.tobytes(),
+            )
+            if name in archive:
+                assert np.array_equal(np.resize(archive[name], column.shape), column, equal_nan=True)
+        assert set(archive) == set(columns) - set(DERIVED)
 
 
 def test_a_block_has_one_file_whoever_writes_it(book):
@@ -153,6 +160,18 @@ def test_differences_are_named(book, monkeypatch):
     (two,) = book.manifest.differences(SPEC)
     assert two.startswith("kernel_hash: ")
     assert two.endswith("0000000000000000 here")
+
+
+def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
+    """A run begun by a program that stored blocks otherwise is not gone on with: the format is named."""
+    monkeypatch.setattr(manifest, "FORMAT", 1)
+    made = Manifest.new(SPEC, 5, "t", "c")
+    made.write(tmp_path / journal.MANIFEST)
+    monkeypatch.undo()
+    older = Journal.at(tmp_path)
+    with pytest.raises(RequestError, match=r"blocks of another run.*format: 1 there, 2 here.*rm -r"):
+        check_same(older, SPEC)
+    assert older.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
 
 
 @pytest.mark.parametrize("change", ["cut", "number", "garbage"])

@@ -189,7 +189,8 @@ def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
 
     run_to_file(spec, path, block_cells=5000, progress=measure)
     for done, size in taken:
-        assert spec.size / 3 * 63 <= size <= estimate.journal_bytes(spec, spec.size)
+        # no more than what does not follow from the rest, no less than what never repeats
+        assert spec.size / 3 * 24 <= size <= estimate.journal_bytes(spec, spec.size)
         assert done <= spec.size
     assert path.stat().st_size < estimate.file_bytes(spec)
 

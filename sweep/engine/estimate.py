@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from sweep.engine.blocks import MOST_BLOCK_CELLS
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
-from sweep.schema import VARIABLES
+from sweep.schema import PARAMETERS
+from sweep.schema.exact import DERIVED, atlas_variables
 
 #: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
 FILE_SHARE = 0.8
@@ -30,15 +32,17 @@ _STAGES_BYTES = 500
 _GRID_BYTES = 6
 
 
-def cell_bytes(spec: SweepSpec) -> int:
-    """Return the bytes of one cell's variables."""
-    computed = ["f8"] if spec.circling else []
-    return sum(np.dtype(kind).itemsize for kind in [*(each.dtype for each in VARIABLES.values()), *computed])
+def cell_bytes(spec: SweepSpec, without: Collection[str] = ()) -> int:
+    """Return the bytes of one cell's variables, without those that are named."""
+    kinds = {name: each.dtype for name, each in atlas_variables(spec.method, spec.contact).items()}
+    if spec.computed_rate is not None:
+        kinds[spec.computed_rate] = PARAMETERS[spec.computed_rate].dtype
+    return sum(np.dtype(kind).itemsize for name, kind in kinds.items() if name not in without)
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:
-    """Return the bytes that finished blocks of so many cells take on disk."""
-    return 1.01 * cells * cell_bytes(spec) + 1e4
+    """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
+    return 1.01 * cells * cell_bytes(spec, DERIVED) + 1e4
 
 
 def file_bytes(spec: SweepSpec) -> float:
@@ -89,7 +93,7 @@ def describe(spec: SweepSpec, path: Path, rate: float | None, cells: int | None)
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {time}",
         f"memory   about {size(memory_bytes(spec, most))}",
-        f"disk     {size(journal_bytes(spec, spec.size))} for the journal, which goes at the end, and at most "
+        f"disk     at most {size(journal_bytes(spec, spec.size))} for the journal, which goes at the end, and at most "
         f"{size(file_bytes(spec))} for the file; {free} free in {path.parent.resolve()}",
     ]
 

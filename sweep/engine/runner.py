@@ -15,7 +15,7 @@ from sweep.engine.device import check_device, integrator
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.schema import AUTOMATIC, VARIABLES, Array
-from sweep.schema.exact import atlas_variables
+from sweep.schema.exact import DERIVED, atlas_variables
 
 Columns = Mapping[str, npt.NDArray[np.generic]]
 
@@ -86,6 +86,11 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
         extremes of the contact forces where they are asked for.
     """
     return measure(spec, cells.starts(spec, span))
+
+
+def completed(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
+    """Return the columns of a span, as from `compute`, from those that are not `DERIVED`."""
+    return _columns(spec, cells.starts(spec, span), measured)
 
 
 def measure(spec: SweepSpec, given: dict[str, Array]) -> Columns:
@@ -163,7 +168,9 @@ def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.ND
     }
 
 
-def _columns(spec: SweepSpec, given: Mapping[str, Array], measured: dict[str, npt.NDArray[Any]]) -> Columns:
+def _columns(
+    spec: SweepSpec, given: Mapping[str, Array], measured: Mapping[str, npt.NDArray[Any]]
+) -> Columns:
     least, greatest = measured["tilt_min"], measured["tilt_max"]
     steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -176,11 +183,12 @@ def _columns(spec: SweepSpec, given: Mapping[str, Array], measured: dict[str, np
     }
     table = atlas_variables(spec.method, spec.contact)
     typed: dict[str, npt.NDArray[np.generic]] = {
-        name: (measured | derived)[name].astype(quantity.dtype, copy=False)
+        name: (derived[name] if name in DERIVED else measured[name]).astype(quantity.dtype, copy=False)
         for name, quantity in table.items()
     }
     if spec.computed_rate is not None:
-        rate = given[spec.computed_rate]
+        # the rate that the cell was computed with, where that is known
+        rate = measured.get(spec.computed_rate, given[spec.computed_rate])
         typed[spec.computed_rate] = np.where(np.isfinite(rate), rate, np.nan)
     return typed
 

@@ -1,9 +1,9 @@
 """The journal of a run: its finished blocks on disk, each an immutable file that knows when it is damaged.
 
-A block is `blocks/000123-1a2b3c4d.npz`: an uncompressed NumPy archive, whose members carry a checksum each. The name
-holds a checksum of all that surrounds the members' data, their checksums among it, begun with the run's fingerprint and
-the block's cells. A file that was cut, zero-filled or altered, or belongs to another run or another place, does not
-fit its name or its checksums; and no byte had to be summed twice.
+A block is `blocks/000123-1a2b3c4d.npz`: an uncompressed NumPy archive of what `packing` stores of its columns, whose
+members carry a checksum each. The name holds a checksum of all that surrounds the members' data, their checksums among
+it, begun with the run's fingerprint and the block's cells. A file that was cut, zero-filled or altered, or belongs to
+another run or another place, does not fit its name or its checksums; and no byte had to be summed twice.
 """
 
 import contextlib
@@ -23,6 +23,7 @@ import numpy as np
 from sweep.engine.runner import Block, Columns
 from sweep.errors import RequestError
 from sweep.files.publish import publish
+from sweep.runs import packing
 from sweep.runs.manifest import Manifest
 
 #: Name of the folder beside the output.
@@ -97,6 +98,7 @@ class Journal:
         OSError
             If the file system refuses; nothing of the block is left then.
         """
+        stored = packing.packed(self.manifest.spec, columns)
         self._blocks.mkdir(exist_ok=True)
         who = f"{platform.node()}-{os.getpid()}-{threading.get_ident()}"
         unfinished = self._blocks / f"{number:06d}.{who}.tmp"
@@ -105,7 +107,7 @@ class Journal:
                 stream = _Summed(file, self._seed(number))
                 # opened on a stream that cannot seek, zipfile never goes back: one pass, one checksum
                 with zipfile.ZipFile(stream, "w") as archive:  # type: ignore[call-overload]
-                    for name, column in columns.items():
+                    for name, column in stored.items():
                         # a date of its own would make two files of the same block differ
                         with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member, stream.unsummed():
                             np.lib.format.write_array_header_1_0(
@@ -125,12 +127,16 @@ class Journal:
         DamagedBlockError
             If the file is not what was written.
         """
+        span = self.spans[number]
+        return Block(span, packing.unpacked(self.manifest.spec, span, self._stored(number, path)))
+
+    def _stored(self, number: int, path: Path) -> packing.Stored:
         try:
             content = path.read_bytes()
             if path.stem.partition("-")[2] != f"{zlib.crc32(_surroundings(content), self._seed(number)):08x}":
                 raise DamagedBlockError(f"{path.name} does not fit its checksum")
             with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-                return Block(self.spans[number], dict(archive))
+                return dict(archive)
         except (
             OSError,
             ValueError,
@@ -156,7 +162,7 @@ class Journal:
             try:
                 if len(paths) > 1:
                     raise DamagedBlockError(f"block {number} was computed twice with different results")
-                self.read(number, paths[0])
+                self._stored(number, paths[0])
                 sound.add(number)
             except DamagedBlockError as problem:
                 damaged.append(str(problem))

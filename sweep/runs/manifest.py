@@ -14,8 +14,8 @@ from sweep.errors import RequestError, shown
 from sweep.files.publish import publish_text
 from sweep.request.spec import SweepSpec
 
-#: Version of the journal: names and contents of its files.
-FORMAT = 1
+#: Version of the journal: names and contents of its files. 1 stored all columns whole.
+FORMAT = 2
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")

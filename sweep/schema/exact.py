@@ -47,6 +47,10 @@ AUDIT: Mapping[str, Quantity] = table(
 # fmt: on
 
 
+#: Variables of an atlas that follow from the others and the spec.
+DERIVED = ("stability", "peak_tilt", "amplification")
+
+
 def atlas_variables(method: str, contact: str = "no") -> Mapping[str, Quantity]:
     """Return the variables of an atlas with one value per cell, for a method, with or without contact forces."""
     exact = REDUCTION if method == "exact" else {}

@@ -1,0 +1,84 @@
+"""What a large atlas takes, and what of it is for the journal; `scripts/soak` prints it."""
+
+import os
+import resource
+import struct
+import time
+import traceback
+from pathlib import Path
+
+import sweep
+from sweep.runs import journal
+from sweep.runs.running import run_to_file
+
+
+def large(folder: Path, cells: int, pairs: int) -> None:
+    """Compute an atlas of many cells with a short horizon, with a journal and without one; print what each took.
+
+    What a journal costs is what the run does not take without one: on the wall, and of the processors, the time of the
+    system among it. Two runs are never disturbed alike, so the processor's time inside `Journal.keep` is told as well.
+    """
+    count = round(cells**0.5)
+    spec = sweep.SweepSpec.preset("rolling").replace(
+        roll_rate=f"0.5:6:{count}", tilt=f"0.01deg:20deg:{count}:log", duration=0.05
+    )
+    path = folder / "large.nc"
+
+    def work(answer: int, journaled: bool) -> None:
+        spent, keep = [0.0], journal.Journal.keep
+
+        def timed(*arguments: object) -> None:
+            began = time.thread_time()
+            if journaled:
+                keep(*arguments)  # type: ignore[arg-type]
+            spent[0] += time.thread_time() - began
+
+        journal.Journal.keep = timed  # type: ignore[assignment, method-assign]
+        began = time.monotonic()
+        run_to_file(spec, path, overwrite=True)
+        took, used = time.monotonic() - began, resource.getrusage(resource.RUSAGE_SELF)
+        processor, memory = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024 / 1e9
+        os.write(answer, struct.pack("4d", took, processor, spent[0], memory))
+
+    def measured(journaled: bool) -> tuple[float, ...]:
+        reading, writing = os.pipe()
+        number = os.fork()
+        if number == 0:
+            # in a process of its own: memory is counted from the start
+            try:
+                work(writing, journaled)
+                os._exit(0)
+            except BaseException:
+                traceback.print_exc()
+                os._exit(1)
+        os.waitpid(number, 0)
+        os.close(writing)
+        os.sync()  # what one run has left to write must not be the other's burden
+        with os.fdopen(reading, "rb") as answer:
+            return struct.unpack("4d", answer.read())
+
+    print(f"large: {spec.size} cells; the disk takes {disk_rate(folder) / 1e6:.0f} MB/s", flush=True)
+    for pair in range(pairs):
+        # neither is always the first
+        found = {journaled: measured(journaled) for journaled in ((True, False), (False, True))[pair % 2]}
+        (took, used, kept, memory), (bare_took, bare_used, *_) = found[True], found[False]
+        print(
+            f"large: {took:.0f} s ({spec.size / took:.3g} cells/s), {memory:.2f} GB resident at most, "
+            f"file {path.stat().st_size / 1e9:.2f} GB; without a journal {bare_took:.0f} s: it is "
+            f"{100 * (took - bare_took) / took:.1f} % of the time, {100 * (used - bare_used) / used:.1f} % of "
+            f"{used:.0f} s of processor, of which keeping blocks {100 * kept / used:.1f} %",
+            flush=True,
+        )
+
+
+def disk_rate(folder: Path, size: int = 2**28) -> float:
+    """Return how many bytes the disk takes in a second, fsync and all."""
+    path, data = folder / "rate", os.urandom(2**22)
+    began = time.monotonic()
+    with open(path, "wb") as file:
+        for _ in range(size // len(data)):
+            file.write(data)
+        os.fsync(file.fileno())
+    took = time.monotonic() - began
+    path.unlink()
+    return size / took
