@@ -13,9 +13,9 @@ from sweep.engine import estimate
 from sweep.engine.blocks import Span
 from sweep.engine.runner import Block
 from sweep.files import store
+from sweep.runs.claims import check_same
 from sweep.runs.journal import MANIFEST, SUFFIX, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
-from sweep.schema import PARAMETERS, VARIABLES
 
 
 def unfinished(path: Path) -> Path | None:
@@ -72,10 +72,12 @@ def write_partial(folder: Path, path: Path, *, overwrite: bool = False) -> tuple
     Raises
     ------
     RequestError
-        If the file exists or cannot be written, or the manifest is damaged.
+        If the file exists or cannot be written, the manifest is damaged, or the run is another program's.
     """
     book = Journal.at(folder)
     manifest = book.manifest
+    # the file will say that this program made it
+    check_same(book, manifest.spec)
     store.check_target(path, overwrite)
     estimate.check_room(path, estimate.file_bytes(manifest.spec))
     done: list[int] = []
@@ -93,17 +95,17 @@ def write_partial(folder: Path, path: Path, *, overwrite: bool = False) -> tuple
 def _filled_up(book: Journal, held: dict[int, list[Path]], done: list[int]) -> Iterator[Block]:
     for number in range(len(book.spans)):
         try:
-            block = book.read(number, held[number][0])
+            # of two results for one block neither is trusted
+            (path,) = held[number]
+            block = book.read(number, path)
             done.append(len(block.span))
-        except (KeyError, DamagedBlockError):
+        except (KeyError, ValueError, DamagedBlockError):
             block = _not_computed(book.manifest, book.spans[number])
         yield block
 
 
 def _not_computed(manifest: Manifest, span: Span) -> Block:
-    kinds = {name: quantity.dtype for name, quantity in VARIABLES.items()}
-    if manifest.spec.circling:
-        kinds["roll_rate"] = PARAMETERS["roll_rate"].dtype
+    kinds = {each.name: each.dtype for each in atlas.cell_declarations(manifest.spec)}
     # 0 is not_computed among the endings, and undecided among the verdicts
     empty = {name: np.nan if kind.startswith("f") else 0 for name, kind in kinds.items()}
     return Block(span, {name: np.full(len(span), empty[name], kind) for name, kind in kinds.items()})

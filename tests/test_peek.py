@@ -1,0 +1,61 @@
+"""A look at a run that is not finished, whatever it computes and whoever began it."""
+
+import numpy as np
+import pytest
+
+from sweep.engine.runner import compute
+from sweep.errors import RequestError
+from sweep.files.store import open_atlas
+from sweep.request.spec import SweepSpec
+from sweep.runs import manifest, parts, peek
+
+SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
+SPECS = {
+    "rk4": SPEC,
+    "exact": SPEC.replace(method="exact"),
+    "contact": SPEC.replace(contact="yes"),
+    "circling": SweepSpec(tilt="1deg:20deg:3", precession_rate="2,3,4,5", roll_rate="steady"),
+    "steady-slow": SweepSpec(tilt="1deg:20deg:3", roll_rate="-9:-5:4", precession_rate="steady-slow"),
+}
+
+
+@pytest.fixture
+def begun(tmp_path, request):
+    """Return the journal of a run of which the second of four blocks is there."""
+    book = parts.prepare(request.param, tmp_path / "a.nc", block_cells=3)
+    book.keep(1, compute(book.manifest.spec, book.spans[1]))
+    return book
+
+
+@pytest.mark.parametrize("begun", SPECS.values(), ids=SPECS, indirect=True)
+def test_what_there_is_can_be_read(begun, tmp_path):
+    """Every variable of the atlas is there, whatever the method; cells of missing blocks have no numbers."""
+    spec, path = begun.manifest.spec, tmp_path / "p.nc"
+    assert peek.write_partial(begun.folder, path) == (3, 12)
+    columns = compute(spec, begun.spans[1])
+    with open_atlas(path) as part:
+        assert set(columns) <= set(part.data_vars)
+        for name, column in columns.items():
+            found = part[name].values.ravel()
+            np.testing.assert_array_equal(found[3:6], column)
+            others = np.delete(found, slice(3, 6))
+            assert (np.isnan(others) if found.dtype.kind == "f" else others == 0).all()
+
+
+@pytest.mark.parametrize("begun", [SPEC], indirect=True)
+def test_a_block_with_two_results_is_not_there(begun, tmp_path):
+    """Where two machines disagree neither is shown."""
+    columns = dict(compute(SPEC, begun.spans[1]))
+    columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
+    begun.keep(1, columns)
+    assert peek.write_partial(begun.folder, tmp_path / "p.nc") == (0, 12)
+
+
+@pytest.mark.parametrize("begun", [SPEC], indirect=True)
+def test_blocks_of_another_program_are_not_passed_off_as_its_own(begun, tmp_path, monkeypatch):
+    """An atlas says which kernels made it: one of blocks of other kernels is refused; how far it is can be told."""
+    monkeypatch.setattr(manifest.compiled, "kernel_hash", lambda: "0" * 64)
+    with pytest.raises(RequestError, match=r"kernel_hash: .* here"):
+        peek.write_partial(begun.folder, tmp_path / "p.nc")
+    assert "blocks      1 of 4" in peek.describe(begun.folder)
+    assert not (tmp_path / "p.nc").exists()
