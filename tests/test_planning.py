@@ -3,6 +3,7 @@
 import shlex
 import subprocess
 import sys
+from collections import namedtuple
 
 import numpy as np
 import pytest
@@ -75,6 +76,24 @@ def test_plan_says_what_does_not_fit(command):
     status, out, _ = command("plan rolling roll_rate=0:9:1000000 tilt=0:1:900000 --no-calibrate")
     assert status == 1
     assert "does not fit" in out
+
+
+def test_plan_refuses_an_output_that_cannot_be(command):
+    """As `run` does, with status 2 and one message."""
+    status, out, err = command("plan rolling --no-calibrate -o nowhere/a.nc")
+    assert (status, out) == (2, "")
+    assert err.startswith("eulerdisk: nowhere/a.nc: no such folder. Rule: ")
+
+
+def test_a_file_system_without_a_size_is_not_a_full_one(command, monkeypatch):
+    """Some say that they have no room at all, and take what comes."""
+    monkeypatch.setattr(
+        estimate.shutil, "disk_usage", lambda _: namedtuple("usage", "total used free")(0, 0, 0)
+    )
+    status, out, _ = command("plan rolling --no-calibrate")
+    assert status == 0
+    assert "nobody knows how much is free in " in out
+    assert command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")[0] == 0
 
 
 @pytest.mark.parametrize(

@@ -87,14 +87,15 @@ def describe(spec: SweepSpec, path: Path, rate: float | None, cells: int | None)
         # the file is written while the next blocks are computed
         seconds = max(spec.size / rate, spec.size / _FILE_CELLS_PER_SECOND)
         time = f"about {duration(seconds)} ({rate:.3g} cells per second)"
-    free = size(shutil.disk_usage(path.parent).free)
+    free = _free(path)
+    room = f"{size(free)} free" if math.isfinite(free) else "nobody knows how much is free"
     return [
         f"cells    {spec.size} ({shape})",
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {time}",
         f"memory   about {size(memory_bytes(spec, most))}",
         f"disk     at most {size(journal_bytes(spec, spec.size))} for the journal, which goes at the end, and at most "
-        f"{size(file_bytes(spec))} for the file; {free} free in {path.parent.resolve()}",
+        f"{size(file_bytes(spec))} for the file; {room} in {path.parent.resolve()}",
     ]
 
 
@@ -112,7 +113,7 @@ def check_room(path: Path, needed: float) -> None:
     ------
     RequestError
     """
-    free = shutil.disk_usage(path.parent).free
+    free = _free(path)
     if needed > free:
         raise RequestError(
             "the atlas does not fit on the disk",
@@ -121,6 +122,12 @@ def check_room(path: Path, needed: float) -> None:
             f"free {size(needed - free)}, use fewer cells or another disk",
             str(path),
         )
+
+
+def _free(path: Path) -> float:
+    # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
+    usage = shutil.disk_usage(path.parent)
+    return usage.free if usage.total else math.inf
 
 
 def size(count: float) -> str:
