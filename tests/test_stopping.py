@@ -55,8 +55,9 @@ def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
     kept = blocks(tmp_path)
     assert process.returncode == status
     assert err == (
+        "\neulerdisk: stopping when this block is done; a second signal stops at once\n"
         f"eulerdisk: interrupted; {len(kept)} of 800 blocks are kept in a.nc.run. "
-        f"To go on, run the same command again:\n    eulerdisk run {shlex.join(words)}\n"
+        f"To go on, run the same command again:\n    {sys.executable} -m sweep run {shlex.join(words)}\n"
     )
     assert all(name.endswith(".npz") for name in kept)
     assert not list(tmp_path.glob("a.nc.run/assembled.nc"))
@@ -93,8 +94,49 @@ def test_a_second_signal_ends_at_once(tmp_path):
     _, err = process.communicate(timeout=60)
     assert time.monotonic() - began < 2.0
     assert process.returncode == 130
-    assert err.startswith("\neulerdisk: stopped at once; finished blocks are kept. To go on, ")
+    assert "\neulerdisk: stopped at once; finished blocks are kept. To go on, " in err
     assert err.endswith("-o a.nc\n")
+
+
+@pytest.mark.parametrize("on_path", [True, False], ids=["activated", "by its path"])
+def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
+    """It starts the program as it was started: by its name only where that leads to it; names are quoted."""
+    program = Path(sys.executable).with_name("eulerdisk")
+    places = os.environ["PATH"].split(os.pathsep)
+    elsewhere = [place for place in places if not os.path.exists(os.path.join(place, "eulerdisk"))]
+    path = os.pathsep.join([*([str(program.parent)] if on_path else []), *elsewhere])
+    words = [*LONG[:3], "--block-cells", "20000", "-o", "of mine.nc"]
+    process = subprocess.Popen(
+        ["eulerdisk" if on_path else program, "run", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": path},
+        executable=program,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(tmp_path.glob("*.run/blocks/*.npz")):
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=60)
+    again = err.splitlines()[-1].strip()
+    assert again.startswith("eulerdisk run " if on_path else f"{program} run ")
+    assert shlex.split(again)[2:] == words
+    shorter = again.replace("roll_rate=0.5:6:4000", "roll_rate=0.5:6:3")
+    told = subprocess.run(
+        shorter,
+        shell=True,
+        cwd=tmp_path,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert told.returncode == 2
+    assert (
+        "Do: give the same spec, another output, or discard the blocks: `rm -r 'of mine.nc.run'`."
+        in told.stderr
+    )
 
 
 def test_a_signal_takes_effect_between_blocks(monkeypatch, capsys, tmp_path):

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -62,7 +63,7 @@ def stoppable() -> Iterator[Callable[[], bool]]:
     of the compiler. A second signal does not wait for the block, which may be inside a kernel for long.
     """
     arrived: list[int] = []
-    again = f"To go on, run the same command again:\n    {shlex.join(['eulerdisk', *sys.argv[1:]])}\n"
+    again = f"To go on, run the same command again:\n    {shlex.join([*_program(), *sys.argv[1:]])}\n"
 
     def stop(number: int, _frame: FrameType | None) -> None:
         if arrived:
@@ -70,6 +71,7 @@ def stoppable() -> Iterator[Callable[[], bool]]:
             os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
             os._exit(128 + number)
         arrived.append(number)
+        os.write(2, b"\neulerdisk: stopping when this block is done; a second signal stops at once\n")
 
     with _handling(stop):
         try:
@@ -82,3 +84,13 @@ def stoppable() -> Iterator[Callable[[], bool]]:
             )
             print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
             raise typer.Exit(128 + arrived[0]) from None
+
+
+def _program() -> list[str]:
+    """Return the words that start this program from the shell that has started it."""
+    started = sys.argv[0]
+    if os.path.basename(started) == "__main__.py":
+        return [sys.executable, "-m", "sweep"]
+    found = shutil.which("eulerdisk")
+    # by its name, where that leads here; otherwise as it was called, for instance out of an environment not activated
+    return ["eulerdisk"] if found and os.path.realpath(found) == os.path.realpath(started) else [started]

@@ -4,6 +4,7 @@ A figure is a pure function of its atlases, and its file a pure function of the 
 """
 
 import os
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -127,7 +128,7 @@ def save(drawn: Figure, path: str | Path) -> None:
             "no such folder, or it cannot be written",
             "a figure goes into a folder that exists and can be written",
             str(path.parent),
-            f"mkdir -p {path.parent}, or choose another",
+            f"`mkdir -p {shlex.quote(str(path.parent))}`, or choose another",
             str(path),
         )
     with matplotlib.rc_context(STYLE), published(path) as unfinished:

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import shlex
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -93,7 +94,11 @@ def check_target(path: Path, overwrite: bool) -> None:
     # os.path, because a pathlib.Path raises where it may not look, or where the name is too long
     if not os.path.isdir(folder):
         raise RequestError(
-            "no such folder", "the output's folder exists", str(folder), f"mkdir -p {folder}", where
+            "no such folder",
+            "the output's folder exists",
+            str(folder),
+            f"`mkdir -p {shlex.quote(str(folder))}`",
+            where,
         )
     exists = os.path.exists(path)
     if exists and not os.path.isfile(path):

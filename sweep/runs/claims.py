@@ -14,7 +14,7 @@ from sweep.request.spec import SweepSpec
 from sweep.runs import journal
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
-from sweep.runs.manifest import Manifest
+from sweep.runs.manifest import Manifest, discard
 
 
 def final(path: str | Path) -> Path:
@@ -108,6 +108,6 @@ def check_same(book: Journal, spec: SweepSpec) -> None:
             "blocks of another run are there",
             "a run goes on with the spec and the program that it was begun with",
             "; ".join(differences),
-            f"give the same spec, another output, or discard the blocks: rm -r {book.folder}",
+            f"give the same spec, another output, or discard the blocks: {discard(book.folder)}",
             str(book.folder),
         )

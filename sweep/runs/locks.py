@@ -5,6 +5,7 @@ import errno
 import fcntl
 import os
 import platform
+import shlex
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -80,7 +81,9 @@ def _owned(path: Path) -> Iterator[None]:
         except FileExistsError:
             holder = path.read_text(encoding="ascii", errors="replace").strip()
             if not _is_gone(holder):
-                raise _taken(path.parent, holder, f"; if that process is gone: rm {path}") from None
+                raise _taken(
+                    path.parent, holder, f"; if that process is gone: `rm {shlex.quote(str(path))}`"
+                ) from None
             with contextlib.suppress(FileNotFoundError):
                 path.unlink()
     os.write(handle, _signature().encode("ascii", "replace"))

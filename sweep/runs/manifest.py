@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -122,9 +123,14 @@ class Manifest:
                 "the manifest of this run is damaged, or of another version of this program",
                 "a manifest is as it was written",
                 str(problem),
-                f"use the version that began it, or start anew: rm -r {path.parent}",
+                f"use the version that began it, or start anew: {discard(path.parent)}",
                 str(path),
             ) from problem
+
+
+def discard(folder: Path) -> str:
+    """Return the command that removes a run's folder, whatever characters its name has."""
+    return f"`rm -r {shlex.quote(str(folder))}`"
 
 
 def arithmetic() -> dict[str, str]:
