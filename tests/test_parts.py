@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import threading
@@ -145,6 +146,45 @@ def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
     assert all(part in err for part in (". Rule: ", ". Given: ", ". Do: "))
     assert re.search(match, err)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def spoilt(folder):
+    """Damage the first block that is there."""
+    path = min(folder.glob("blocks/*.npz"))
+    path.write_bytes(path.read_bytes()[:-2])
+    return path.name
+
+
+def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
+    """`assemble` names the block that it set aside, and so does the part that computes it again."""
+    command(f"prepare {WORDS} --block-cells 5 -o a.nc")
+    command("block --run a.nc.run --part 1/1")
+    name = spoilt(tmp_path / "a.nc.run")
+    status, _, err = command("assemble a.nc.run")
+    assert status == 2
+    assert f"1 of 4 missing, the first is 0; damaged and set aside: {name}" in err
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    name = spoilt(tmp_path / "a.nc.run")
+    status, _, err = command("block --run a.nc.run --part 1/1")
+    assert status == 0
+    assert err.startswith(f"eulerdisk: damaged, set aside and computed again: {name}")
+    assert command("assemble a.nc.run")[0] == 0
+
+
+def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypatch):
+    """It is found from inside the folder too; a folder with another name is refused, saying which it has to have."""
+    command(f"prepare {WORDS} -o a.nc")
+    command("block --run a.nc.run --part 1/1")
+    shutil.copytree(tmp_path / "a.nc.run", tmp_path / "a copy")
+    status, _, err = command("assemble 'a copy'")
+    assert status == 2
+    assert "no name for the file" in err
+    assert "`mv 'a copy' OUT.nc.run`" in err
+    monkeypatch.chdir(tmp_path / "a.nc.run")
+    assert command("assemble .")[0] == 0
+    monkeypatch.chdir(tmp_path)
+    assert (tmp_path / "a.nc").is_file()
+    assert not (tmp_path / "a.nc.run").exists()
 
 
 def test_info_tells_how_far_a_run_is(command, tmp_path):

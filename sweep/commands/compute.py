@@ -1,7 +1,6 @@
 """Compute atlases: `run`."""
 
 import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -40,7 +39,7 @@ def run(
     eulerdisk run --from rolling.nc -o again.nc
     """
     request = read_request(spec, words or [], source)
-    from sweep.commands.progress import reporting
+    from sweep.commands.progress import reporting, say
     from sweep.runs.running import run_to_file
 
     driver = None
@@ -60,7 +59,7 @@ def run(
             block_cells=block_cells,
             command=command,
             progress=progress,
-            say=lambda text: print(f"eulerdisk: {text}", file=sys.stderr),
+            say=say,
             stopping=stopping,
             driver=driver,
         )

@@ -50,12 +50,12 @@ def block(
     number, count = map(int, found.groups()) if found else (0, 0)
     if not 1 <= number <= count:
         raise RequestError("not a part", "I/N with 1 <= I <= N", part, "--part 1/10, for instance", "--part")
-    from sweep.commands.progress import reporting
+    from sweep.commands.progress import reporting, say
     from sweep.runs import parts
 
     with stoppable() as stopping, reporting() as progress:
         kept, computed = parts.compute_part(
-            folder, number, count, threads=threads, progress=progress, stopping=stopping
+            folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
     print(f"eulerdisk: part {part}: {kept} blocks were there, {computed} computed", file=sys.stderr)
 

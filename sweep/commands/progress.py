@@ -24,6 +24,11 @@ def reporting(stream: TextIO | None = None, what: str = "cells") -> Iterator[Pro
         yield _log(stream, what)
 
 
+def say(text: str) -> None:
+    """Tell the user a sentence."""
+    print(f"eulerdisk: {text}", file=sys.stderr)
+
+
 def remaining(elapsed: float, done: int, size: int) -> float:
     """Return the seconds to go if the rest is like what is done (`done` > 0)."""
     return elapsed * (size - done) / done

@@ -39,7 +39,7 @@ def packed(spec: SweepSpec, columns: Columns) -> Stored:
 
 def unpacked(spec: SweepSpec, span: Span, stored: Stored) -> Columns:
     """Return the columns of a block, bit by bit as they were computed, from what is stored of them."""
-    return completed(spec, span, {name: np.resize(column, len(span)) for name, column in stored.items()})
+    return completed(spec, span, {name: _whole(column, len(span)) for name, column in stored.items()})
 
 
 def _once(column: npt.NDArray[Any], periods: Iterable[int]) -> npt.NDArray[Any]:
@@ -56,6 +56,11 @@ def _once(column: npt.NDArray[Any], periods: Iterable[int]) -> npt.NDArray[Any]:
         ):
             return column[:period]
     return column
+
+
+def _whole(column: npt.NDArray[Any], cells: int) -> npt.NDArray[Any]:
+    # not np.resize: it would join as many arrays as there are cells
+    return column if column.size == cells else np.tile(column, -(-cells // column.size))[:cells]
 
 
 def _narrow(column: npt.NDArray[Any]) -> npt.NDArray[Any]:

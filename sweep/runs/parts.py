@@ -1,8 +1,10 @@
 """A run in parts: prepared, computed by the jobs of an array, assembled; every part of it can be done again."""
 
+import shlex
 from pathlib import Path
 
 from sweep.engine import estimate
+from sweep.engine.ahead import ahead
 from sweep.engine.runner import usable_threads
 from sweep.errors import RequestError, StoppedError
 from sweep.files.publish import refusals
@@ -11,7 +13,7 @@ from sweep.request.spec import SweepSpec
 from sweep.runs import journal
 from sweep.runs.assembly import publish_atlas
 from sweep.runs.claims import begun, check_same, claimed, final
-from sweep.runs.driving import Progress, Stopping, here
+from sweep.runs.driving import Progress, Say, Stopping, here, unheard
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
@@ -45,7 +47,8 @@ def compute_part(
     parts: int,
     *,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
+    say: Say = unheard,
     stopping: Stopping = lambda: False,
 ) -> tuple[int, int]:
     """Compute every `parts`-th block of a prepared run, from the `part`-th on (1 to `parts`); one job of an array.
@@ -68,11 +71,12 @@ def compute_part(
     check_same(book, book.manifest.spec)
     mine = range(part - 1, len(book.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=f"finished blocks are kept in {folder.name}"):
-        sound, _ = book.verify(mine)
+        sound, damaged = book.verify(mine)
+        for each in damaged:
+            say(f"damaged, set aside and computed again: {each}")
         missing = [number for number in mine if number not in sound]
         for done, _ in enumerate(here(threads)(book, missing, stopping), 1):
-            if progress is not None:
-                progress(len(sound) + done, len(mine))
+            progress(len(sound) + done, len(mine))
         if not book.held().keys() >= set(mine):
             raise StoppedError(str(folder), len(book.held()), len(book.spans))
     return len(sound), len(missing)
@@ -93,22 +97,39 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
     StorageError
         If the file system refuses.
     """
-    folder = Path(folder)
+    # "." has no name
+    folder = Path(folder) if Path(folder).name else Path(folder).resolve()
     Journal.at(folder)
+    if not folder.name.removesuffix(journal.SUFFIX) or not folder.name.endswith(journal.SUFFIX):
+        raise RequestError(
+            "no name for the file",
+            f"the folder of OUT.nc is called OUT.nc{journal.SUFFIX}",
+            folder.name,
+            f"rename it: `mv {shlex.quote(folder.name)} OUT.nc{journal.SUFFIX}`",
+            str(folder),
+        )
     path = folder.with_name(folder.name.removesuffix(journal.SUFFIX))
     with claimed(path, overwrite):
         check_target(path, overwrite)
         book = Journal.at(folder)
         check_same(book, book.manifest.spec)
-        sound, _ = book.verify()
+        sound, damaged = book.verify()
         missing = book.missing(sound)
         if missing:
             raise RequestError(
                 "blocks are missing",
                 "an atlas is assembled from all of its blocks",
-                f"{len(missing)} of {len(book.spans)} missing, the first is {missing[0]}",
+                "; ".join(
+                    [
+                        f"{len(missing)} of {len(book.spans)} missing, the first is {missing[0]}",
+                        *(f"damaged and set aside: {each}" for each in damaged[:10]),
+                    ]
+                ),
                 "run the parts again that have not ended well; what is there is kept",
                 str(folder),
             )
-        with refusals(path, lambda: estimate.file_bytes(book.manifest.spec), "all blocks are kept"):
-            return book.manifest.spec, path, publish_atlas(book, path, book.blocks())
+        with (
+            refusals(path, lambda: estimate.file_bytes(book.manifest.spec), "all blocks are kept"),
+            ahead(book.blocks()) as blocks,
+        ):
+            return book.manifest.spec, path, publish_atlas(book, path, blocks)

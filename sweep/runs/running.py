@@ -5,6 +5,7 @@ from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 
 from sweep.engine import estimate
+from sweep.engine.ahead import ahead
 from sweep.engine.device import check_device
 from sweep.engine.runner import Block, usable_threads
 from sweep.errors import StoppedError
@@ -14,7 +15,7 @@ from sweep.request.spec import SweepSpec
 from sweep.runs import journal
 from sweep.runs.assembly import publish_atlas, published
 from sweep.runs.claims import begun, check_claimable, claimed, final
-from sweep.runs.driving import Driver, Kept, Progress, Say, Stopping, here
+from sweep.runs.driving import Driver, Kept, Progress, Say, Stopping, here, unheard
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 
@@ -27,8 +28,8 @@ def run_to_file(
     threads: int | None = None,
     block_cells: int | None = None,
     command: str = "sweep.run_to_file",
-    progress: Progress | None = None,
-    say: Say | None = None,
+    progress: Progress = unheard,
+    say: Say = unheard,
     stopping: Stopping = lambda: False,
     driver: Driver | None = None,
 ) -> Failures:
@@ -83,7 +84,7 @@ def run_to_file(
             return earlier
         check_target(path, overwrite)
         book = begun(spec, path, folder, block_cells, threads, command)
-        return _fill(book, path, driver, threads, progress or _unheard, say or _unheard, stopping)
+        return _fill(book, path, driver, threads, progress, say, stopping)
 
 
 def _fill(
@@ -119,7 +120,8 @@ def _fill(
             # what is missing comes first: however often a run is killed, it gets further
             for _ in computed:
                 pass
-            return publish_atlas(book, path, _unless(stopping, book))
+            with ahead(_unless(stopping, book)) as blocks:
+                return publish_atlas(book, path, blocks)
         return publish_atlas(book, path, _in_passing(book, computed, stopping))
 
 
@@ -145,12 +147,8 @@ def _in_passing(book: Journal, computed: Iterator[Kept], stopping: Stopping) -> 
         raise StoppedError(str(book.folder), len(book.spans), len(book.spans))
 
 
-def _unless(stopping: Stopping, book: Journal) -> Iterator[Block]:
+def _unless(stopping: Stopping, book: Journal) -> Generator[Block, None, None]:
     for block in book.blocks():
         if stopping():
             raise StoppedError(str(book.folder), len(book.spans), len(book.spans))
         yield block
-
-
-def _unheard(*_: object) -> None:
-    """Nobody listens."""
