@@ -114,6 +114,8 @@ def test_info_and_boundary_print_the_reports(command, tmp_path):
         ("run rolling -o missing/a.nc", "no such folder", "folder exists", "missing", "mkdir -p missing"),
         ("run rolling -o .", "not a file", "is a file", ".", "give a file name"),
         ("run rolling roll_rate=3 tilt=1deg --threads 0 -o a.nc", "threads", "1 <= threads", "0", "leave it out"),
+        ("run rolling --max-failed -1 -o a.nc", "not a share", "0 <= --max-failed <= 100", "-1", "--max-failed 5"),
+        ("run rolling --max-failed nan -o a.nc", "not a share", "0 <= --max-failed <= 100", "nan", "--max-failed 5"),
         ("run missing.toml -o a.nc", "cannot be read", "can be read", "No such file", "check the path"),
         ("info missing.nc", "no such file", "netCDF", "missing.nc", "check the path"),
         ("boundary missing.nc", "no such file", "netCDF", "missing.nc", "check the path"),
@@ -131,6 +133,17 @@ def test_a_bad_request_has_one_message(command, tmp_path, line, what, rule, give
     assert before.startswith("eulerdisk: ")
     for part, expected in ((before, what), (stated, rule), (found, given), (advice, do)):
         assert expected in part, err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("epoch", ["", "yesterday", "1e9", "9" * 30])
+def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
+    """The time that a file is to bear is looked at before anything is computed."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    status, out, err = command("run rolling -o a.nc")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "SOURCE_DATE_EPOCH: not a time. Rule: " in err
+    assert repr(epoch) in err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,8 +1,6 @@
 """What an atlas consists of: its variables and attributes, and the xarray.Dataset made of computed blocks."""
 
 import json
-import os
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import edges
+from sweep.atlas.clock import created
 from sweep.atlas.curves import Curves, curves
 from sweep.engine.blocks import BLOCK_CELLS, chunk_shape
 from sweep.engine.compiled import kernel_hash
@@ -150,12 +149,6 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
             sort_keys=True,
         ),
     }
-
-
-def created() -> str:
-    """Return the time that an atlas says it was made, ISO 8601 in UTC: now, or $SOURCE_DATE_EPOCH."""
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(int(epoch) if epoch else None))
 
 
 def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Dataset":

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from sweep.errors import RequestError
+
 Words = Annotated[
     list[str] | None,
     typer.Argument(
@@ -34,7 +36,25 @@ BlockCells = Annotated[
     int | None,
     typer.Option(help="Cells per block, the most that a crash costs; about a second of work, if not given."),
 ]
+
+
+def _percent(most: float) -> float:
+    if not 0.0 <= most <= 100.0:
+        raise RequestError(
+            "not a share of the cells",
+            "0 <= --max-failed <= 100",
+            f"{most:g}",
+            "--max-failed 5",
+            "--max-failed",
+        )
+    return most
+
+
 MaxFailed = Annotated[
     float,
-    typer.Option(metavar="PERCENT", help="More unresolved or invalid cells than this end with status 1."),
+    typer.Option(
+        metavar="PERCENT",
+        help="More unresolved or invalid cells than this end with status 1.",
+        callback=_percent,
+    ),
 ]

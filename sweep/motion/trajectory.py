@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from kernels.endings import FELL, HORIZON, UNRESOLVED
 from kernels.steady import steady_roll_rate
-from sweep.atlas.atlas import COMPRESSION, CONTENT, CONVENTIONS, created
+from sweep.atlas.atlas import COMPRESSION, CONTENT, CONVENTIONS
+from sweep.atlas.clock import created
 from sweep.engine import compiled
 from sweep.errors import RequestError
 from sweep.motion import dop853

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from sweep.atlas import atlas
+from sweep.atlas.clock import created
 from sweep.engine import calibrate, estimate
 from sweep.errors import RequestError
 from sweep.files.publish import refusals, sync_folder
@@ -80,18 +80,18 @@ def begun(
     """
     if block_cells is not None and block_cells < 1:
         raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
-    try:
+    if (folder / journal.MANIFEST).exists():
         book = Journal(folder, Manifest.read(folder / journal.MANIFEST))
-    except FileNotFoundError:
-        estimate.check_room(path, estimate.run_bytes(spec))
-        cells = block_cells or calibrate.block_cells(spec, threads)
-        manifest = Manifest.new(spec, cells, atlas.created(), command)
-        with refusals(path):
-            manifest.write(folder / journal.MANIFEST)
-            sync_folder(folder.parent)
-        return Journal(folder, manifest)
-    check_same(book, spec)
-    return book
+        check_same(book, spec)
+        return book
+    made = created()
+    estimate.check_room(path, estimate.run_bytes(spec))
+    cells = block_cells or calibrate.block_cells(spec, threads)
+    manifest = Manifest.new(spec, cells, made, command)
+    with refusals(path):
+        manifest.write(folder / journal.MANIFEST)
+        sync_folder(folder.parent)
+    return Journal(folder, manifest)
 
 
 def check_same(book: Journal, spec: SweepSpec) -> None:
