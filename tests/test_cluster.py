@@ -1,5 +1,6 @@
 """Blocks computed by the workers of dask: the same bytes, whoever computes them and whoever dies."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -9,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sweep.errors import FailedBlocksError, RequestError
+from sweep.engine.runner import compute
+from sweep.errors import FailedBlocksError, RequestError, StoppedError
 from sweep.request.spec import SweepSpec
 from sweep.runs.running import run_to_file
 
@@ -97,6 +99,38 @@ def test_no_scheduler(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_address_that_is_none(tmp_path, capsys):
+    """It is refused at once, and nothing of a client is left to be torn down."""
+    pytest.importorskip("distributed")
+    from sweep.runs import cluster
+
+    spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
+    with pytest.raises(RequestError, match=r"no dask scheduler answers.*missing port"):
+        run_to_file(spec, tmp_path / "a.nc", driver=cluster.on_cluster("nonsense"))
+    gc.collect()
+    assert time.monotonic() - began < 15
+    assert "Traceback" not in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
+    """Whoever waits for workers that nobody has started is told."""
+    pytest.importorskip("distributed")
+    from sweep.runs import cluster
+
+    said = []
+    monkeypatch.setattr(Client, "scheduler_info", lambda _: {"workers": {}})
+    monkeypatch.setattr(cluster, "_connected", lambda _: Client(None, "finished"))
+    monkeypatch.setattr(cluster, "_computed", lambda *_: iter(()))
+    with pytest.raises(StoppedError):
+        run_to_file(
+            SweepSpec(tilt="1deg:5deg:20", roll_rate=3),
+            tmp_path / "a.nc",
+            driver=cluster.on_cluster("tcp://here:1", said.append),
+        )
+    assert said == ["no worker is there yet; start some with `dask worker tcp://here:1`"]
+
+
 def test_dask_that_is_not_installed(monkeypatch):
     """Without the extra, --dask says what to install."""
     from sweep.runs import cluster
@@ -109,9 +143,8 @@ def test_dask_that_is_not_installed(monkeypatch):
 class Future:
     """A task of a cluster that has ended."""
 
-    def __init__(self, number, problem):
-        self.key, self.problem = f"task-{number}", problem
-        self.status = "error" if problem else "finished"
+    def __init__(self, number, problem=None, status="finished"):
+        self.key, self.problem, self.status = f"task-{number}", problem, status
 
     def exception(self):
         """Return why it failed."""
@@ -121,41 +154,65 @@ class Future:
         """Let go of it."""
 
 
-def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch):
-    """The blocks that the workers cannot compute are named with status 1, after all others are kept."""
+class Client:
+    """A cluster on which everything has been computed, but for one block."""
+
+    loop = None
+
+    def __init__(self, problem, status):
+        self.problem, self.status = problem, status
+
+    def scheduler_info(self):
+        """Return who is there."""
+        return {"workers": {"one": {}}}
+
+    def map(self, work, folders, fingerprints, numbers, **_):
+        """Compute all blocks but the third."""
+        from sweep.runs import cluster
+
+        futures = []
+        for number, folder in zip(numbers, folders, strict=True):
+            if number != 2:
+                book = cluster.Journal.at(Path(folder))
+                book.keep(number, compute(book.manifest.spec, book.spans[number]))
+            futures.append(Future(number, self.problem, self.status) if number == 2 else Future(number))
+        return futures
+
+    def close(self):
+        """Nothing to close."""
+
+
+class Completed:
+    """The tasks in the order in which they ended, the last one first."""
+
+    def __init__(self, futures, loop):
+        self.futures = list(futures)
+
+    def count(self):
+        """Return how many there are."""
+        return len(self.futures)
+
+    def next_batch(self, block):
+        """Return one of them."""
+        return [self.futures.pop()]
+
+
+@pytest.mark.parametrize(
+    ("problem", "ended", "match"),
+    [
+        (KeyError("worker died"), "error", r"1 of 4 blocks: 2; KeyError"),
+        (None, "cancelled", r"scheduler has gone.*3 of 4 blocks were still asked for"),
+    ],
+)
+def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, match):
+    """What the cluster could not do ends with status 1, saying why, after all others are kept; then it goes on."""
     distributed = pytest.importorskip("distributed")
-    from sweep.runs import cluster, driving
+    from sweep.runs import cluster
 
-    class Client:
-        loop = None
-
-        def map(self, work, folders, fingerprints, numbers, **_):
-            futures = []
-            for number, folder in zip(numbers, folders, strict=True):
-                problem = KeyError("worker died") if number == 2 else None
-                if problem is None:
-                    book = cluster.Journal.at(Path(folder))
-                    book.keep(number, driving.compute(book.manifest.spec, book.spans[number]))
-                futures.append(Future(number, problem))
-            return futures
-
-        def close(self):
-            pass
-
-    class Completed:
-        def __init__(self, futures, loop):
-            self.futures = list(futures)
-
-        def count(self):
-            return len(self.futures)
-
-        def next_batch(self, block):
-            return [self.futures.pop()]
-
-    monkeypatch.setattr(cluster, "_connected", lambda _: Client())
+    monkeypatch.setattr(cluster, "_connected", lambda _: Client(problem, ended))
     monkeypatch.setattr(distributed, "as_completed", Completed)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
-    with pytest.raises(FailedBlocksError, match=r"1 of 4 blocks: 2; KeyError") as caught:
+    with pytest.raises(FailedBlocksError, match=match) as caught:
         run_to_file(spec, tmp_path / "a.nc", block_cells=5, driver=cluster.on_cluster("tcp://nowhere:1"))
     assert caught.value.status == 1
     assert len(list(tmp_path.glob("a.nc.run/blocks/*.npz"))) == 3

@@ -46,7 +46,7 @@ def run(
     if dask is not None:
         from sweep.runs.cluster import on_cluster
 
-        driver = on_cluster(dask)
+        driver = on_cluster(dask, say)
     # what makes this atlas; how, and under which name, is not for its history: its bytes do not depend on that
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])

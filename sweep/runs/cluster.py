@@ -9,7 +9,7 @@ from typing import Any
 from sweep.engine.runner import available_threads, compute, use_threads
 from sweep.errors import FailedBlocksError, RequestError
 from sweep.runs.claims import check_same
-from sweep.runs.driving import Driver, Kept, Stopping
+from sweep.runs.driving import Driver, Kept, Say, Stopping, unheard
 from sweep.runs.journal import Journal
 
 #: Seconds within which a scheduler answers.
@@ -19,13 +19,15 @@ _PATIENCE = 10
 _KERNELS = threading.Lock()
 
 
-def on_cluster(address: str) -> Driver:
+def on_cluster(address: str, say: Say = unheard) -> Driver:
     """Return the driver that has blocks computed by the workers of a dask scheduler.
 
     Parameters
     ----------
     address : str
         For instance ``tcp://host:8786``.
+    say : callable
+        Called with a sentence if there is nobody who would compute.
 
     Raises
     ------
@@ -47,6 +49,8 @@ def on_cluster(address: str) -> Driver:
         if numbers:
             client = _connected(address)
             try:
+                if not client.scheduler_info()["workers"]:
+                    say(f"no worker is there yet; start some with `dask worker {address}`")
                 yield from _computed(client, book, numbers, stopping)
             finally:
                 client.close()
@@ -98,8 +102,13 @@ def _threads() -> int:
 
 def _connected(address: str) -> Any:
     from distributed import Client
+    from distributed.comm import parse_address, parse_host_port
 
     try:
+        scheme, place = parse_address(address)
+        if scheme in ("tcp", "tls"):
+            # a client that is given less than host and port does not come into being, and takes 20 s to go
+            parse_host_port(place)
         return Client(address, timeout=_PATIENCE, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
         raise RequestError(
@@ -130,6 +139,15 @@ def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stop
                 # its worker died with the result between the two: dask computes it again
                 waiting.add(future)
                 continue
+            if future.status == "cancelled":
+                # not by us: that comes after this loop
+                raise FailedBlocksError(
+                    "the dask scheduler has gone",
+                    "scheduler and workers stay until the run is done",
+                    f"{len(asked)} of {len(numbers)} blocks were still asked for",
+                    "start them again, and run the same command again; finished blocks are kept",
+                    str(book.folder),
+                )
             number = asked.pop(future.key)
             if future.status == "finished":
                 yield number, None
