@@ -83,6 +83,11 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
     elif told in _NO_ROOM:
         missing = max(needed - (free if told == errno.ENOSPC else 0), 1e6)
         what, do = "there is no room left", f"free about {missing / 1e6:.0f} MB"
+    elif told in (errno.EACCES, errno.EPERM, errno.EROFS):
+        what, do = (
+            "the file could not be written",
+            "give yourself the right to write there, or another name or folder",
+        )
     else:
         what, do = "the file could not be written", "free some space, or give another name or folder"
     return StorageError(

@@ -48,6 +48,15 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     folder = _folder(path)
     # inside the lock it is asked again: the run that held it may have made the file
     check_claimable(path, overwrite)
+    found = journal.strange(folder)
+    if found and not (folder / journal.MANIFEST).exists():
+        raise RequestError(
+            "the name of the run's folder is taken",
+            f"blocks are kept in a folder named like the file with {journal.SUFFIX} at its end",
+            f"{folder} holds {', '.join(found[:5])}, which no run has made",
+            "give another name, or move that folder",
+            str(path),
+        )
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:

@@ -10,7 +10,6 @@ import contextlib
 import io
 import os
 import platform
-import shutil
 import struct
 import threading
 import zipfile
@@ -24,6 +23,7 @@ from sweep.engine.runner import Block, Columns
 from sweep.errors import RequestError
 from sweep.files.publish import publish
 from sweep.runs import packing
+from sweep.runs.locks import LOCK, OWNER
 from sweep.runs.manifest import Manifest
 
 #: Name of the folder beside the output.
@@ -33,6 +33,10 @@ MANIFEST = "manifest.json"
 
 #: The file in the making, and the record of which file was made.
 ASSEMBLED, PUBLISHED = "assembled.nc", "published.json"
+
+#: All that a run makes in its folder, and in that of its blocks.
+_NAMES = (MANIFEST, ASSEMBLED, PUBLISHED, LOCK, OWNER)
+_KINDS = ("*.npz", "*.npz.damaged", "*.tmp")
 
 
 class DamagedBlockError(Exception):
@@ -196,17 +200,31 @@ class Journal:
 
 
 def remove(folder: Path) -> None:
-    """Remove the folder of a run that is no longer needed.
+    """Remove the folder of a run that is no longer needed; what somebody else has put there stays, and the folder too.
 
     The record of what was published goes last: until then, whoever comes after a crash knows that the file is there.
     """
-    for path in sorted(folder.glob("*"), key=lambda path: path.name == PUBLISHED):
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
+    blocks = folder / "blocks"
+    names = [folder / name for name in _NAMES if name != PUBLISHED]
+    for path in (*(path for kind in _KINDS for path in blocks.glob(kind)), *names, *folder.glob("*.tmp")):
+        with contextlib.suppress(OSError):
+            path.unlink()
+    with contextlib.suppress(OSError):
+        blocks.rmdir()
+    (folder / PUBLISHED).unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         folder.rmdir()
+
+
+def strange(folder: Path) -> list[str]:
+    """Return the names in a folder that no run makes."""
+    if not folder.is_dir():
+        return []
+    return sorted(
+        name
+        for name in os.listdir(folder)
+        if name not in (*_NAMES, "blocks") and not name.endswith(".tmp") and not name.startswith(".")
+    )
 
 
 class _Summed:

@@ -12,6 +12,9 @@ from pathlib import Path
 
 from sweep.errors import RequestError
 
+#: The files that stand for the lock, one of them where the file system has locks.
+LOCK, OWNER = "lock", "owner"
+
 #: The system's words for "this file system has no locks" (some NFS and Lustre mounts).
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
@@ -30,20 +33,20 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     Raises
     ------
     RequestError
-        If somebody else holds it; the message names process, machine and time.
-    OSError
-        If the folder takes no files.
+        If somebody else holds it, where the message names process, machine and time; or the folder takes no files.
     """
-    path = folder / "lock"
+    path = folder / LOCK
     handle = _acquired(path, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     if handle is None:
-        with contextlib.nullcontext() if shared else _owned(folder / "owner"):
+        with contextlib.nullcontext() if shared else _owned(folder / OWNER):
             yield
         return
     try:
-        if not shared:
-            os.ftruncate(handle, 0)
-        os.pwrite(handle, (_signature() + "\n").encode("ascii", "replace"), 0)
+        # who holds it is for people; a full disk is told by whoever has something to write
+        with contextlib.suppress(OSError):
+            if not shared:
+                os.ftruncate(handle, 0)
+            os.pwrite(handle, (_signature() + "\n").encode("ascii", "replace"), 0)
         yield
     finally:
         os.close(handle)
@@ -51,7 +54,7 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
 
 def _acquired(path: Path, kind: int) -> int | None:
     while True:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        handle = _opened(path)
         try:
             fcntl.flock(handle, kind | fcntl.LOCK_NB)
         except OSError as problem:
@@ -69,6 +72,24 @@ def _acquired(path: Path, kind: int) -> int | None:
         os.close(handle)
         if not path.parent.is_dir():
             path.parent.mkdir(exist_ok=True)
+
+
+def _opened(path: Path) -> int:
+    try:
+        try:
+            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        except FileNotFoundError:
+            # whoever finished this run meanwhile has removed its folder
+            path.parent.mkdir(exist_ok=True)
+            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as problem:
+        raise RequestError(
+            "the run's folder cannot be written",
+            "who goes on with a run may write into its folder, and to its lock",
+            f"{path}: {problem.strerror}",
+            "let its owner go on with it, or give another output",
+            str(path.parent),
+        ) from problem
 
 
 @contextlib.contextmanager
