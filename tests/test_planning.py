@@ -97,6 +97,22 @@ def test_a_file_system_without_a_size_is_not_a_full_one(command, monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("rate", "threads", "processors", "expected"),
+    [
+        (1e3, 1, 2, 1000.0),  # computing is all
+        (1e9, 2, 2, 1.0),  # writing is all
+        (1e6, 1, 2, 1.0),  # both at once
+        (1e6, 2, 2, 1.5),  # both at once, but the writer takes a processor from those who compute
+        (1e6, 1, 1, 2.0),  # one after the other
+        (1e6, 8, 64, 1.0),
+    ],
+)
+def test_the_time_of_a_run(rate, threads, processors, expected):
+    """A million cells are written in a second, while others are computed, on as many processors as there are."""
+    assert estimate.seconds(10**6, rate, threads, processors) == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize(
     ("seconds", "text"),
     [(0.2, "0 s"), (119.4, "119 s"), (600, "10 min"), (9000, "2.5 h"), (400000, "4.7 days")],
 )

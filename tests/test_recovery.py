@@ -44,7 +44,7 @@ def test_kills_and_damages_change_no_byte(tmp_path):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(("limit", "where"), [(20_000, "block"), (300_000, "file")])
+@pytest.mark.parametrize(("limit", "where"), [(8_000, "block"), (300_000, "file")])
 def test_a_limit_on_file_sizes(tmp_path, limit, where):
     """A block or the file over the limit: status 3, what is whole is kept, what to raise is told, then it goes on."""
 
@@ -57,6 +57,8 @@ def test_a_limit_on_file_sizes(tmp_path, limit, where):
     assert "raise the limit (ulimit -f) to 1 MB" in done.stderr
     assert not (tmp_path / "a.nc").exists()
     kept = list(tmp_path.glob("a.nc.run/blocks/*.npz"))
+    told = "20 of 20 blocks are kept in a.nc.run" if kept else "no block was finished"
+    assert f"{told}. Do: " in done.stderr
     assert len(kept) == (0 if where == "block" else 20)
     assert not [each for each in tmp_path.rglob("*") if each.suffix == ".tmp" or each.name == "assembled.nc"]
     again = run(tmp_path, "run", *WORDS)

@@ -30,13 +30,16 @@ def plan(
     request = SweepSpec.from_words(spec, words or [])
     # that the file is there already matters to the run only
     check_target(output, True)
-    rate = None
+    rate, used, there = None, 1, 1
     if calibrate:
         from sweep.engine.calibrate import cells_per_second, least_cells
+        from sweep.engine.runner import available_threads, usable_threads
+
+        used, there = usable_threads(threads), available_threads()
 
         rate = cells_per_second(request, threads)
         block_cells = block_cells or estimate.block_cells(rate, least_cells(threads))
-    print("\n".join(estimate.describe(request, output, rate, block_cells)))
+    print("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
     try:
         estimate.check_room(output, estimate.run_bytes(request))
     except RequestError as problem:

@@ -66,7 +66,24 @@ def block_cells(rate: float, least: int) -> int:
     return min(max(wanted, least), max(MOST_BLOCK_CELLS, least))
 
 
-def describe(spec: SweepSpec, path: Path, rate: float | None, cells: int | None) -> list[str]:
+def seconds(cells: int, rate: float, threads: int, processors: int) -> float:
+    """Return how long a run takes [s].
+
+    Parameters
+    ----------
+    cells : int
+    rate : float
+        Cells per second that `threads` compute.
+    threads, processors : int
+        One more thread writes the file while these compute the next blocks, on the processors that there are.
+    """
+    computing, writing = cells / rate, cells / _FILE_CELLS_PER_SECOND
+    return max(computing, writing, (min(threads, processors) * computing + writing) / processors)
+
+
+def describe(
+    spec: SweepSpec, path: Path, rate: float | None, cells: int | None, threads: int = 1, processors: int = 1
+) -> list[str]:
     """Return what a run takes, one line each: cells, blocks, time, memory, disk.
 
     Parameters
@@ -78,15 +95,16 @@ def describe(spec: SweepSpec, path: Path, rate: float | None, cells: int | None)
         Cells per second, if they were measured.
     cells : int or None
         Cells of a block, if they are decided.
+    threads, processors : int
+        As in `seconds`.
     """
     most = cells or MOST_BLOCK_CELLS
     shape = " x ".join(map(str, spec.shape)) or "one"
     blocks = f"{math.ceil(spec.size / most)} of {min(most, spec.size)} cells"
     time = "not measured"
     if rate is not None:
-        # the file is written while the next blocks are computed
-        seconds = max(spec.size / rate, spec.size / _FILE_CELLS_PER_SECOND)
-        time = f"about {duration(seconds)} ({rate:.3g} cells per second)"
+        expected = seconds(spec.size, rate, threads, processors)
+        time = f"about {duration(expected)} ({rate:.3g} cells per second)"
     free = _free(path)
     room = f"{size(free)} free" if math.isfinite(free) else "nobody knows how much is free"
     return [
@@ -138,10 +156,10 @@ def size(count: float) -> str:
     return f"{count / 1e6:.1f} MB"
 
 
-def duration(seconds: float) -> str:
+def duration(time: float) -> str:
     """Return a time for people: what `plan` expects and what `run` has to go are told alike."""
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    if seconds < 7200.0:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h" if seconds < 172800.0 else f"{math.ceil(seconds / 8640) / 10:.1f} days"
+    if time < 120.0:
+        return f"{time:.0f} s"
+    if time < 7200.0:
+        return f"{time / 60:.0f} min"
+    return f"{time / 3600:.1f} h" if time < 172800.0 else f"{math.ceil(time / 8640) / 10:.1f} days"

@@ -49,7 +49,9 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def refusals(path: Path, needed: Callable[[], float] = lambda: 0.0, kept: str = "") -> Iterator[None]:
+def refusals(
+    path: Path, needed: Callable[[], float] = lambda: 0.0, kept: Callable[[], str] = lambda: ""
+) -> Iterator[None]:
     """Say what a file system refuses in the words of a StorageError.
 
     Parameters
@@ -58,8 +60,8 @@ def refusals(path: Path, needed: Callable[[], float] = lambda: 0.0, kept: str = 
         What was to be written in the end.
     needed : callable
         Returns the bytes that are still to be written.
-    kept : str
-        What the reader may rely on, and where it is.
+    kept : callable
+        Returns what the reader may rely on, and where it is; nothing, if the same command does not go on.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def refusals(path: Path, needed: Callable[[], float] = lambda: 0.0, kept: str = 
         # netCDF says "HDF error" whatever the system told it; other RuntimeErrors are defects of ours
         if isinstance(problem, RuntimeError) and "NetCDF" not in str(problem):
             raise
-        raise _refusal(problem, path, needed(), kept) from problem
+        raise _refusal(problem, path, needed(), kept()) from problem
 
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:

@@ -94,6 +94,15 @@ class Journal:
         """Return the numbers of the other blocks."""
         return sorted(set(range(len(self.spans))) - set(held))
 
+    def kept(self) -> str:
+        """Return how many blocks are finished, in words."""
+        count = len(self.held())
+        return (
+            f"{count} of {len(self.spans)} blocks are kept in {self.folder}"
+            if count
+            else "no block was finished"
+        )
+
     def keep(self, number: int, columns: Columns) -> None:
         """Write a finished block; when this returns, not even a power cut loses it.
 
@@ -218,7 +227,8 @@ def remove(folder: Path) -> None:
 
 def strange(folder: Path) -> list[str]:
     """Return the names in a folder that no run makes."""
-    if not folder.is_dir():
+    # os.path, because a pathlib.Path raises where the name is too long
+    if not os.path.isdir(folder):
         return []
     return sorted(
         name

@@ -70,7 +70,7 @@ def compute_part(
     book = Journal.at(folder)
     check_same(book, book.manifest.spec)
     mine = range(part - 1, len(book.spans), parts)
-    with locked(folder, shared=True), refusals(folder, kept=f"finished blocks are kept in {folder.name}"):
+    with locked(folder, shared=True), refusals(folder, kept=book.kept):
         sound, damaged = book.verify(mine)
         for each in damaged:
             say(f"damaged, set aside and computed again: {each}")
@@ -129,7 +129,7 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
                 str(folder),
             )
         with (
-            refusals(path, lambda: estimate.file_bytes(book.manifest.spec), "all blocks are kept"),
+            refusals(path, lambda: estimate.file_bytes(book.manifest.spec), book.kept),
             ahead(book.blocks()) as blocks,
         ):
             return book.manifest.spec, path, publish_atlas(book, path, blocks)

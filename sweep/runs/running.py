@@ -114,8 +114,7 @@ def _fill(
         to_come = sum(len(book.spans[number]) for number in book.missing(book.held()))
         return estimate.journal_bytes(spec, to_come) + estimate.file_bytes(spec)
 
-    kept = f"finished blocks are kept in {book.folder.name}"
-    with refusals(path, needed, kept), contextlib.closing(computed):
+    with refusals(path, needed, book.kept), contextlib.closing(computed):
         if sound or driver:
             # what is missing comes first: however often a run is killed, it gets further
             for _ in computed:
