@@ -1,6 +1,7 @@
 """The boundary of stability as curves: several, closed or not, through the planes of a grid."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,10 @@ from sweep.engine import cells
 from sweep.engine.blocks import Span
 from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS, UNDECIDED, Array, Truths
+from sweep.schema.curves import CURVES, POINTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _NUMBER = {name: number for number, name in enumerate(PARAMETERS)}
 
@@ -68,6 +73,11 @@ def curves(spec: SweepSpec, stability: npt.NDArray[np.integer], width: float) ->
     return Curves(
         np.array([len(chain) for chain in chains], np.intp), np.array(closed, bool), points, halfwidths
     )
+
+
+def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return what an atlas holds on its grid: its dimensions are axes of its spec, and no others."""
+    return dataset.drop_dims((CURVES, POINTS), errors="ignore")
 
 
 def _changes(stability: npt.NDArray[np.integer], axis: int) -> Truths:

@@ -162,4 +162,4 @@ def _part(
     fixed = [name for name in axes if name not in dataset.dims]
     cells = dataset.expand_dims(fixed) if fixed else dataset
     order = [name for name in axes if name in cells.dims]
-    return cells.isel({name: places[name] for name in axes}).transpose(*order)
+    return cells.isel({name: places[name] for name in axes}).transpose(*order, ...)

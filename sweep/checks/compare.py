@@ -13,6 +13,7 @@ import numpy as np
 from sweep.checks.alignment import Pair, align
 from sweep.checks.flips import Mask, endings_on_edge, verdicts_on_edge
 from sweep.schema import EFFORT, PARAMETERS, Array, Quantity, Tolerance, boundary_quantities
+from sweep.schema.curves import curve_quantities, point_quantities
 from sweep.schema.exact import atlas_variables
 
 if TYPE_CHECKING:
@@ -94,16 +95,19 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
     """
     pair = align(new, reference, common=common)
+    curves = _curve_names(pair)
     edge_of_ending = endings_on_edge(pair)
     edge_of_verdict = verdicts_on_edge(pair, edge_of_ending)
     findings, notes = [], []
     for quantity, axis in _quantities(pair):
         name = quantity.name
-        reason = _left_out(name, axis, pair)
+        reason = _left_out(name, axis, pair, name in curves)
         if reason:
             notes.append(f"{name} is not compared: {reason}")
         elif name not in pair.new or name not in pair.reference:
             findings.append(_absence(quantity, pair))
+        elif pair.new[name].shape != pair.reference[name].shape:
+            findings.append(_other_length(quantity, pair, bool(edge_of_verdict.any())))
         else:
             excused = _excused(name, axis, pair, edge_of_ending, edge_of_verdict)
             findings.append(_compared(quantity, pair, excused))
@@ -116,10 +120,16 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     )
 
 
-def _left_out(name: str, axis: str, pair: Pair) -> str:
+def _curve_names(pair: Pair) -> frozenset[str]:
+    return frozenset(curve_quantities()) | frozenset(point_quantities(pair.axes))
+
+
+def _left_out(name: str, axis: str, pair: Pair, curve: bool) -> str:
     """Return why a variable is not to be compared, or nothing."""
     if axis in pair.cut:
         return f"only a part of {axis} is common"
+    if curve and pair.cut:
+        return f"only a part of {', '.join(sorted(pair.cut))} is common"
     if name in EFFORT and pair.other_steps:
         return f"{', '.join(pair.other_steps)} differ"
     if name in EFFORT and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
@@ -138,6 +148,9 @@ def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
             for name, quantity in boundary_quantities(axis, edge).items():
                 if name in held:
                     yield quantity, axis
+    for name, quantity in {**curve_quantities(), **point_quantities(pair.axes)}.items():
+        if name in held:
+            yield quantity, ""
 
 
 def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> Mask:
@@ -147,6 +160,9 @@ def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> M
         # the bracket moves with the verdict that flips; theory's lines know of no cell
         moved = np.any(ending | verdict, axis=along)
         return moved if name.startswith("boundary_") else np.zeros_like(moved)
+    if name in _curve_names(pair):
+        # a cell that flips may move any point of the curves, and all that follow it
+        return np.full(pair.reference[name].shape, bool(verdict.any()))
     return verdict if name == "stability" else ending
 
 
@@ -194,6 +210,16 @@ def _worst(
     }
     values = [float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)]
     return Cell(where, *(None if np.isnan(value) else value for value in values))
+
+
+def _other_length(quantity: Quantity, pair: Pair, flipped: bool) -> Finding:
+    """Return what is to be said of curves that have not as many points."""
+    new, old = (atlas[quantity.name].size for atlas in (pair.new, pair.reference))
+    different, on_edge = (0, old) if flipped else (old, 0)
+    note = f"{new} values, in the reference {old}"
+    return Finding(
+        quantity.name, quantity.units, old, different, on_edge, 0.0, None, quantity.tolerance, note
+    )
 
 
 def _absence(quantity: Quantity, pair: Pair) -> Finding:

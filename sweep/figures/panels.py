@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas import theory
+from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
 from sweep.request.axes import Values
@@ -119,7 +120,7 @@ def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
     RequestError
         If the atlas has no axis or more than two, or no contact forces to hold `friction` against.
     """
-    dataset = dataset.squeeze()
+    dataset = without_curves(dataset).squeeze()
     spec = drawn_spec(dataset)
     rate = next((name for name in theory.spun_rates(spec) if f"boundary_{name}" in dataset), None)
     x_name, y_name = _names(dataset, rate)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.curves import without_curves
 from sweep.atlas.folds import fold_rates
 from sweep.engine import cells
 from sweep.engine.blocks import Span
@@ -71,7 +72,7 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
     RequestError
         If the atlas has not two axes.
     """
-    dataset = dataset.squeeze()
+    dataset = without_curves(dataset).squeeze()
     drawn = panel(dataset)
     if drawn.y is None:
         raise RequestError(

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError
 from sweep.files.store import check_target, published
 
@@ -33,7 +34,8 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         The file, or for zarr the folder.
     kind : {"csv", "parquet", "zarr"}
         A table has one row for each cell: the parameters, the measures in SI, flags as words, and the boundaries of the
-        cell's row. Parquet keeps units and attributes in its metadata; csv has none.
+        cell's row, but not the curves of a refined boundary. Parquet keeps units and attributes in its metadata; csv
+        has none.
     overwrite : bool
         Replace what is there.
 
@@ -148,6 +150,7 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
     import numpy as np
     import pandas as pd
 
+    dataset = without_curves(dataset)
     axes = [str(name) for name in dataset["ending"].dims]
     meanings = {
         str(name): dict(
