@@ -46,7 +46,7 @@ _CODES = {name: code for code, name in (VARIABLES["ending"].flags or {}).items()
 
 def needed(spec: SweepSpec) -> tuple[str, ...]:
     """Return the variables of an atlas that an audit reads."""
-    return (*_MEASURES, "roll_rate") if spec.circling else _MEASURES
+    return (*_MEASURES, spec.computed_rate) if spec.computed_rate else _MEASURES
 
 
 def check(spec: SweepSpec, given: dict[str, Array], stored: Columns) -> dict[str, npt.NDArray[Any]]:
@@ -144,9 +144,10 @@ def _follows(
         & (np.isfinite(stored["nutation_period"]) == (stored["ending"] == _CODES["bounded"]))
         & ((peak >= spec.fall_tilt) == _fell(stored))
     )
-    if spec.circling:
-        rate = np.where(np.isfinite(given["roll_rate"]), given["roll_rate"], np.nan)
-        follows &= _same(stored["roll_rate"], rate, _ROUNDING * np.abs(rate))
+    if spec.computed_rate:
+        steady_rate = given[spec.computed_rate]
+        rate = np.where(np.isfinite(steady_rate), steady_rate, np.nan)
+        follows &= _same(stored[spec.computed_rate], rate, _ROUNDING * np.abs(rate))
     return follows
 
 

@@ -90,12 +90,16 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
 
 def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
     fields = [name for name in _MEANING if getattr(new, name) != getattr(reference, name)]
-    if new.circling != reference.circling:
-        fields.append("roll_rate")
     for name in PARAMETERS:
-        if name in (*new.axes, *reference.axes, *fields) or (name == "roll_rate" and new.circling):
-            continue
-        if not _same(np.array(getattr(new, name)), np.array(getattr(reference, name)), name).all():
+        values = getattr(new, name), getattr(reference, name)
+        if any(isinstance(value, str) for value in values):
+            # a rate that each cell computes: the same one, on the same branch
+            differ = values[0] != values[1]
+        elif name in (*new.axes, *reference.axes):
+            differ = False
+        else:
+            differ = not _same(np.array(values[0]), np.array(values[1]), name).all()
+        if differ:
             fields.append(name)
     if fields:
         given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
