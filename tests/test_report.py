@@ -57,6 +57,27 @@ def test_an_atlas_of_one_cell():
     assert boundary_table(dataset) == "This atlas has no boundary: no rate is among its axes."
 
 
+def test_a_boundary_without_a_rate_is_told_as_curves():
+    """Of tilts and kicks at one rate the table has the points of the curves; without these it says how to get them."""
+    spec = SweepSpec(roll_rate=3, tilt="0.1deg:3deg:6", tilt_rate="0.001:1:7")
+    coarse = sweep.run(spec)
+    assert "--refine WIDTH finds it as curves" in boundary_table(coarse)
+    assert "curves" not in describe(coarse)
+    fine = sweep.refine(coarse, 1e-6)
+    head, *lines = rows(boundary_table(fine))
+    assert head == ["curve", "tilt [deg]", "+-", "tilt_rate [rad s-1]", "+-"]
+    assert [line[0] for line in lines] == ["1 open"] * fine.sizes["curve_point"]
+    for i, line in enumerate(lines):
+        place = [math.degrees(fine.curve_tilt[i]), float(fine.curve_tilt_rate[i])]
+        assert [float(line[1]), float(line[3])] == pytest.approx(place, abs=1e-6)
+        assert (line[2] == "0") != (line[4] == "0")
+    points = fine.sizes["curve_point"]
+    assert (
+        f"1 of the boundary through {points} points, 0 closed, in planes of tilt and tilt_rate"
+        in describe(fine)
+    )
+
+
 def test_an_atlas_without_numbers():
     """Where no cell could be computed the report says so instead of failing."""
     dataset = sweep.run(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate="-1:1:3"))

@@ -42,12 +42,21 @@ def describe(dataset: "xr.Dataset") -> str:
 
 
 def boundary_table(dataset: "xr.Dataset") -> str:
-    """Return the measured boundary beside the lines of theory, one row per value of the other axes."""
+    """Return the measured boundary beside the lines of theory, one row per value of the other axes.
+
+    Without a rate among the axes there are no such rows: then the points of its curves, if it was refined.
+    """
     spec = spec_of(dataset)
     tables = [
         "\n".join(_edge_rows(dataset, spec, lower + axis)) for axis, lower in _found_edges(dataset, spec)
     ]
-    return "\n\n".join(tables) or "This atlas has no boundary: no rate is among its axes."
+    if tables:
+        return "\n\n".join(tables)
+    if "curve_point_count" in dataset:
+        return "\n".join(_curve_rows(dataset, spec))
+    if spec.boundary_width is None and len(spec.axes) > 1:
+        return "This atlas has no boundary of rates: no rate is among its axes. --refine WIDTH finds it as curves."
+    return "This atlas has no boundary: no rate is among its axes."
 
 
 def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
@@ -141,6 +150,25 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[st
         yield "  ".join([*at, *(_number(value, values[1]) for value in values)])
 
 
+def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+    heads = [f"{name} [{_shown_units(PARAMETERS[name])}]".removesuffix(" []") for name in spec.axes]
+    yield "  ".join(["curve", *(word for head in heads for word in (head, "+-"))])
+    closed = dataset["curve_closed"].values
+    columns = []
+    for name in spec.axes:
+        scale = PARAMETERS[name].plot_scale
+        columns += [dataset[f"curve_{name}{end}"].values * scale for end in ("", "_halfwidth")]
+    numbers = np.repeat(np.arange(closed.size), dataset["curve_point_count"].values)
+    for number, *values in zip(numbers.tolist(), *(column.tolist() for column in columns), strict=True):
+        words = [
+            word
+            for value, half in zip(values[::2], values[1::2], strict=True)
+            # on the grid a place is known to the last bit
+            for word in (_number(value, half or 1e-12), f"{half:.1e}" if half else "0")
+        ]
+        yield "  ".join([f"{number + 1} {'closed' if closed[number] else 'open'}", *words])
+
+
 def _number(value: float, halfwidth: float) -> str:
     if not np.isfinite(value):
         return "-"
@@ -228,6 +256,12 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             )
         else:
             yield f"boundary    no change of verdict along {axis} ({side})"
+    if "curve_point_count" in dataset:
+        counts, closed = dataset["curve_point_count"].values, int(dataset["curve_closed"].values.sum())
+        yield (
+            f"curves      {counts.size} of the boundary through {counts.sum()} points, {closed} closed, in planes of "
+            f"{' and '.join(spec.axes[-2:])}; bisected to {spec.boundary_width:g} in SI"
+        )
 
 
 def _spread(distribution: tuple[float, float, float]) -> str:
