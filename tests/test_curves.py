@@ -22,7 +22,7 @@ def drawn(monkeypatch):
         def judge(given):
             return np.where(rule(given["tilt"], given["roll_rate"]), UNSTABLE, STABLE).astype(np.int8)
 
-        monkeypatch.setattr(bisection, "measure", lambda spec, given: {"stability": judge(given)})
+        monkeypatch.setattr(bisection, "judged", lambda spec, given: judge(given))
         tilt, rate = np.meshgrid(spec.tilt.array(), spec.roll_rate.array(), indexing="ij")
         return spec, curves(spec, judge({"tilt": tilt, "roll_rate": rate}), width)
 

@@ -9,10 +9,13 @@ import numpy.typing as npt
 from sweep.engine import cells
 from sweep.engine.runner import measure
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, UNDECIDED, Array, Truths
+from sweep.schema import PARAMETERS, STABLE, UNDECIDED, Array, Truths
 
 #: Share of the width that each side of an undecided stretch may keep.
 _SIDE = 0.25
+
+#: What rounding alone may do to an extreme tilt [rad]: the estimated errors do not count it.
+_ROUNDING = 2e-14
 
 
 Places = npt.NDArray[np.intp]
@@ -57,8 +60,9 @@ def refined(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
     Returns
     -------
     Brackets
-        The ends have the verdicts that they had. Where starts between them are undecided, the bracket holds all of
-        these and each side of them is no wider than a quarter of `width`: it stays as wide as what is not known.
+        The ends have the verdicts that they had. Where starts between them are undecided, or have a verdict that the
+        estimated error of their extremes leaves open, the bracket holds all of these and each side of them is no wider
+        than a quarter of `width`: it stays as wide as what is not known.
         Where the verdict changes more than once between the given ends, one of the changes is found.
     """
     known = _Known(given)
@@ -126,7 +130,27 @@ def verdicts(spec: SweepSpec, given: Brackets, which: Places, places: Array) -> 
         name: np.where(along == number, places, given.values[name][which])
         for number, name in enumerate(PARAMETERS)
     }
-    return measure(spec, cells.complete(spec, values))["stability"].astype(np.int8, copy=False)
+    return judged(spec, cells.complete(spec, values))
+
+
+def judged(spec: SweepSpec, given: Mapping[str, Array]) -> npt.NDArray[np.int8]:
+    """Return the verdicts of starts, undecided where the estimated error of the extreme tilts may change them.
+
+    Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
+    tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
+    """
+    found = measure(spec, dict(given))
+    low, high, error = (
+        np.asarray(found[name], np.float64) for name in ("tilt_min", "tilt_max", "tilt_error")
+    )
+    ending, error = np.asarray(found["ending"], np.int8), error + _ROUNDING
+    steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
+    wide, narrow = (
+        spec.criterion.verdict(ending, low - by, high + by, steady, scale) for by in (error, -error)
+    )
+    grazes = (found["stability"] == STABLE) & (np.maximum(high, -low) + error >= spec.fall_tilt)
+    codes = np.where((wide != narrow) | grazes, UNDECIDED, found["stability"])
+    return codes.astype(np.int8, copy=False)
 
 
 def _open(one: Array, other: Array, width: Array) -> Truths:
