@@ -204,7 +204,24 @@ def test_samples_fit_the_duration():
     assert simulate((0.1, 0.0, 0.0, 3.0), duration=10.0, interval=0.01)["elapsed_time"].size == 1001
 
 
-def test_a_motion_beyond_all_bounds_is_refused():
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+@pytest.mark.parametrize(
+    "start",
+    [(0.1, 1e200, 1.0, 1e200), (0.0, 1e100, 1e100, 0.0), (0.0, 0.0, 1e200, 1.0), (0.1, 0.0, 1e155, -1e155)],
+)
+def test_a_motion_beyond_all_bounds_is_refused(start, method):
     """Rates that overflow end in an error with what to do, not in a file of NaN."""
     with pytest.raises(sweep.RequestError, match=r"could not be resolved.*slower rates"):
-        simulate((0.1, 1e200, 1.0, 1e200))
+        simulate(start, method=method)
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+def test_a_fast_motion_has_more_samples(method):
+    """Between two samples heading and roll angle go on by at most 0.2 rad; who asks for an interval gets it."""
+    words = {"tilt": "20deg", "precession_rate": 300.0, "radius": "1cm", "duration": "0.5s", "method": method}
+    motion = sweep.simulate(**words, interval="auto")
+    assert motion["elapsed_time"].size > 1001
+    for name in ("heading", "roll_angle"):
+        assert np.abs(np.diff(motion[name].values)).max() < 0.21
+    assert np.ptp(np.diff(motion["elapsed_time"].values)) < 1e-12
+    assert sweep.simulate(**words, interval=5e-3)["elapsed_time"].size == 101

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 
+from sweep.errors import RequestError
 from sweep.schema import Array
 
 #: Relative and absolute error per step that DOP853 is asked for.
@@ -29,6 +31,11 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
         Samples, shape (9, m), rows as in `kernels.path.trajectory`; m < n + 1 and the last one is at `fall_time` [s]
         if the disk fell, else m = n and `fall_time` is None.
 
+    Raises
+    ------
+    RequestError
+        If the rates leave the range of floats, or SciPy gives up.
+
     Notes
     -----
     Shares nothing with the kernels: tilt and rates with their sines and cosines, the heading, the roll angle, the
@@ -46,21 +53,36 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
 
     fall.terminal = True  # type: ignore[attr-defined]
     first = np.concatenate([start[:4], np.zeros(5)])
-    run = solve_ivp(
-        slope,
-        (0.0, times[-1]),
-        first,
-        method="DOP853",
-        t_eval=times,
-        events=fall,
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-    )
+    try:
+        with np.errstate(over="raise", invalid="raise"):
+            run = solve_ivp(
+                slope,
+                (0.0, times[-1]),
+                first,
+                method="DOP853",
+                t_eval=times,
+                events=fall,
+                rtol=_RELATIVE,
+                atol=_ABSOLUTE,
+            )
+    except ArithmeticError as problem:
+        _give_up(f"{problem}")
+    if run.status < 0:
+        _give_up(str(run.message))
     if not run.t_events[0].size:
         return run.y, None
     time, state = float(run.t_events[0][0]), run.y_events[0][0]
     before = run.y[:, run.t < time]
     return np.column_stack([before, state]), time
+
+
+def _give_up(words: str) -> NoReturn:
+    raise RequestError(
+        "this motion could not be resolved",
+        "the state stays finite, and DOP853 finds a step that is small enough",
+        words,
+        "give a shorter duration, slower rates, or a smaller fall_tilt; or method=rk4",
+    )
 
 
 def _slope(y: Sequence[float] | Array, alpha: float, radius: float, gravity: float) -> list[float]:

@@ -1,6 +1,7 @@
 """One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from sweep.engine import compiled
 from sweep.errors import RequestError
 from sweep.motion import dop853
 from sweep.request.trajectory import TrajectorySpec
-from sweep.schema import FILL, STEADY_ROLL, Array, Quantity
+from sweep.schema import AUTOMATIC, FILL, STEADY_ROLL, Array, Quantity
 from sweep.schema.trajectory import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
 
 if TYPE_CHECKING:
@@ -29,6 +30,10 @@ _PACE = 0.005
 #: Energy that the engine's own step may lose, relative; beyond, the motion is integrated again with half the step.
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
+
+#: Angle [rad] that heading and roll angle may go on between two samples, where the request leaves their number open:
+#: a path drawn through such samples is within half a per cent of its radius. Samples at most, then.
+_TURN, _MOST_SAMPLES = 0.2, 200_000
 
 #: Parameters that stand beside the variables as scalars; the start is the first sample.
 _FIXED = ("alpha", "radius", "gravity", "mass", "friction")
@@ -65,11 +70,12 @@ def simulate(
         If the request cannot be read or carried out, or the motion is too fast to be resolved.
     """
     spec = TrajectorySpec.read(**words) if spec is None else spec
-    start = _start(spec)
-    samples, fall_time = (
-        _by_rk4(spec, start) if spec.method == "rk4" else dop853.integrate(start, spec.fall_tilt, spec.times)
-    )
-    times = spec.times[: samples.shape[1]].copy()
+    start, times = _start(spec), spec.times
+    samples, fall_time = _integrated(spec, start, times)
+    if spec.interval == AUTOMATIC and (finer := _finer(spec, times, samples)).size > times.size:
+        times = finer
+        samples, fall_time = _integrated(spec, start, times)
+    times = times[: samples.shape[1]].copy()
     if fall_time is not None:
         times[-1] = fall_time
     values = _variables(spec, start, samples, _derived(start, samples))
@@ -96,9 +102,21 @@ def _start(spec: TrajectorySpec) -> Array:
     return np.array(numbers, dtype=np.float64)
 
 
-def _by_rk4(spec: TrajectorySpec, start: Array) -> tuple[Array, float | None]:
+def _integrated(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
+    if spec.method == "rk4":
+        return _by_rk4(spec, start, times)
+    return dop853.integrate(start, spec.fall_tilt, times)
+
+
+def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
+    """Return times close enough together for the fastest turn that samples show."""
+    turns = np.abs(np.diff(samples[4:6])).max(initial=0.0)
+    count = min((times.size - 1) * max(1.0, turns / _TURN), _MOST_SAMPLES)
+    return np.linspace(0.0, spec.duration, math.ceil(count) + 1)
+
+
+def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
     """Samples as in `dop853.integrate`, with a step that keeps the energy."""
-    times = spec.times
     samples = np.empty((9, times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
     for refinement in range(_MOST_REFINEMENTS + 1):

@@ -26,7 +26,7 @@ _NAMES = (*MOTION_INPUTS, *MOTION_WORDS)
 _MOST_SAMPLES = 10**7
 _MOST_STEPS = 10**8
 
-#: Samples of a motion whose request does not say how many.
+#: Samples of a motion whose request does not say how many; one that turns fast gets more (`motion.trajectory`).
 _SAMPLES = 1000
 
 
@@ -87,7 +87,7 @@ class TrajectorySpec:
 
     @property
     def times(self) -> "np.ndarray[Any, np.dtype[np.float64]]":
-        """Times of the samples [s], shape (n,): from 0 to the duration, evenly, both included."""
+        """Times of the samples [s], shape (n,): from 0 to the duration, evenly, both included; or the first guess."""
         return np.linspace(0.0, self.duration, self._intervals() + 1)
 
     def canonical(self) -> str:
