@@ -113,6 +113,16 @@ def test_the_figure(atlas, tmp_path):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
+def test_cells_without_a_motion_are_named_for_what_they_are():
+    """Where no steady motion exists the map does not say that its regime is not known, but that the cell is invalid."""
+    spec = SweepSpec(tilt="5deg:30deg:6", roll_rate="1:6:6", precession_rate="steady-slow", tilt_rate=1e-3)
+    found = regimes(sweep.run(spec))
+    assert found.unknown.any()
+    assert found.lost == "invalid"
+    told = [text.get_text() for text in figure([sweep.run(spec)]).axes[0].get_legend().get_texts()]
+    assert "invalid" in told
+
+
 def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
     """Along the drawn line the height of the saddle over the energy is a small part of what it is beside it."""
     axes = next(axes for axes in figure([atlas]).axes if axes.get_title(loc="left"))

@@ -78,7 +78,7 @@ def _draw(axes: "Axes", each: Regimes) -> None:
     set_scale(axes, "x", panel.x)
     set_scale(axes, "y", panel.y)
     hatch(axes, panel, each.fell, "", **_FALLS)
-    hatch(axes, panel, each.unknown, "not known", facecolor="0.7", hatch="xxxx")
+    hatch(axes, panel, each.unknown, each.lost, facecolor="0.7", hatch="xxxx")
     for x, y in each.folds:
         axes.plot(
             x,
@@ -113,7 +113,8 @@ def _draw_separatrix(axes: "Axes", each: Regimes) -> None:
     if not known.size or known.min() >= 0.0 or known.max() <= 0.0:
         return
     contour = axes.contour(panel.x.values, panel.y.values, np.ma.masked_invalid(each.separatrix), [0.0])
-    segments = contour.allsegs[0]
+    # where cells are masked matplotlib leaves segments without points
+    segments = [segment for segment in contour.allsegs[0] if len(segment) > 1]
     contour.remove()
     # as lines, which the legend shows and the names of the regions make room for
     for i, segment in enumerate(segments):

@@ -37,8 +37,8 @@ class Regimes:
     """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
 
     `regime` is an index of `NAMES`, -1 where the disk falls or the reduction says nothing (`fell`, `unknown`);
-    `separatrix` is the saddle of the potential minus the energy, NaN where there is no saddle. `folds` are curves in
-    the units of the scales.
+    `lost` names the endings of the latter. `separatrix` is the saddle of the potential minus the energy, NaN where
+    there is no saddle. `folds` are curves in the units of the scales.
     """
 
     panel: Panel
@@ -46,6 +46,7 @@ class Regimes:
     regime: npt.NDArray[np.int8]
     fell: Truths
     unknown: Truths
+    lost: str
     separatrix: Array
     folds: tuple[tuple[Array, Array], ...]
 
@@ -97,6 +98,7 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
         regime=np.asarray(grid(regime), np.int8),
         fell=np.asarray(grid(fell), np.bool_),
         unknown=np.asarray(grid(~known & ~fell), np.bool_),
+        lost=", ".join(name for name in ("unresolved", "invalid") if (exact["ending"] == _CODES[name]).any()),
         separatrix=np.asarray(grid(exact["separatrix"]), np.float64),
         folds=tuple(_folds(spec, drawn)),
     )
