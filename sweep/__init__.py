@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import kernels
 from sweep.arrival import on_arrival
-
-__version__ = "0.1.0"
+from sweep.version import __version__
 
 if getattr(kernels, "MARK", None) != "eulerdisk":
     raise ImportError(

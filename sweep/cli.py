@@ -14,6 +14,7 @@ import typer
 from sweep.commands import check, compute, convert, look, motion, parts, planning, verify, warm
 from sweep.commands.explain import explain
 from sweep.errors import RequestError
+from sweep.version import __version__
 
 app = typer.Typer(
     name="eulerdisk",
@@ -50,9 +51,7 @@ def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     if version:
-        import sweep
-
-        print(f"eulerdisk {sweep.__version__}")
+        print(f"eulerdisk {__version__}")
         raise typer.Exit
 
 

@@ -19,6 +19,7 @@ from sweep.request.spec import SweepSpec
 from sweep.schema import FILL, PARAMETERS, SETTINGS, Quantity, boundary_quantities
 from sweep.schema.curves import CURVES, POINTS, curve_quantities, point_quantities
 from sweep.schema.exact import atlas_variables
+from sweep.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,8 +126,6 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
     """
     from importlib.metadata import version
 
-    import sweep
-
     now = made or created()
     return {
         "Conventions": CONVENTIONS,
@@ -134,7 +133,7 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "summary": _SUMMARY.format(_WAYS[spec.method]),
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
         "references": _REFERENCES,
-        "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
+        "source": f"eulerdisk {__version__}, method {spec.method}",
         "history": _ascii(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_format": np.int32(FORMAT),

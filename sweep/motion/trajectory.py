@@ -17,6 +17,7 @@ from sweep.motion import dop853
 from sweep.request.trajectory import TrajectorySpec
 from sweep.schema import AUTOMATIC, FILL, STEADY_ROLL, Array, Quantity
 from sweep.schema.trajectory import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
+from sweep.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -213,15 +214,13 @@ def _variable(
 def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
     from importlib.metadata import version
 
-    import sweep
-
     now = created()
     return {
         "Conventions": CONVENTIONS,
         "title": _ascii(spec.title or "Motion of a rolling disk"),
         "summary": _SUMMARY,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
-        "source": f"eulerdisk {sweep.__version__}, method {spec.method}",
+        "source": f"eulerdisk {__version__}, method {spec.method}",
         "history": _ascii(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_trajectory_format": np.int32(FORMAT),

@@ -14,6 +14,7 @@ from sweep.engine.blocks import Span, blocks
 from sweep.errors import RequestError, shown
 from sweep.files.publish import publish_text
 from sweep.request.spec import SweepSpec
+from sweep.version import __version__
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole.
 FORMAT = 2
@@ -135,11 +136,9 @@ def discard(folder: Path) -> str:
 
 def arithmetic() -> dict[str, str]:
     """Return what decides the bits of a cell in this process: kernel hash, format, versions."""
-    import sweep
-
     return {
         "format": str(FORMAT),
-        "eulerdisk": sweep.__version__,
+        "eulerdisk": __version__,
         "kernel_hash": compiled.kernel_hash(),
         **{name: version(name) for name in _ARITHMETIC},
     }
