@@ -18,7 +18,7 @@ if getattr(kernels, "MARK", None) != "eulerdisk":
     )
 
 if TYPE_CHECKING:
-    from sweep.atlas.atlas import run as run
+    from sweep.atlas.dataset import run as run
     from sweep.atlas.verdicts import reclassify as reclassify
     from sweep.atlas.verdicts import refine as refine
     from sweep.checks.audit import verify as verify
@@ -44,7 +44,7 @@ _HOME = {
     "open_atlas": "sweep.files.store",
     "reclassify": "sweep.atlas.verdicts",
     "refine": "sweep.atlas.verdicts",
-    "run": "sweep.atlas.atlas",
+    "run": "sweep.atlas.dataset",
     "run_to_file": "sweep.runs.running",
     "save": "sweep.files.store",
     "simulate": "sweep.motion.trajectory",

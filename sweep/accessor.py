@@ -43,7 +43,7 @@ class Eulerdisk:
         RequestError
             If it is no atlas, or only a part of one.
         """
-        from sweep.atlas.atlas import spec_of
+        from sweep.atlas.dataset import spec_of
 
         self._check()
         return spec_of(self._dataset)

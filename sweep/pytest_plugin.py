@@ -34,7 +34,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
     def check(words: str, reference: str | Path) -> None:
         __tracebackhide__ = True
-        from sweep.atlas.atlas import run
+        from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
         from sweep.checks.regression import in_words
         from sweep.files.store import open_atlas

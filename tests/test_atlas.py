@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.atlas.atlas import spec_of
+from sweep.atlas.dataset import spec_of
 from sweep.engine.blocks import chunk_shape
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import sweep
-from sweep.atlas.atlas import spec_of
+from sweep.atlas.dataset import spec_of
 
 DATA = Path(__file__).with_name("data")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.atlas.atlas import run
+from sweep.atlas.dataset import run
 from sweep.request.spec import SweepSpec
 from sweep.schema import VARIABLES
 

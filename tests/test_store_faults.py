@@ -220,7 +220,10 @@ def test_files_that_are_no_atlas(path, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda file: file.setncattr("eulerdisk_format", store.atlas.FORMAT + 1), "newer than this program"),
+        (
+            lambda file: file.setncattr("eulerdisk_format", store.declarations.FORMAT + 1),
+            "newer than this program",
+        ),
         (lambda file: file.delncattr("sweep_spec"), "not a stability atlas"),
         (lambda file: file.renameVariable("tilt_min", "least"), "without its measures.*tilt_min"),
     ],

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from sweep.atlas import theory
-from sweep.atlas.atlas import run
+from sweep.atlas.dataset import run
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.atlas import edge_variables, spec_of
 from sweep.atlas.clock import created
+from sweep.atlas.dataset import edge_variables, spec_of
 from sweep.engine import cells
 from sweep.engine.blocks import Span
 from sweep.request.criterion import Criterion

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.atlas import spec_of
+from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.atlas import as_variable, coordinates, declare_cells, spec_of
 from sweep.atlas.clock import created
+from sweep.atlas.dataset import as_variable, spec_of
+from sweep.atlas.declarations import coordinates, declare_cells
 from sweep.checks.agreement import check, needed
 from sweep.engine import cells
 from sweep.engine.blocks import blocks

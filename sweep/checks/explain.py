@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.atlas import spec_of
+from sweep.atlas.dataset import spec_of
 from sweep.checks import expectation
 from sweep.checks.nearest import nearest_cell
 from sweep.checks.why import reach_of, why

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.atlas import spec_of
+from sweep.atlas.dataset import spec_of
 from sweep.checks.audit import Findings
 from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS, SETTINGS, VARIABLES

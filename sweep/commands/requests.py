@@ -54,7 +54,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
 
 
 def _spec_of_file(path: Path) -> "SweepSpec":
-    from sweep.atlas.atlas import spec_of
+    from sweep.atlas.dataset import spec_of
     from sweep.engine.compiled import kernel_hash
     from sweep.files.store import open_atlas
 

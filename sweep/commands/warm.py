@@ -8,7 +8,7 @@ def warmup() -> None:
 
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
     """
-    from sweep.atlas.atlas import run
+    from sweep.atlas.dataset import run
     from sweep.engine.compiled import cache_folder, check_cache
     from sweep.request.spec import SweepSpec
     from sweep.schema import METHODS

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas import atlas
-from sweep.atlas.atlas import Declaration
+from sweep.atlas import declarations
+from sweep.atlas.dataset import boundaries
+from sweep.atlas.declarations import Declaration
 from sweep.engine.blocks import Span, chunk_shape, chunks
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.runner import Block, Columns
@@ -153,7 +154,7 @@ def write(spec: SweepSpec, path: Path, blocks: Iterable[Block], attributes: Mapp
     """
     import netCDF4
 
-    declared = atlas.cell_declarations(spec)
+    declared = declarations.cell_declarations(spec)
     stability = np.zeros(spec.shape, np.int8)
     sums = dict.fromkeys((each.name for each in declared), 0)
     places = list(chunks(spec.shape))
@@ -161,7 +162,7 @@ def write(spec: SweepSpec, path: Path, blocks: Iterable[Block], attributes: Mapp
         file.setncatts(dict(attributes))
         for name, count in zip(spec.axes, spec.shape, strict=True):
             file.createDimension(name, count)
-        for coordinate, values in atlas.coordinates(spec):
+        for coordinate, values in declarations.coordinates(spec):
             _declare(file, coordinate, None)[...] = values
         variables = {each.name: _declare(file, each, chunk_shape(spec.shape)) for each in declared}
         for (_, slices), columns in zip(places, gather(blocks, [span for span, _ in places]), strict=True):
@@ -171,7 +172,7 @@ def write(spec: SweepSpec, path: Path, blocks: Iterable[Block], attributes: Mapp
                 filled = _filled(each, columns[each.name]).reshape(shape)
                 variables[each.name][slices] = filled
                 sums[each.name] = zlib.crc32(filled.data, sums[each.name])
-        for each, values in atlas.boundaries(spec, stability):
+        for each, values in boundaries(spec, stability):
             for name, count in zip(each.dims, values.shape, strict=True):
                 if name not in file.dimensions:
                     file.createDimension(name, count)
@@ -217,7 +218,7 @@ def gather(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Columns]:
 def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] | None) -> Any:
     packed: dict[str, Any] = {}
     if chunk:
-        packed = {"zlib": True, "complevel": atlas.COMPRESSION, "shuffle": True, "chunksizes": chunk}
+        packed = {"zlib": True, "complevel": declarations.COMPRESSION, "shuffle": True, "chunksizes": chunk}
     variable = file.createVariable(
         declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
     )
@@ -243,10 +244,10 @@ def _check_format(dataset: "xr.Dataset", path: Path) -> None:
             "give a file made by eulerdisk run",
             str(path),
         )
-    if int(known) > atlas.FORMAT:
+    if int(known) > declarations.FORMAT:
         raise RequestError(
             "the atlas is newer than this program",
-            f"formats up to {atlas.FORMAT} are known",
+            f"formats up to {declarations.FORMAT} are known",
             f"format {int(known)}",
             "update eulerdisk",
             str(path),

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from kernels.endings import FELL, HORIZON, UNRESOLVED
 from kernels.steady import steady_roll_rate
-from sweep.atlas.atlas import COMPRESSION, CONTENT, CONVENTIONS
 from sweep.atlas.clock import created
+from sweep.atlas.declarations import COMPRESSION, CONTENT, CONVENTIONS, ascii_text
 from sweep.engine import compiled
 from sweep.errors import RequestError
 from sweep.motion import dop853
@@ -217,11 +217,11 @@ def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
     now = created()
     return {
         "Conventions": CONVENTIONS,
-        "title": _ascii(spec.title or "Motion of a rolling disk"),
+        "title": ascii_text(spec.title or "Motion of a rolling disk"),
         "summary": _SUMMARY,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
         "source": f"eulerdisk {__version__}, method {spec.method}",
-        "history": _ascii(f"{now} {command}"),
+        "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_trajectory_format": np.int32(FORMAT),
         "trajectory_request": spec.canonical(),
@@ -232,7 +232,3 @@ def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
             sort_keys=True,
         ),
     }
-
-
-def _ascii(text: str) -> str:
-    return text.encode("ascii", "backslashreplace").decode("ascii")

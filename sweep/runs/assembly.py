@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from sweep.atlas import atlas
+from sweep.atlas import declarations
 from sweep.engine.runner import Block
 from sweep.errors import StorageError
 from sweep.files import store
@@ -38,7 +38,7 @@ def publish_atlas(book: Journal, path: Path, blocks: Iterator[Block]) -> Failure
     """
     failures = Failures()
     manifest, unfinished = book.manifest, book.folder / journal.ASSEMBLED
-    attributes = atlas.global_attributes(manifest.spec, manifest.command, manifest.created)
+    attributes = declarations.global_attributes(manifest.spec, manifest.command, manifest.created)
     attributes["versions"] = json.dumps(manifest.versions, sort_keys=True)
     try:
         store.write(manifest.spec, unfinished, failures.counting(blocks), attributes)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweep.atlas import atlas
+from sweep.atlas import declarations
 from sweep.engine import estimate
 from sweep.engine.blocks import Span
 from sweep.engine.runner import Block
@@ -82,7 +82,7 @@ def write_partial(folder: Path, path: Path, *, overwrite: bool = False) -> tuple
     estimate.check_room(path, estimate.file_bytes(manifest.spec))
     done: list[int] = []
     held = book.held()
-    attributes = atlas.global_attributes(manifest.spec, manifest.command, manifest.created)
+    attributes = declarations.global_attributes(manifest.spec, manifest.command, manifest.created)
     attributes["versions"] = json.dumps(manifest.versions, sort_keys=True)
     attributes["comment"] = (
         f"Partial: {len(held)} of {len(book.spans)} blocks; the other cells are not computed."
@@ -105,7 +105,7 @@ def _filled_up(book: Journal, held: dict[int, list[Path]], done: list[int]) -> I
 
 
 def _not_computed(manifest: Manifest, span: Span) -> Block:
-    kinds = {each.name: each.dtype for each in atlas.cell_declarations(manifest.spec)}
+    kinds = {each.name: each.dtype for each in declarations.cell_declarations(manifest.spec)}
     # 0 is not_computed among the endings, and undecided among the verdicts
     empty = {name: np.nan if kind.startswith("f") else 0 for name, kind in kinds.items()}
     return Block(span, {name: np.full(len(span), empty[name], kind) for name, kind in kinds.items()})

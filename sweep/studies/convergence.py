@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweep.atlas.atlas import run
+from sweep.atlas.dataset import run
 from sweep.request.spec import SweepSpec
 from sweep.schema import Array
 

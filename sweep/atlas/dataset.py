@@ -1,0 +1,151 @@
+"""An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.boundary import edges
+from sweep.atlas.curves import Curves, curves
+from sweep.atlas.declarations import (
+    COMPRESSION,
+    Declaration,
+    cell_declarations,
+    coordinates,
+    curve_declarations,
+    edge_declarations,
+    global_attributes,
+)
+from sweep.engine.blocks import BLOCK_CELLS, chunk_shape
+from sweep.engine.runner import Block, run_blocks
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Dataset":
+    """Return the atlas of a spec from its computed blocks.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    blocks : iterable of Block
+        All cells, in any order.
+    command : str
+        What the user ran, for the history.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions: the spec's axes in order. See `schema.VARIABLES` for the variables; their encoding is that of the
+        file profile, so that ``to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")`` writes an atlas.
+    """
+    import xarray as xr
+
+    declared = cell_declarations(spec)
+    flat = {each.name: np.zeros(spec.size, each.dtype) for each in declared}
+    for block in blocks:
+        for name, column in block.columns.items():
+            flat[name][block.span.start : block.span.stop] = column
+    stability = flat["stability"].reshape(spec.shape)
+    return xr.Dataset(
+        {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+        | edge_variables(spec, stability),
+        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
+        global_attributes(spec, command),
+    )
+
+
+def spec_of(dataset: "xr.Dataset") -> SweepSpec:
+    """Return the spec that an atlas was made from.
+
+    Raises
+    ------
+    RequestError
+        If the atlas is only a part of what its spec asks for.
+    """
+    spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    if dataset["ending"].dims != spec.axes or dataset["ending"].shape != spec.shape:
+        raise RequestError(
+            "not the whole atlas",
+            "the dimensions of an atlas are the axes of its spec",
+            f"{dict(dataset['ending'].sizes)} of {dict(zip(spec.axes, spec.shape, strict=True))}",
+            "take the whole atlas, and select from the result",
+        )
+    return spec
+
+
+def boundaries(
+    spec: SweepSpec, stability: npt.NDArray[np.integer]
+) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+    """Return the variables of the boundary that a grid of verdicts, of the spec's shape, has.
+
+    One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
+    """
+    found: list[tuple[Declaration, npt.NDArray[Any]]] = []
+    for (axis, edge), line in edges(spec, stability).items():
+        values = (line.measured, line.halfwidth, line.predicted, line.critical)
+        found += zip(edge_declarations(spec, axis, edge), values, strict=True)
+    if spec.boundary_width is not None and len(spec.axes) > 1:
+        found += _with_points(spec, curves(spec, stability, spec.boundary_width))
+    return found
+
+
+def _with_points(spec: SweepSpec, lines: Curves) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+    # netCDF's classic model has no dimension without length, but for the one unlimited
+    if not lines.counts.size:
+        return []
+    of_points = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))
+    values = (lines.counts.astype("i4"), lines.closed.astype("i1"), *of_points)
+    return list(zip(curve_declarations(spec), values, strict=True))
+
+
+def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
+    """Return the variables of `boundaries` by their names."""
+    return {each.name: as_variable(each, values, spec) for each, values in boundaries(spec, stability)}
+
+
+def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS) -> "xr.Dataset":
+    """Compute the atlas of a spec in memory.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+        Threads to use; all that this process may use if not given.
+    block_cells : int
+        Cells computed at a time. Neither this nor `threads` changes a bit of the result.
+
+    Returns
+    -------
+    xarray.Dataset
+        As in `assemble`.
+
+    Raises
+    ------
+    RequestError
+        If `threads` or `block_cells` is out of range.
+    """
+    return assemble(spec, run_blocks(spec, threads=threads, block_cells=block_cells), "sweep.run")
+
+
+def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":
+    """Return a declared variable with its values and the encoding of the file profile."""
+    import xarray as xr
+
+    encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}
+    if declared.dims == spec.axes and spec.axes:
+        encoding |= {
+            "zlib": True,
+            "complevel": COMPRESSION,
+            "shuffle": True,
+            "chunksizes": chunk_shape(spec.shape),
+        }
+    attributes = dict(declared.attributes)
+    if "coordinates" in attributes:
+        # xarray keeps this one attribute among the encoding
+        encoding["coordinates"] = attributes.pop("coordinates")
+    return xr.Variable(declared.dims, values, attributes, encoding)

@@ -1,0 +1,167 @@
+"""What the file of an atlas declares: variables with their attributes, coordinates, and the global attributes."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.clock import created
+from sweep.engine.compiled import kernel_hash
+from sweep.request.spec import SweepSpec
+from sweep.schema import FILL, PARAMETERS, SETTINGS, Quantity, boundary_quantities
+from sweep.schema.curves import CURVES, POINTS, curve_quantities, point_quantities
+from sweep.schema.exact import atlas_variables
+from sweep.version import __version__
+
+#: Version of the layout of the file; a reader refuses what is newer than it knows.
+FORMAT = 1
+
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+
+#: zlib level: 4 and more cost several times the time for a few per cent of the size.
+COMPRESSION = 1
+
+_SUMMARY = (
+    "Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every start of a "
+    "grid the extreme tilts of the motion, {}, and the verdict of a criterion."
+)
+_WAYS = {
+    "rk4": "integrated with RK4 until they are final",
+    "exact": "as turning points of the exact reduction to one degree of freedom",
+}
+
+_REFERENCES = (
+    "equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, Korteweg 1899; "
+    "stability: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201"
+)
+
+#: What ACDD wants to know of every variable that is not a coordinate.
+CONTENT = {"coverage_content_type": "modelResult"}
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One variable of an atlas before it has values: name, dimensions, type and CF attributes."""
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    attributes: Mapping[str, Any]
+    coordinate: bool = False
+
+    @property
+    def fill(self) -> float | None:
+        """Value that stands for "missing" in a file: measured floats only, never coordinates or flags."""
+        return FILL if self.dtype.startswith("f") and not self.coordinate else None
+
+
+def cell_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the variables that have one value per cell."""
+    computed = {name: PARAMETERS[name] for name in _computed(spec)}
+    return declare_cells(spec, {**atlas_variables(spec.method, spec.contact), **computed}, "ending")
+
+
+def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
+    """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
+    method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
+    shared = method | CONTENT | _scalars(spec)
+    declared = []
+    for name, quantity in quantities.items():
+        attributes = {**quantity.attributes(), **shared}
+        if quantity.flags is None:
+            attributes["ancillary_variables"] = status
+        elif name == status:
+            attributes["standard_name"] = "status_flag"
+        declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
+    return declared
+
+
+def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
+    """Return the variables of one edge of the unstable band, in the order in which `boundaries` has their values."""
+    dims = tuple(name for name in spec.axes if name != axis)
+    declared = []
+    quantities = boundary_quantities(axis, edge)
+    for name, quantity in quantities.items():
+        attributes = quantity.attributes() | CONTENT | _scalars(spec)
+        if f"{name}_halfwidth" in quantities:
+            attributes["ancillary_variables"] = f"{name}_halfwidth"
+        declared.append(Declaration(name, dims, quantity.dtype, attributes))
+    return declared
+
+
+def curve_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the variables of the boundary's curves: of every curve, then of every point along every axis."""
+    declared = []
+    for quantity in curve_quantities().values():
+        ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
+        declared.append(Declaration(quantity.name, (CURVES,), quantity.dtype, quantity.attributes() | ragged))
+    for quantity in point_quantities(spec.axes).values():
+        declared.append(Declaration(quantity.name, (POINTS,), quantity.dtype, quantity.attributes()))
+    return declared
+
+
+def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
+    """Return the axes with their values, and the fixed parameters as scalars."""
+    found = []
+    for name in (*spec.axes, *(name for name in PARAMETERS if name not in spec.axes)):
+        if name in _computed(spec):
+            continue
+        value = getattr(spec, name)
+        values = value.array() if name in spec.axes else np.array(value)
+        dims = (name,) if name in spec.axes else ()
+        found.append((Declaration(name, dims, "f8", PARAMETERS[name].attributes(), True), values))
+    return found
+
+
+def global_attributes(spec: SweepSpec, command: str, made: str | None = None) -> dict[str, Any]:
+    """Return the global attributes: what it is, how it was made, and all that is needed to make it again.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    command : str
+        What the user ran, for the history.
+    made : str, optional
+        When, as `created` says it; now if not given.
+    """
+    from importlib.metadata import version
+
+    now = made or created()
+    return {
+        "Conventions": CONVENTIONS,
+        "title": ascii_text(spec.title or "Stability atlas of a rolling disk"),
+        "summary": _SUMMARY.format(_WAYS[spec.method]),
+        "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
+        "references": _REFERENCES,
+        "source": f"eulerdisk {__version__}, method {spec.method}",
+        "history": ascii_text(f"{now} {command}"),
+        "date_created": now,
+        "eulerdisk_format": np.int32(FORMAT),
+        "criterion": str(spec.criterion),
+        **{name: getattr(spec, name) for name in SETTINGS},
+        "method": spec.method,
+        "sweep_spec": spec.canonical(),
+        "sweep_fingerprint": spec.fingerprint(),
+        "kernel_hash": kernel_hash(),
+        "versions": json.dumps(
+            {name: version(name) for name in ("numba", "llvmlite", "numpy", "xarray", "netCDF4")},
+            sort_keys=True,
+        ),
+    }
+
+
+def _computed(spec: SweepSpec) -> tuple[str, ...]:
+    return (spec.computed_rate,) if spec.computed_rate else ()
+
+
+def _scalars(spec: SweepSpec) -> dict[str, str]:
+    fixed = [name for name in PARAMETERS if name not in spec.axes and name not in _computed(spec)]
+    return {"coordinates": " ".join(fixed)} if fixed else {}
+
+
+def ascii_text(text: str) -> str:
+    """Return a text for an attribute: what is not ASCII is escaped, since other characters make it an NC_STRING."""
+    return text.encode("ascii", "backslashreplace").decode("ascii")
