@@ -25,7 +25,8 @@ class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
     `cut` names the axes of which either atlas has lost a part, `other_steps` the settings of the integration that
-    differ. `spec` is that of the reference, on the whole of its grid.
+    differ, `boundaries` the two ways in which the boundary was looked for. `spec` is that of the reference, on the
+    whole of its grid.
     """
 
     new: "xr.Dataset"
@@ -34,6 +35,7 @@ class Pair:
     axes: tuple[str, ...]
     cut: frozenset[str]
     other_steps: tuple[str, ...]
+    boundaries: tuple[str, str]
     notes: tuple[str, ...]
 
 
@@ -82,6 +84,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         axes,
         frozenset(cut),
         tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
+        (specs[0].boundary, specs[1].boundary),
         tuple(
             f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
         ),
@@ -92,14 +95,13 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
     fields = [name for name in _MEANING if getattr(new, name) != getattr(reference, name)]
     for name in PARAMETERS:
         values = getattr(new, name), getattr(reference, name)
+        # a rate that each cell computes for itself is a word
         if any(isinstance(value, str) for value in values):
-            # a rate that each cell computes: the same one, on the same branch
-            differ = values[0] != values[1]
-        elif name in (*new.axes, *reference.axes):
-            differ = False
-        else:
-            differ = not _same(np.array(values[0]), np.array(values[1]), name).all()
-        if differ:
+            fields += [name] if values[0] != values[1] else []
+        elif (
+            name not in (*new.axes, *reference.axes)
+            and not _same(np.array(values[0]), np.array(values[1]), name).all()
+        ):
             fields.append(name)
     if fields:
         given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
@@ -166,4 +168,5 @@ def _part(
     fixed = [name for name in axes if name not in dataset.dims]
     cells = dataset.expand_dims(fixed) if fixed else dataset
     order = [name for name in axes if name in cells.dims]
+    # curves have dimensions of their own
     return cells.isel({name: places[name] for name in axes}).transpose(*order, ...)

@@ -4,6 +4,7 @@ Decisions (endings, verdicts) have to be equal, measures within the tolerance of
 cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 #: Attributes of a variable that its numbers mean nothing without.
 _MEANING = ("units", "flag_values", "flag_meanings")
+
+#: How the names begin of what follows from the verdicts: curves have neither row nor cell.
+_CURVE = "curve_"
+_MEASURED = ("boundary_", _CURVE)
 
 #: Attributes of an atlas that `align` has compared, word by word.
 _COMPARED = ("sweep_spec", "sweep_fingerprint")
@@ -95,19 +100,16 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
     """
     pair = align(new, reference, common=common)
-    curves = _curve_names(pair)
     edge_of_ending = endings_on_edge(pair)
     edge_of_verdict = verdicts_on_edge(pair, edge_of_ending)
     findings, notes = [], []
     for quantity, axis in _quantities(pair):
         name = quantity.name
-        reason = _left_out(name, axis, pair, name in curves)
+        reason = _left_out(name, axis, pair)
         if reason:
             notes.append(f"{name} is not compared: {reason}")
         elif name not in pair.new or name not in pair.reference:
             findings.append(_absence(quantity, pair))
-        elif pair.new[name].shape != pair.reference[name].shape:
-            findings.append(_other_length(quantity, pair, bool(edge_of_verdict.any())))
         else:
             excused = _excused(name, axis, pair, edge_of_ending, edge_of_verdict)
             findings.append(_compared(quantity, pair, excused))
@@ -120,16 +122,13 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     )
 
 
-def _curve_names(pair: Pair) -> frozenset[str]:
-    return frozenset(curve_quantities()) | frozenset(point_quantities(pair.axes))
-
-
-def _left_out(name: str, axis: str, pair: Pair, curve: bool) -> str:
+def _left_out(name: str, axis: str, pair: Pair) -> str:
     """Return why a variable is not to be compared, or nothing."""
-    if axis in pair.cut:
-        return f"only a part of {axis} is common"
-    if curve and pair.cut:
-        return f"only a part of {', '.join(sorted(pair.cut))} is common"
+    along = pair.cut.intersection(pair.axes if name.startswith(_CURVE) else [axis])
+    if along:
+        return f"only a part of {', '.join(sorted(along))} is common"
+    if name.startswith(_MEASURED) and pair.boundaries[0] != pair.boundaries[1]:
+        return f"boundary differs: {' and '.join(pair.boundaries)}"
     if name in EFFORT and pair.other_steps:
         return f"{', '.join(pair.other_steps)} differ"
     if name in EFFORT and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
@@ -148,26 +147,27 @@ def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
             for name, quantity in boundary_quantities(axis, edge).items():
                 if name in held:
                     yield quantity, axis
-    for name, quantity in {**curve_quantities(), **point_quantities(pair.axes)}.items():
+    for name, quantity in {**curve_quantities(), **point_quantities(pair.spec.axes)}.items():
         if name in held:
             yield quantity, ""
 
 
 def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> Mask:
     """Which values may differ because a cell flips on an edge: the flag itself, or what follows from the flag."""
+    if name.startswith(_CURVE):
+        return np.full(pair.reference[name].shape, bool(np.any(ending | verdict)))
     if axis:
         along = pair.axes.index(axis)
         # the bracket moves with the verdict that flips; theory's lines know of no cell
         moved = np.any(ending | verdict, axis=along)
         return moved if name.startswith("boundary_") else np.zeros_like(moved)
-    if name in _curve_names(pair):
-        # a cell that flips may move any point of the curves, and all that follow it
-        return np.full(pair.reference[name].shape, bool(verdict.any()))
     return verdict if name == "stability" else ending
 
 
 def _compared(quantity: Quantity, pair: Pair, excused: Mask) -> Finding:
     new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
+    if new.shape != old.shape:
+        return _misshapen(quantity, new.shape, old.shape, excused)
     distance = np.abs(new.astype(np.float64) - old.astype(np.float64))
     allowed = quantity.tolerance.absolute + quantity.tolerance.relative * np.abs(old.astype(np.float64))
     gaps = np.isnan(new) != np.isnan(old)
@@ -184,6 +184,25 @@ def _compared(quantity: Quantity, pair: Pair, excused: Mask) -> Finding:
         int((beyond & excused).sum()),
         float(known.max()) if known.size else 0.0,
         _worst(quantity.name, pair, beyond & ~excused, gaps, distance, allowed),
+        quantity.tolerance,
+        note,
+    )
+
+
+def _misshapen(
+    quantity: Quantity, new: tuple[int, ...], reference: tuple[int, ...], excused: Mask
+) -> Finding:
+    """Say that two variables cannot be laid side by side: more or fewer curves, or points of them."""
+    count = excused.size if not excused.any() else 0
+    note = f"{math.prod(new)} values, in the reference {math.prod(reference)}"
+    return Finding(
+        quantity.name,
+        quantity.units,
+        excused.size,
+        count,
+        excused.size - count,
+        0.0,
+        None,
         quantity.tolerance,
         note,
     )
@@ -210,16 +229,6 @@ def _worst(
     }
     values = [float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)]
     return Cell(where, *(None if np.isnan(value) else value for value in values))
-
-
-def _other_length(quantity: Quantity, pair: Pair, flipped: bool) -> Finding:
-    """Return what is to be said of curves that have not as many points."""
-    new, old = (atlas[quantity.name].size for atlas in (pair.new, pair.reference))
-    different, on_edge = (0, old) if flipped else (old, 0)
-    note = f"{new} values, in the reference {old}"
-    return Finding(
-        quantity.name, quantity.units, old, different, on_edge, 0.0, None, quantity.tolerance, note
-    )
 
 
 def _absence(quantity: Quantity, pair: Pair) -> Finding:

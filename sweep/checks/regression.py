@@ -68,7 +68,7 @@ def _lines(finding: Finding) -> Iterator[str]:
     yield f"{'DIFFERS' if finding.different else 'same':<8} {finding.name:<32} {_what(finding)}"
     if finding.worst is not None:
         where = ", ".join(
-            f"{name} {PARAMETERS[name].spell(value) if name in PARAMETERS else f'{value:g}'}"
+            f"{name} {PARAMETERS[name].spell(value) if name in PARAMETERS else int(value)}"
             for name, value in finding.worst.where.items()
         )
         values = " and ".join(
