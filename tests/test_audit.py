@@ -61,6 +61,11 @@ def test_the_exact_values_are_the_referee_s(preset):
             {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3},
             {"agrees": 4, "invalid": 1},
         ),
+        # the precession rate that holds a disk is computed too; where the disk does not roll there is none
+        (
+            {"tilt": "5deg,10deg", "precession_rate": "steady-slow", "roll_rate": "-6:6:5", "tilt_rate": 1e-3},
+            {"agrees": 8, "invalid": 2},
+        ),
         # one cell, and three axes
         ({"tilt": "1deg", "roll_rate": 3}, {"agrees": 1}),
         ({"tilt": "1deg", "roll_rate": "2:4:5", "alpha": "0.1:1:4", "gravity": "1,9.81"}, {"agrees": 40}),

@@ -69,6 +69,18 @@ def test_a_corrupted_roll_rate_of_circling_is_caught():
     assert list(zip(*np.nonzero(flags(verify(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
 
 
+def test_a_corrupted_precession_rate_of_circling_is_caught():
+    """Where the precession rate is the one that is computed, it has to be the one that holds the disk."""
+    steady = sweep.run(
+        SweepSpec(tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="4,6", tilt_rate=1e-3)
+    )
+    corrupted = changed(steady, (0, 1), precession_rate=float(steady.precession_rate[0, 1]) + 1e-6)
+    assert {flag: n for flag, n in findings(verify(corrupted)).counts.items() if n} == {
+        "agrees": 3,
+        "contradictory": 1,
+    }
+
+
 @pytest.mark.parametrize("variable", ["tilt_min", "tilt_max", "nutation_period", "ending", "stability"])
 def test_a_corrupted_fall_is_caught(variable):
     """A fall shows fall_tilt and what came before, is unstable, and has no period."""

@@ -99,3 +99,17 @@ def test_script_draws_what_it_is_given(atlas, tmp_path):
     )
     assert refused.returncode == 2
     assert "not a format of figures" in refused.stderr
+
+
+def test_a_refined_atlas_is_drawn():
+    """Curves are no axes of an atlas: with a bisected boundary it is still a map, and only real axes are too many."""
+    spec = sweep.SweepSpec.preset("rolling").replace(
+        roll_rate="2:3:5", tilt="0.1deg:1deg:4", boundary="refined:1e-6"
+    )
+    atlas = sweep.run(spec)
+    assert "curve_point" in atlas.dims
+    assert plots.figure([atlas]).axes
+    with pytest.raises(
+        sweep.RequestError, match=r"3 axes: roll_rate, tilt, alpha\. Do: select one value of alpha,"
+    ):
+        plots.figure([sweep.run(spec.replace(alpha=[0.5, 1.0]))])

@@ -176,7 +176,8 @@ def _slips(dataset: "xr.Dataset", like: "xr.DataArray", friction: float | None) 
 
 def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of what is left of an atlas, and refuse what is not a line or a map."""
-    dims = [str(name) for name in dataset.dims]
+    # curves have dimensions of their own
+    dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) > 2:
         raise RequestError(
             "too many axes for a figure",
@@ -197,10 +198,10 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
 
 def _names(dataset: "xr.Dataset", rate: str | None) -> tuple[str, str | None]:
     """(x, y): the rate that has a boundary goes up, else the atlas's first axis does."""
-    dims = [str(name) for name in dataset.dims]
+    dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) == 1:
         return dims[0], None
-    y = rate or str(dataset["stability"].dims[0])
+    y = rate or dims[0]
     return next(name for name in dims if name != y), y
 
 
