@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sweep.atlas.verdicts import refine as refine
     from sweep.checks.audit import verify as verify
     from sweep.errors import RequestError as RequestError
-    from sweep.files.store import open_atlas as open_atlas
+    from sweep.files.reading import open_atlas as open_atlas
     from sweep.files.store import save as save
     from sweep.motion.trajectory import simulate as simulate
     from sweep.request.axes import Range as Range
@@ -41,7 +41,7 @@ _HOME = {
     "SweepSpec": "sweep.request.spec",
     "TrajectorySpec": "sweep.request.trajectory",
     "Values": "sweep.request.axes",
-    "open_atlas": "sweep.files.store",
+    "open_atlas": "sweep.files.reading",
     "reclassify": "sweep.atlas.verdicts",
     "refine": "sweep.atlas.verdicts",
     "run": "sweep.atlas.dataset",

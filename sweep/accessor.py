@@ -45,8 +45,7 @@ class Eulerdisk:
         """
         from sweep.atlas.dataset import spec_of
 
-        self._check()
-        return spec_of(self._dataset)
+        return spec_of(self._ordered())
 
     @property
     def stable(self) -> xr.DataArray:
@@ -103,8 +102,7 @@ class Eulerdisk:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
         from sweep.atlas.verdicts import reclassify
 
-        self._check()
-        return reclassify(self._dataset, criterion)
+        return reclassify(self._ordered(), criterion)
 
     def cell(self, **given: float | str) -> xr.Dataset:
         """Return the cell nearest to the values given for the axes: ``cell(roll_rate=2.4, tilt="1deg")``.
@@ -117,7 +115,9 @@ class Eulerdisk:
         from sweep.checks.nearest import nearest_cell
 
         place = nearest_cell(self.spec, given)
-        rows = [str(name) for name in self._dataset.data_vars if self._dataset[name].ndim == len(place)]
+        rows = [
+            str(name) for name in self._dataset.data_vars if set(self._dataset[name].dims) == place.keys()
+        ]
         return self._dataset[rows].isel(place)
 
     def plot(self) -> "Figure":
@@ -161,6 +161,15 @@ class Eulerdisk:
                     "boundary",
                     f"{float(variable.min()):.6g} to {float(variable.max()):.6g} {variable.units}, {name}",
                 )
+
+    def _ordered(self) -> xr.Dataset:
+        """Return the atlas with its dimensions in the order of its spec, if they are the same ones."""
+        from sweep.request.spec import SweepSpec
+
+        self._check()
+        axes = SweepSpec.from_canonical(self._dataset.attrs["sweep_spec"]).axes
+        whole = set(axes) == set(self._dataset["ending"].dims)
+        return self._dataset.transpose(*axes, ...) if whole else self._dataset
 
     def _check(self) -> None:
         if not _is_atlas(self._dataset):

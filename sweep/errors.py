@@ -37,8 +37,8 @@ class RequestError(Exception):
     def __str__(self) -> str:
         """Return the four parts as one message."""
         place = f"{self.where}: " if self.where else ""
-        stop = "" if self.do.endswith("?") else "."
-        return f"{place}{self.what}. Rule: {self.rule}. Given: {self.given}. Do: {self.do}{stop}"
+        what, do = (text if text.endswith("?") else f"{text}." for text in (self.what, self.do))
+        return f"{place}{what} Rule: {self.rule}. Given: {self.given}. Do: {do}"
 
     def at(self, where: str, given: str | None = None) -> Self:
         """Return the same error placed at `where`, with the words that the user gave there."""

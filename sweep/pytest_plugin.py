@@ -37,7 +37,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
         from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
         from sweep.checks.regression import in_words
-        from sweep.files.store import open_atlas
+        from sweep.files.reading import open_atlas
         from sweep.request.spec import SweepSpec
         from sweep.runs.running import run_to_file
 

@@ -175,3 +175,14 @@ def test_another_dataset_has_it_and_says_what_is_wrong():
     ):
         with pytest.raises(RequestError, match=r"not a stability atlas.*a dataset of sst"):
             ask(foreign.eulerdisk)
+
+
+def test_the_order_of_the_dimensions_does_not_matter(atlas):
+    """Transposed, an atlas gives the same verdicts, cells and boundaries."""
+    turned = atlas.transpose(*reversed(atlas.ending.dims))
+    there, here = (each.eulerdisk.reclassify("departure:2deg") for each in (atlas, turned))
+    xr.testing.assert_equal(here, there)
+    given = {name: float(atlas[name][1]) for name in atlas.ending.dims}
+    xr.testing.assert_equal(turned.eulerdisk.cell(**given), atlas.eulerdisk.cell(**given))
+    with pytest.raises(RequestError, match=r"another order.*dataset\.transpose\("):
+        sweep.reclassify(turned, "departure:2deg")

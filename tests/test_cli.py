@@ -13,7 +13,7 @@ import sweep
 from sweep.atlas.verdicts import reclassify
 from sweep.cli import main
 from sweep.commands.report import boundary_table, describe
-from sweep.files.store import open_atlas
+from sweep.files.reading import open_atlas
 
 CHECKOUT = Path(__file__).parents[1]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from comparing import CIRCLING, REFINED, SPEC, STEADY, changed, finding, found
 
 import sweep
 from sweep.checks.compare import compare
@@ -9,36 +10,11 @@ from sweep.checks.regression import in_words
 from sweep.errors import RequestError
 from sweep.schema import FILL, STABLE, UNSTABLE, VARIABLES
 
-SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")
-CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
-
 
 @pytest.fixture(scope="module")
 def reference():
     """Return an atlas with falls, so that some measures are missing in some cells."""
     return sweep.run(SPEC)
-
-
-def changed(atlas, name, place, value):
-    """Return a copy of an atlas with one value changed."""
-    copy = atlas.copy(deep=True)
-    copy[name].values[place] = value
-    return copy
-
-
-def found(comparison):
-    """Return the variables that differ, with the number of values that do."""
-    return {finding.name: finding.different for finding in comparison.findings if finding.different}
-
-
-def finding(comparison, name):
-    """Return what is said of one variable."""
-    return next(each for each in comparison.findings if each.name == name)
-
-
-#: The precession rate follows from the tilt and the roll rate; at a roll rate of 0 there is none.
-STEADY = CIRCLING.replace(roll_rate="-8:8:9", precession_rate="steady-slow")
-REFINED = SPEC.replace(boundary="refined:1e-6")
 
 
 @pytest.mark.parametrize(
@@ -263,60 +239,3 @@ def test_other_kernels_are_compared_by_their_results(reference):
     assert comparison.same
     assert "steps is not compared: the kernels differ" in comparison.notes
     assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
-
-
-@pytest.fixture(scope="module")
-def refined():
-    """Return the same atlas with its boundary bisected, and stored as curves."""
-    return sweep.run(REFINED)
-
-
-def test_a_moved_curve_differs(refined):
-    """A point of a curve beyond its tolerance differs, and the report names the point."""
-    comparison = compare(changed(refined, "curve_tilt", 2, float(refined.curve_tilt[2]) + 1e-3), refined)
-    assert found(comparison) == {"curve_tilt": 1}
-    assert finding(comparison, "curve_tilt").worst.where == {"curve_point": 2.0}
-    assert "worst cell: curve_point 2:" in in_words(comparison)
-
-
-def test_a_curve_of_other_length_differs(refined):
-    """Curves with a point less are not the same, and the lengths are told."""
-    comparison = compare(refined.isel(curve_point=slice(1, None)), refined)
-    assert set(found(comparison)) == {
-        "curve_roll_rate", "curve_roll_rate_halfwidth", "curve_tilt", "curve_tilt_halfwidth",
-    }  # fmt: skip
-    length = refined.sizes["curve_point"]
-    assert finding(comparison, "curve_tilt").note == f"{length - 1} values, in the reference {length}"
-
-
-def test_curves_move_with_a_cell_that_flips_on_an_edge(refined):
-    """Where a cell may be stable or not, so may the curves around it lie here or there."""
-    stable = refined["stability"].values == STABLE
-    place = tuple(np.argwhere(stable)[np.argmax(refined["tilt_max"].values[stable])])
-    edge = sweep.reclassify(refined, f"departure:{float(refined['tilt_max'].values[place])!r}rad")
-    moved = changed(changed(edge, "stability", place, UNSTABLE), "curve_tilt", 0, 9.0)
-    comparison = compare(moved, edge)
-    assert comparison.same
-    assert finding(comparison, "curve_tilt").on_edge == 1
-
-
-def test_ways_to_look_for_the_boundary_are_not_compared(reference, refined):
-    """An atlas whose boundary lies between cells and one whose boundary is bisected agree in all else."""
-    for new, old in ((reference, refined), (refined, reference)):
-        comparison = compare(new, old)
-        assert comparison.same
-        names = {each.name for each in comparison.findings}
-        assert "boundary_roll_rate" not in names
-        assert not any(name.startswith("curve_") for name in names)
-        assert {"tilt_max", "predicted_roll_rate", "critical_roll_rate"} <= names
-        assert any(
-            "boundary_roll_rate is not compared: boundary differs" in note for note in comparison.notes
-        )
-
-
-def test_another_steady_rate_is_another_motion():
-    """The slower and the faster of the two steady precessions are not compared, nor a computed rate and a given one."""
-    slow = sweep.run(STEADY)
-    for other in (STEADY.replace(precession_rate="steady-fast"), CIRCLING):
-        with pytest.raises(RequestError, match="they differ in precession_rate"):
-            compare(slow, sweep.run(other))

@@ -9,7 +9,7 @@ from auditing import ENDINGS, PRESETS, atlas, coarse
 import sweep
 from sweep.engine.runner import exact_measures
 from sweep.figures import plots
-from sweep.files.store import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs.running import run_to_file
 from sweep.schema import PARAMETERS, VARIABLES

@@ -3,6 +3,7 @@
 import shlex
 import sys
 
+import h5py
 import netCDF4
 import pytest
 
@@ -19,6 +20,13 @@ COMMANDS = [
 ]
 
 
+#: Files that were an atlas, before somebody worked on them.
+SPOILED = {
+    "format.nc": lambda file: file.setncattr("eulerdisk_format", "one"),
+    "verdict.nc": lambda file: file.renameVariable("stability", "opinion"),
+}
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Return a folder with an atlas and four files that only look like one."""
@@ -32,6 +40,10 @@ def folder(tmp_path_factory):
         file.eulerdisk_format = file.eulerdisk_format + 1
     with netCDF4.Dataset(folder / "foreign.nc", "w") as file:
         file.title = "Sea surface temperature"
+    for name, change in SPOILED.items():
+        (folder / name).write_bytes(whole)
+        with netCDF4.Dataset(folder / name, "a") as file:
+            change(file)
     return folder
 
 
@@ -42,6 +54,8 @@ def folder(tmp_path_factory):
         ("cut.nc", "not a readable netCDF file", "a netCDF-4 file, whole"),
         ("foreign.nc", "not a stability atlas", "titled 'Sea surface temperature'"),
         ("newer.nc", "newer than this program", "formats up to"),
+        ("format.nc", "not a stability atlas", "eulerdisk_format, a number"),
+        ("verdict.nc", "without its measures", "missing: stability"),
         ("missing.nc", "no such file", "an atlas is a netCDF file"),
     ],
 )
@@ -59,3 +73,83 @@ def test_what_is_no_atlas_is_refused(folder, monkeypatch, capsys, line, name, wh
     assert what in err
     assert expected in err
     assert sorted(folder.iterdir()) == before
+
+
+def run(monkeypatch, capsys, line):
+    """Return exit status, output and messages of a command."""
+    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    return end.value.code, out, err
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "info {}",
+        "explain {} tilt=1deg",
+        "compare {} good.nc",
+        "compare good.nc {}",
+        "export {} --to csv -o out.csv",
+        "export {} --to parquet -o out.parquet",
+        "export {} --to zarr -o out.zarr",
+        "plot {} good.nc -o out.png",
+        "boundary {} --criterion departure:1deg",
+        "verify {}",
+    ],
+)
+def test_a_damaged_part_is_found_out(folder, tmp_path, monkeypatch, capsys, line):
+    """Where the values of one variable cannot be read, the file and the variable are named; nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    whole = bytearray((folder / "good.nc").read_bytes())
+    (tmp_path / "good.nc").write_bytes(whole)
+    with h5py.File(folder / "good.nc") as file:
+        for name in ("ending", "peak_tilt", "tilt_min"):
+            chunk = file[name].id.get_chunk_info(0)
+            for i in range(chunk.byte_offset, chunk.byte_offset + chunk.size):
+                whole[i] ^= 0x5A
+    (tmp_path / "bad.nc").write_bytes(whole)
+    status, out, err = run(monkeypatch, capsys, line.format("bad.nc"))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"{tmp_path / 'bad.nc'}: " in err
+    assert "peak_tilt" in err or "ending" in err
+    assert "can be read" in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "good.nc"]
+
+
+@pytest.mark.parametrize(("line", "names"), [("info {}", "energy_drift"), ("explain {} tilt=1deg", "steps")])
+def test_what_a_command_needs_is_named(folder, tmp_path, monkeypatch, capsys, line, names):
+    """An atlas from which a variable was taken is refused by the commands that tell of it."""
+    path = tmp_path / "less.nc"
+    with sweep.open_atlas(folder / "good.nc") as atlas:
+        sweep.save(atlas.drop_vars(names), path)
+    status, _, err = run(monkeypatch, capsys, line.format(path))
+    assert status == 2
+    assert f"{path}: an atlas without its measures" in err
+    assert f"missing: {names}." in err
+
+
+@pytest.mark.parametrize("line", ["info {}", "explain {} tilt=1deg"])
+def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, monkeypatch, capsys, line):
+    """Another program may have dropped attributes that no number depends on: that is said, and the rest is told."""
+    path = tmp_path / "bare.nc"
+    with sweep.open_atlas(folder / "good.nc") as atlas:
+        for name in ("title", "history", "source", "sweep_fingerprint", "kernel_hash"):
+            del atlas.attrs[name]
+        sweep.save(atlas, path)
+    status, out, err = run(monkeypatch, capsys, line.format(path))
+    assert (status, err) == (0, "")
+    assert "unknown" in out
+
+
+@pytest.mark.parametrize("line", ["info {}", "run --from {} -o out.nc"])
+def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, monkeypatch, capsys, line):
+    """What is wrong with the contents of an atlas names the file too."""
+    path = tmp_path / "spec.nc"
+    path.write_bytes((folder / "good.nc").read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.sweep_spec = "{}"
+    status, _, err = run(monkeypatch, capsys, line.format(path))
+    assert status == 2
+    assert err.startswith(f"eulerdisk: {path}: not the canonical text of a spec")

@@ -16,7 +16,7 @@ import pytest
 from sweep.cli import main
 from sweep.errors import StoppedError
 from sweep.files import store
-from sweep.files.store import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import driving, peek
 from sweep.runs.locks import locked

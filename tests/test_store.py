@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 import sweep
 from sweep.engine.blocks import Span, chunk_shape
 from sweep.engine.runner import Block
-from sweep.files.store import gather, open_atlas, save
+from sweep.files.reading import open_atlas
+from sweep.files.store import gather, save
 from sweep.request.spec import SweepSpec
 from sweep.runs.running import run_to_file
 from sweep.schema import FILL, PARAMETERS, VARIABLES

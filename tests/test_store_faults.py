@@ -8,9 +8,11 @@ from collections import namedtuple
 import netCDF4
 import pytest
 
+from sweep.atlas.declarations import FORMAT
 from sweep.engine import estimate
 from sweep.errors import RequestError, StorageError
 from sweep.files import publish, store
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import claims, driving
 from sweep.runs.running import run_to_file
@@ -135,7 +137,7 @@ def test_an_existing_file_is_not_replaced_by_accident(path):
     assert "--overwrite" in text
     assert path.read_bytes() == b"old"
     run_to_file(SPEC, path, overwrite=True)
-    with store.open_atlas(path) as read:
+    with open_atlas(path) as read:
         assert read.sizes == {"tilt": 20}
         refused("the file exists", store.save, read, path)
 
@@ -207,21 +209,21 @@ def test_files_that_are_no_atlas(path, tmp_path):
     }
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
-        assert refused("not a readable netCDF file", store.open_atlas, tmp_path / name).startswith(
+        assert refused("not a readable netCDF file", open_atlas, tmp_path / name).startswith(
             str(tmp_path / name)
         )
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "Ocean"
-    assert "Ocean" in refused("not a stability atlas", store.open_atlas, tmp_path / "foreign.nc")
+    assert "Ocean" in refused("not a stability atlas", open_atlas, tmp_path / "foreign.nc")
     for name in ("missing.nc", "", "y" * 300):
-        refused("no such file", store.open_atlas, tmp_path / name)
+        refused("no such file", open_atlas, tmp_path / name)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (
-            lambda file: file.setncattr("eulerdisk_format", store.declarations.FORMAT + 1),
+            lambda file: file.setncattr("eulerdisk_format", FORMAT + 1),
             "newer than this program",
         ),
         (lambda file: file.delncattr("sweep_spec"), "not a stability atlas"),
@@ -233,7 +235,7 @@ def test_atlases_that_this_version_cannot_read(path, change, message):
     run_to_file(SPEC, path)
     with netCDF4.Dataset(path, "a") as file:
         change(file)
-    refused(message, store.open_atlas, path)
+    refused(message, open_atlas, path)
     # HDF5 locks a file that is open for reading against writers
     netCDF4.Dataset(path, "a").close()
 

@@ -65,17 +65,54 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     Raises
     ------
     RequestError
-        If the atlas is only a part of what its spec asks for.
+        If the spec cannot be read, or the atlas is only a part of what it asks for.
     """
-    spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
-    if dataset["ending"].dims != spec.axes or dataset["ending"].shape != spec.shape:
+    try:
+        spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    except RequestError as error:
+        raise error.at(place_of(dataset)) from None
+    sizes, whole = dict(dataset["ending"].sizes), dict(zip(spec.axes, spec.shape, strict=True))
+    if sizes != whole:
         raise RequestError(
             "not the whole atlas",
             "the dimensions of an atlas are the axes of its spec",
-            f"{dict(dataset['ending'].sizes)} of {dict(zip(spec.axes, spec.shape, strict=True))}",
+            f"{sizes} of {whole}",
             "take the whole atlas, and select from the result",
+            place_of(dataset),
+        )
+    if tuple(sizes) != spec.axes:
+        raise RequestError(
+            "the dimensions are in another order",
+            "the dimensions of an atlas stand in the order of the axes of its spec",
+            ", ".join(map(str, sizes)),
+            f"dataset.transpose({', '.join(map(repr, spec.axes))}, ...) in Python",
+            place_of(dataset),
         )
     return spec
+
+
+def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = None) -> None:
+    """Refuse an atlas that lacks some variables.
+
+    Raises
+    ------
+    RequestError
+        Naming those that are missing, and `place`, the file.
+    """
+    missing = [name for name in names if name not in dataset]
+    if missing:
+        raise RequestError(
+            "an atlas without its measures",
+            f"{', '.join(names)} are needed for this",
+            f"missing: {', '.join(missing)}",
+            "give an atlas as eulerdisk run made it",
+            place or place_of(dataset),
+        )
+
+
+def place_of(dataset: "xr.Dataset") -> str:
+    """Return what messages call an atlas: its file, if it has one."""
+    return str(dataset.encoding.get("source", "atlas"))
 
 
 def boundaries(

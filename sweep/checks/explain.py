@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.dataset import spec_of
+from sweep.atlas.dataset import require, spec_of
 from sweep.checks import expectation
 from sweep.checks.nearest import nearest_cell
 from sweep.checks.why import reach_of, why
@@ -66,11 +66,13 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     span = Span(number, number + 1)
     starts = cells.starts(spec, span)
     start = {name: float(values[0]) for name, values in starts.items()}
-    table = {**atlas_variables(spec.method, spec.contact), **PARAMETERS}
+    measures = atlas_variables(spec.method, spec.contact)
+    require(dataset, measures)
+    table = {**measures, **PARAMETERS}
     cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
     stored = {str(name): float(values) for name, values in cell.data_vars.items()}
     differing, beyond = _repeat(spec, span, cell, table)
-    if dataset.attrs["kernel_hash"] != kernel_hash():
+    if dataset.attrs.get("kernel_hash") != kernel_hash():
         beyond = [name for name in beyond if name not in EFFORT]
     lines = [
         *_where(spec, place, given),
@@ -137,7 +139,7 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
 
 
 def _repeated(dataset: "xr.Dataset", differing: list[str], beyond: list[str]) -> Iterator[str]:
-    made = dataset.attrs["kernel_hash"]
+    made = str(dataset.attrs.get("kernel_hash", "unknown"))
     kernels = (
         "the same kernels" if made == kernel_hash() else f"other kernels than those of the file ({made[:12]})"
     )

@@ -30,11 +30,12 @@ def compare(
 
     from sweep.checks.compare import compare as compared
     from sweep.checks.regression import in_words, to_junit
-    from sweep.files.store import check_target, open_atlas, published
+    from sweep.files.reading import opened
+    from sweep.files.store import check_target, published
 
     if junit is not None:
         check_target(junit, True)
-    with open_atlas(new) as left, open_atlas(reference) as right:
+    with opened(new) as left, opened(reference) as right:
         comparison = compared(left, right, common=common)
     if junit is not None:
         with published(junit) as unfinished:

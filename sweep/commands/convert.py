@@ -20,7 +20,7 @@ def export(
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
-    from sweep.files.store import open_atlas
+    from sweep.files.reading import opened
 
-    with open_atlas(atlas) as dataset:
+    with opened(atlas) as dataset:
         exported(dataset, output or atlas.with_suffix(f".{kind}"), kind, overwrite=overwrite)

@@ -38,9 +38,9 @@ def explain(
 
         check_format(plot)
     from sweep.checks.explain import explain as explained
-    from sweep.files.store import open_atlas
+    from sweep.files.reading import opened
 
-    with open_atlas(atlas) as dataset:
+    with opened(atlas) as dataset:
         explanation = explained(dataset, given)
     print(explanation.text)
     if plot is not None:

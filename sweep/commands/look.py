@@ -21,7 +21,7 @@ def info(
 ) -> None:
     """Say in words what is in an atlas, or how far a run is that is not finished."""
     from sweep.commands.report import describe
-    from sweep.files.store import open_atlas
+    from sweep.files.reading import opened
     from sweep.runs import peek
 
     folder = peek.unfinished(atlas)
@@ -39,7 +39,7 @@ def info(
     elif folder is not None:
         print(peek.describe(folder))
     if folder is None or atlas.is_file():
-        with open_atlas(atlas) as dataset:
+        with opened(atlas) as dataset:
             print(describe(dataset))
 
 
@@ -64,8 +64,9 @@ def boundary(
     from sweep.atlas import verdicts
     from sweep.commands.report import boundary_table
     from sweep.files import store
+    from sweep.files.reading import opened
 
-    with store.open_atlas(atlas) as dataset:
+    with opened(atlas) as dataset:
         if output is not None:
             store.check_target(output, overwrite)
         found = dataset if criterion is None else verdicts.reclassify(dataset, criterion)
@@ -110,10 +111,10 @@ def plot(
         check_atlas(atlas)
     from sweep.atlas.verdicts import reclassify
     from sweep.figures import plots, regimemap
-    from sweep.files.store import open_atlas
+    from sweep.files.reading import opened
 
-    with ExitStack() as opened:
-        datasets = [opened.enter_context(open_atlas(path)) for path in atlases]
+    with ExitStack() as stack:
+        datasets = [stack.enter_context(opened(path)) for path in atlases]
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         plots.save(regimemap.figure(datasets) if regimes else plots.figure(datasets, friction), output)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.dataset import spec_of
+from sweep.atlas.dataset import require, spec_of
 from sweep.checks.audit import Findings
 from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
@@ -15,11 +15,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+#: Attributes of an atlas that other programs may have taken away.
+_MAKERS = ("title", "history", "source", "sweep_fingerprint")
+
+
 def describe(dataset: "xr.Dataset") -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
+    require(dataset, ("peak_tilt", "tilt_error", "energy_drift"))
+    known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
-        dataset.attrs["title"],
+        known["title"],
         "",
         f"grid        {_grid(spec)}",
         *_axis_lines(spec),
@@ -35,8 +41,8 @@ def describe(dataset: "xr.Dataset") -> str:
         f"energy drift at most {_most(dataset['energy_drift'])} (both estimated in every cell)",
         *_boundary_lines(dataset, spec),
         "",
-        "made        " + dataset.attrs["history"].replace("\n", "\n            "),
-        f"by          {dataset.attrs['source']}; fingerprint {dataset.attrs['sweep_fingerprint'][:16]}",
+        "made        " + known["history"].replace("\n", "\n            "),
+        f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
     ]
     return "\n".join(lines)
 

@@ -56,9 +56,9 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
 def _spec_of_file(path: Path) -> "SweepSpec":
     from sweep.atlas.dataset import spec_of
     from sweep.engine.compiled import kernel_hash
-    from sweep.files.store import open_atlas
+    from sweep.files.reading import opened
 
-    with open_atlas(path) as dataset:
+    with opened(path) as dataset:
         if dataset.attrs.get("kernel_hash") != kernel_hash():
             print(
                 f"eulerdisk: {path} was made by other kernels than these: the digits may differ, "

@@ -23,8 +23,9 @@ def verify(
     from sweep.checks import audit
     from sweep.commands.report import audit_text
     from sweep.files import store
+    from sweep.files.reading import opened
 
-    with store.open_atlas(atlas) as dataset:
+    with opened(atlas) as dataset:
         if write is not None:
             _check_apart(atlas, write)
             store.check_target(write, overwrite)

@@ -18,6 +18,7 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
+from sweep.atlas.dataset import require
 from sweep.errors import RequestError
 from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
 from sweep.figures.panels import Panel, panel
@@ -88,6 +89,8 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
     """
     if not datasets:
         raise RequestError("nothing to draw", "a figure has a panel or more", "no atlas", "give an atlas")
+    for dataset in datasets:
+        require(dataset, ("peak_tilt",))
     panels = [panel(dataset, friction) for dataset in datasets]
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError
+from sweep.files.reading import loaded
 from sweep.files.store import check_target, published
 
 if TYPE_CHECKING:
@@ -178,8 +179,8 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
 
 def _parts(dataset: "xr.Dataset", axes: list[str]) -> Iterator["xr.Dataset"]:
     if not axes:
-        yield dataset
+        yield loaded(dataset)
         return
     step = max(1, _ROWS * dataset.sizes[axes[0]] // max(1, dataset["ending"].size))
     for start in range(0, dataset.sizes[axes[0]], step):
-        yield dataset.isel({axes[0]: slice(start, start + step)})
+        yield loaded(dataset.isel({axes[0]: slice(start, start + step)}))

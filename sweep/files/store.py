@@ -18,7 +18,6 @@ from sweep.engine.blocks import Span, chunk_shape, chunks
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.runner import Block, Columns
 from sweep.errors import RequestError
-from sweep.files.filenames import check_atlas
 from sweep.files.publish import publish, refusals
 from sweep.request.spec import SweepSpec
 
@@ -46,36 +45,6 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
     with published(path) as unfinished:
         dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
-
-
-def open_atlas(path: str | Path) -> "xr.Dataset":
-    """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
-
-    Raises
-    ------
-    RequestError
-        If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
-    """
-    path = Path(path)
-    check_atlas(path)
-    import xarray as xr
-
-    try:
-        dataset = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError) as problem:
-        raise RequestError(
-            "not a readable netCDF file",
-            "an atlas is a netCDF-4 file, whole",
-            f"{path.stat().st_size} bytes: {problem}",
-            "make it again with eulerdisk run",
-            str(path),
-        ) from problem
-    try:
-        _check_format(dataset, path)
-    except RequestError:
-        dataset.close()
-        raise
-    return dataset
 
 
 def check_target(path: Path, overwrite: bool) -> None:
@@ -232,32 +201,3 @@ def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] | None) ->
 
 def _filled(declared: Declaration, values: Any) -> Any:
     return values if declared.fill is None else np.where(np.isnan(values), declared.fill, values)
-
-
-def _check_format(dataset: "xr.Dataset", path: Path) -> None:
-    known = dataset.attrs.get("eulerdisk_format")
-    if known is None or "sweep_spec" not in dataset.attrs:
-        raise RequestError(
-            "not a stability atlas",
-            "an atlas has the attributes eulerdisk_format and sweep_spec",
-            f"a netCDF file titled {dataset.attrs.get('title', '(no title)')!r}",
-            "give a file made by eulerdisk run",
-            str(path),
-        )
-    if int(known) > declarations.FORMAT:
-        raise RequestError(
-            "the atlas is newer than this program",
-            f"formats up to {declarations.FORMAT} are known",
-            f"format {int(known)}",
-            "update eulerdisk",
-            str(path),
-        )
-    missing = [name for name in ("ending", "tilt_min", "tilt_max") if name not in dataset]
-    if missing:
-        raise RequestError(
-            "an atlas without its measures",
-            "an atlas has ending, tilt_min and tilt_max",
-            f"missing: {', '.join(missing)}",
-            "make it again with eulerdisk run",
-            str(path),
-        )

@@ -1,0 +1,119 @@
+"""Atlases read from disk: opened lazily, and refused with the reason where a file is none, or is not whole."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sweep.atlas.dataset import place_of, require
+from sweep.atlas.declarations import FORMAT
+from sweep.errors import RequestError
+from sweep.files.filenames import check_atlas
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def open_atlas(path: str | Path) -> "xr.Dataset":
+    """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
+
+    Raises
+    ------
+    RequestError
+        If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
+    """
+    path = Path(path)
+    check_atlas(path)
+    import xarray as xr
+
+    try:
+        dataset = xr.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as problem:
+        raise RequestError(
+            "not a readable netCDF file",
+            "an atlas is a netCDF-4 file, whole",
+            f"{path.stat().st_size} bytes: {problem}",
+            "make it again with eulerdisk run",
+            str(path),
+        ) from problem
+    try:
+        _check_format(dataset, path)
+    except RequestError:
+        dataset.close()
+        raise
+    return dataset
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator["xr.Dataset"]:
+    """Open an atlas as `open_atlas` does; where a part of it turns out to be damaged, say so of this file.
+
+    Raises
+    ------
+    RequestError
+    """
+    with open_atlas(path) as dataset:
+        try:
+            yield dataset
+        except RuntimeError as problem:
+            # who reads several files at once asks each of them
+            if _damaged(dataset):
+                raise _damage(dataset, problem) from problem
+            raise
+
+
+def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return a dataset whose values are in memory.
+
+    Raises
+    ------
+    RequestError
+        If they cannot be read.
+    """
+    try:
+        return dataset.load()
+    except RuntimeError as problem:
+        raise _damage(dataset, problem) from problem
+
+
+def _damaged(dataset: "xr.Dataset") -> list[str]:
+    found = []
+    for name, variable in dataset.variables.items():
+        try:
+            variable.copy(deep=False).load()
+        except RuntimeError:
+            found.append(str(name))
+    return found
+
+
+def _damage(dataset: "xr.Dataset", problem: Exception) -> RequestError:
+    return RequestError(
+        "the file is damaged",
+        "every variable of an atlas can be read",
+        f"{', '.join(_damaged(dataset))}: {problem}",
+        "make it again with eulerdisk run, or take a copy that is whole",
+        place_of(dataset),
+    )
+
+
+def _check_format(dataset: "xr.Dataset", path: Path) -> None:
+    known = dataset.attrs.get("eulerdisk_format")
+    try:
+        version = int(str(known) if "sweep_spec" in dataset.attrs else "")
+    except (TypeError, ValueError):
+        raise RequestError(
+            "not a stability atlas",
+            "an atlas has the attributes eulerdisk_format, a number, and sweep_spec",
+            f"a netCDF file titled {dataset.attrs.get('title', '(no title)')!r}",
+            "give a file made by eulerdisk run",
+            str(path),
+        ) from None
+    if version > FORMAT:
+        raise RequestError(
+            "the atlas is newer than this program",
+            f"formats up to {FORMAT} are known",
+            f"format {version}",
+            "update eulerdisk",
+            str(path),
+        )
+    require(dataset, ("ending", "stability", "tilt_min", "tilt_max"), str(path))
