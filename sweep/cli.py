@@ -13,11 +13,13 @@ import typer
 
 from sweep.commands import check, compute, convert, look, motion, parts, planning, verify, warm
 from sweep.commands.explain import explain
+from sweep.commands.usage import Commands, UsageError, refuse
 from sweep.errors import RequestError
 from sweep.version import __version__
 
 app = typer.Typer(
     name="eulerdisk",
+    cls=Commands,
     help="Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?",
     no_args_is_help=True,
     add_completion=False,
@@ -58,7 +60,11 @@ def _options(
 def main() -> NoReturn:
     """Run the command line and exit."""
     try:
-        app()
+        try:
+            # not standalone: the parser would print its errors in words of its own
+            status = app(standalone_mode=False, prog_name="eulerdisk")
+        except UsageError as error:
+            refuse(error)
     except RequestError as error:
         print(f"eulerdisk: {error}", file=sys.stderr)
         sys.exit(error.status)
@@ -66,4 +72,7 @@ def main() -> NoReturn:
         # the reader of our output has gone, e.g. `| head`; nobody is left to tell
         sys.stderr.close()
         sys.exit(1)
-    sys.exit(0)
+    except typer.Abort:
+        # Ctrl-C where nothing is kept; some versions of typer return 130 for it
+        sys.exit(130)
+    sys.exit(status or 0)

@@ -147,27 +147,6 @@ def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "",
-        "frob",
-        "run",
-        "run rolling",
-        "run rolling -o",
-        "info",
-        "run rolling --colour -o a.nc",
-        "info --threads",
-    ],
-)
-def test_a_command_that_is_none(command, tmp_path, line):
-    """A missing or unknown command, argument or option ends with 2 and says so or shows the usage."""
-    status, out, err = command(line)
-    assert status == 2
-    assert "Usage: " in out + err or err.startswith("Error: ")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_an_atlas_that_is_cut(command, tmp_path):
     """A truncated file is refused with one message by every command that reads."""
     command("run rolling roll_rate=3 tilt=1deg -o a.nc")
