@@ -4,12 +4,14 @@ import argparse
 import sys
 from pathlib import Path
 
+import typer
 from plot_regimes import save_regimes
 
 import sweep
 from sweep.checks.audit import findings
 from sweep.commands.progress import reporting
 from sweep.commands.report import audit_line, critical_table
+from sweep.commands.stopping import stoppable
 from sweep.figures import plots
 
 PRESETS = ("rolling", "spinning", "circling")
@@ -22,9 +24,9 @@ def main() -> None:
         "--output", "-o", type=Path, default=Path("atlas-out"), help="folder (default: atlas-out)"
     )
     folder = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
+    make(folder)
     for name in PRESETS:
-        with reporting() as progress:
+        with stoppable("scripts/atlas") as stopping, reporting() as progress:
             # the folder is this script's own: what an earlier run left there is replaced
             sweep.run_to_file(
                 sweep.SweepSpec.preset(name),
@@ -32,6 +34,7 @@ def main() -> None:
                 overwrite=True,
                 command="scripts/atlas",
                 progress=progress,
+                stopping=stopping,
             )
     datasets = [sweep.open_atlas(folder / f"{name}.nc") for name in PRESETS]
     plots.save(plots.figure(datasets), folder / "boundaries.png")
@@ -47,8 +50,34 @@ def main() -> None:
         sys.exit(1)
 
 
+def make(folder: Path) -> None:
+    """Make the output folder if it is not there.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be made, or is a file.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise sweep.RequestError(
+            "no folder for the atlases",
+            "the output is a folder, or can be made as one",
+            problem.strerror or str(problem),
+            "give another name, as in scripts/atlas -o atlas-out",
+            str(folder),
+        ) from problem
+
+
 if __name__ == "__main__":
     try:
         main()
     except sweep.RequestError as error:
-        sys.exit(f"scripts/atlas: {error}")
+        print(f"scripts/atlas: {error}", file=sys.stderr)
+        sys.exit(error.status)
+    except typer.Exit as end:
+        sys.exit(end.exit_code)
+    except KeyboardInterrupt:
+        print("scripts/atlas: interrupted; the files that were written are whole", file=sys.stderr)
+        sys.exit(130)

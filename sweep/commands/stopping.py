@@ -56,14 +56,15 @@ def _handling(stop: Callable[[int, FrameType | None], None]) -> Iterator[None]:
 
 
 @contextmanager
-def stoppable() -> Iterator[Callable[[], bool]]:
-    """Turn Ctrl-C and SIGTERM into the end of the block, a message and an exit status.
+def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
+    """Turn Ctrl-C and SIGTERM into the end of the block, a message with the command that goes on, and an exit status.
 
     Gives what says whether to stop. The handler only takes note: an exception out of it could get lost in a callback
     of the compiler. A second signal does not wait for the block, which may be inside a kernel for long.
     """
     arrived: list[int] = []
-    again = f"To go on, run the same command again:\n    {shlex.join([*_program(), *sys.argv[1:]])}\n"
+    words = [program] if program else _program()
+    again = f"To go on, run the same command again:\n    {shlex.join([*words, *sys.argv[1:]])}\n"
 
     def stop(number: int, _frame: FrameType | None) -> None:
         if arrived:
