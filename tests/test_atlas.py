@@ -201,6 +201,10 @@ def test_ways_to_run_change_nothing(monkeypatch):
 def test_a_part_of_an_atlas_is_not_an_atlas(rolling):
     """The spec of a selection would speak of other cells: it is refused."""
     assert spec_of(rolling) == ROLLING
-    for part in (rolling.isel(tilt=slice(2)), rolling.isel(tilt=0), rolling.transpose()):
-        with pytest.raises(RequestError, match="not the whole atlas"):
+    for part, what in (
+        (rolling.isel(tilt=slice(2)), "not the whole atlas"),
+        (rolling.isel(tilt=0), "not the whole atlas"),
+        (rolling.transpose(), "the dimensions are in another order"),
+    ):
+        with pytest.raises(RequestError, match=what):
             spec_of(part)

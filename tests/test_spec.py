@@ -195,3 +195,26 @@ def test_contact_is_silent_unless_asked_for():
     assert SweepSpec.from_canonical(plain.canonical()) == plain == asked.replace(contact="no")
     with pytest.raises(RequestError, match=r"unknown contact.*no, yes"):
         plain.replace(contact="maybe")
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "headline"),
+    [
+        ("rolling", {}, "Rolling along a line: stability of the upright disk"),
+        ("rolling", {"alpha": 1.0}, "Rolling along a line: stability of the upright disk"),
+        ("rolling", {"precession_rate": 0.5}, "Rolling and precessing: stability of the upright disk"),
+        (
+            "rolling",
+            {"precession_rate": "steady-slow"},
+            "Circling at constant tilt: stability of the steady motion",
+        ),
+        ("spinning", {}, "Spinning about the vertical: stability of the upright disk"),
+        ("spinning", {"precession_rate": 0.0}, "Neither rolling nor spinning: stability of the upright disk"),
+        ("circling", {}, "Circling at constant tilt: stability of the steady motion"),
+        ("circling", {"roll_rate": "1:3:5"}, "Rolling and precessing: stability of the upright disk"),
+        ("circling", {"title": "Mine", "alpha": 1.0}, "Mine"),
+    ],
+)
+def test_headline_says_what_is_looked_at(preset, changes, headline):
+    """A preset with other words is not called what it no longer is; a title of one's own stays."""
+    assert SweepSpec.preset(preset).replace(**changes).headline == headline

@@ -132,7 +132,7 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
     now = made or created()
     return {
         "Conventions": CONVENTIONS,
-        "title": ascii_text(spec.title or "Stability atlas of a rolling disk"),
+        "title": ascii_text(spec.headline),
         "summary": _SUMMARY.format(_WAYS[spec.method]),
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
         "references": _REFERENCES,

@@ -134,7 +134,7 @@ def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
     up, across = (y, x) if y else (x, None)
     square = f"{up.quantity.symbol}^2 = ".replace("_0", "")
     return Panel(
-        title=spec.title.partition(":")[0] or "Stability atlas",
+        title=spec.headline.partition(":")[0],
         caption=_caption(spec),
         criterion=_criterion(spec),
         line="$k = 0$" if spec.circling else f"${'' if up.squared else square}{_formula(rate, spec)}$",

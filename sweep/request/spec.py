@@ -26,6 +26,14 @@ from sweep.schema import GRID, PARAMETERS, SETTINGS, STEADY_PRECESSION, STEADY_R
 #: Words that came after the first files.
 _YOUNGER = ("contact", "boundary", "device")
 
+#: (whether the disk rolls, whether it precesses) -> what it does.
+_MOTIONS = {
+    (True, False): "Rolling along a line",
+    (False, True): "Spinning about the vertical",
+    (True, True): "Rolling and precessing",
+    (False, False): "Neither rolling nor spinning",
+}
+
 _NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
 
 
@@ -132,6 +140,16 @@ class SweepSpec(BaseModel):
         if self.roll_rate == STEADY_ROLL:
             return "roll_rate"
         return "precession_rate" if self.precession_rate in STEADY_PRECESSION else None
+
+    @property
+    def headline(self) -> str:
+        """The title; where none was given, what is looked at, which follows from the rates."""
+        if self.title:
+            return self.title
+        if self.circling:
+            return "Circling at constant tilt: stability of the steady motion"
+        rolls, turns = (getattr(self, name) != 0.0 for name in ("roll_rate", "precession_rate"))
+        return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
 
     @property
     def boundary_width(self) -> float | None:
