@@ -15,7 +15,6 @@ from sweep.checks import expectation
 from sweep.checks.explain import explain
 from sweep.cli import main
 from sweep.figures import cellplot
-from sweep.figures.swing import swing
 
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
 KICKED = sweep.SweepSpec(
@@ -51,25 +50,6 @@ def test_the_exact_values_are_those_of_the_literature(given, degrees):
         line = next(line for line in words if line.startswith(f"  {name}") and "the cell is off by" in line)
         assert float(line.split()[1]) == pytest.approx(value, abs=5.1e-5)
         assert float(line.split()[-2]) < 1e-8
-
-
-def test_the_curve_is_the_motion():
-    """Tilt and path of the figure are those of the tests' own integration, and a fall ends the curve."""
-    given = start(tilt=0.3, tilt_rate=0.2, precession_rate=1.0, roll_rate=2.0)
-    found = swing(given, 2.0, math.radians(85))
-    truth = referee.extremes(referee.starts(**given))
-    long = swing(given, 20.0, math.radians(85))
-    np.testing.assert_allclose(
-        [long.tilt.min(), long.tilt.max()], [truth.least[0], truth.greatest[0]], atol=1e-4
-    )
-    # a disk that circles steadily runs a circle of radius R |roll rate / precession rate|
-    circle = swing(start(tilt=math.radians(10), precession_rate=0.5, roll_rate=-4.68510), 4 * math.pi, 1.4)
-    assert np.ptp(circle.x) == pytest.approx(2 * 0.5 * 4.6851 / 0.5, rel=1e-4)
-    np.testing.assert_allclose(circle.tilt, math.radians(10), atol=1e-5)
-    assert found.time[-1] == 2.0
-    fell = swing(start(tilt=0.7, roll_rate=1.0), 20.0, math.radians(85))
-    assert fell.tilt[-1] == pytest.approx(math.radians(85), abs=1e-9)
-    assert fell.time[-1] < 1.0
 
 
 @pytest.mark.parametrize(

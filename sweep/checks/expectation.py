@@ -37,6 +37,9 @@ def _linear(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
         yield "linear      nothing to say: a disk that rolls and precesses at once has no upright steady motion"
         return
     k = coefficient(spec, start)
+    if not math.isfinite(k):
+        yield "linear      nothing to say: the squares of such rates are beyond all numbers"
+        return
     if k <= 0.0:
         growth = math.sqrt(-k)
         speed = (
@@ -56,9 +59,9 @@ def _linear(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
 def coefficient(spec: SweepSpec, start: Mapping[str, float]) -> float:
     """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
     tilt = start["tilt"] if spec.circling else 0.0
-    return float(
-        stability_coefficient(tilt, *(start[name] for name in ("precession_rate", "roll_rate", *_DISK)))
-    )
+    rates = np.array([start["precession_rate"], start["roll_rate"]])
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(stability_coefficient(tilt, *rates, *(start[name] for name in _DISK)))
 
 
 _DISK = ("alpha", "radius", "gravity")

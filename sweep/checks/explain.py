@@ -19,7 +19,7 @@ from sweep.engine.blocks import Span
 from sweep.engine.compiled import kernel_hash
 from sweep.engine.runner import compute, exact_measures
 from sweep.request.spec import SweepSpec
-from sweep.schema import EFFORT, PARAMETERS, VARIABLES, Array, Quantity
+from sweep.schema import EFFORT, PARAMETERS, VARIABLES, Quantity
 from sweep.schema.exact import atlas_variables
 
 if TYPE_CHECKING:
@@ -28,19 +28,27 @@ if TYPE_CHECKING:
 
 _WIDTH = 118
 
+#: The code of an ending, and what is said where there is nothing to repeat.
+_NOT_COMPUTED = next(
+    code for code, name in (VARIABLES["ending"].flags or {}).items() if name == "not_computed"
+)
+_NOTHING = ("repeated    nothing to repeat: the cell has not been computed",)
+
 
 @dataclass(frozen=True)
 class Explanation:
     """A cell in words.
 
-    `text` is the report; `start` has every parameter, `stored` every measure of the cell [SI]; `repeated` says
-    whether a new run of the cell agrees within the tolerances, `exactly` whether to the bit.
+    `text` is the report; `start` has every parameter, `stored` every measure of the cell, `exact` those that the
+    exact reduction knows [SI]; `repeated` says whether a new run of the cell agrees within the tolerances, `exactly`
+    whether to the bit. A cell that was not computed has nothing to disagree with.
     """
 
     text: str
     spec: SweepSpec
     start: Mapping[str, float]
     stored: Mapping[str, float]
+    exact: Mapping[str, float]
     repeated: bool
     exactly: bool
 
@@ -71,7 +79,9 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     table = {**measures, **PARAMETERS}
     cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
     stored = {str(name): float(values) for name, values in cell.data_vars.items()}
-    differing, beyond = _repeat(spec, span, cell, table)
+    exact = {name: float(values[0]) for name, values in exact_measures(spec, starts).items()}
+    computed = int(stored["ending"]) != _NOT_COMPUTED
+    differing, beyond = _repeat(spec, span, cell, table) if computed else ([], [])
     if dataset.attrs.get("kernel_hash") != kernel_hash():
         beyond = [name for name in beyond if name not in EFFORT]
     lines = [
@@ -80,14 +90,14 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         "",
         *_stored(spec, stored),
         "",
-        *_repeated(dataset, differing, beyond),
-        *_exact(spec, starts, stored),
+        *(_repeated(dataset, differing, beyond) if computed else _NOTHING),
+        *_exact(exact, stored),
         "",
         *expectation.in_words(dataset, spec, start, stored, place),
         "",
         *why(spec, start, stored),
     ]
-    return Explanation("\n".join(map(_folded, lines)), spec, start, stored, not beyond, not differing)
+    return Explanation("\n".join(map(_folded, lines)), spec, start, stored, exact, not beyond, not differing)
 
 
 def _folded(line: str) -> str:
@@ -122,7 +132,9 @@ def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object
 
 def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
     fixed = [
-        f"{name} {PARAMETERS[name].spell(value)}" for name, value in start.items() if name not in spec.axes
+        f"{name} {PARAMETERS[name].spell(value) if np.isfinite(value) else 'none'}"
+        for name, value in start.items()
+        if name not in spec.axes
     ]
     yield f"start       {', '.join(fixed)}"
     yield f"disturbed   {'steady circling at this tilt' if spec.circling else 'the upright disk'}"
@@ -154,12 +166,11 @@ def _repeated(dataset: "xr.Dataset", differing: list[str], beyond: list[str]) ->
         yield f"repeated    from the file alone, with {kernels}: {', '.join(beyond)} DIFFER beyond the tolerance"
 
 
-def _exact(spec: SweepSpec, given: dict[str, Array], stored: Mapping[str, float]) -> Iterator[str]:
-    measures = exact_measures(spec, given)
-    ending = (VARIABLES["ending"].flags or {})[int(measures["ending"][0])]
+def _exact(exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+    ending = (VARIABLES["ending"].flags or {})[int(exact["ending"])]
     yield f"exact       without time stepping: {ending.replace('_', ' ')}"
     for name in ("tilt_min", "tilt_max", "nutation_period"):
-        quantity, value = VARIABLES[name], float(measures[name][0])
+        quantity, value = VARIABLES[name], exact[name]
         if np.isfinite(value):
             apart = abs(value - stored[name])
             # a difference of tilts is nothing to be read in degrees

@@ -1,6 +1,7 @@
 """The figure of one cell: its tilt over time, with what the atlas and its criterion say, and its path on the plane."""
 
 import math
+from typing import TYPE_CHECKING
 
 import matplotlib
 import numpy as np
@@ -9,12 +10,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweep.checks.explain import Explanation, departure
+from sweep.errors import RequestError
 from sweep.figures.plots import STYLE
-from sweep.figures.swing import Swing, swing
+from sweep.motion.trajectory import simulate
+from sweep.request.trajectory import TrajectorySpec
 from sweep.schema import PARAMETERS, VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Of a motion that returns, this many periods are drawn.
 _PERIODS = 3.0
+
+_SAMPLES = 2000
 
 #: Width and height [in]: a journal's page is 7 wide.
 _SIZE = (7.0, 2.9)
@@ -29,14 +37,19 @@ def figure(explanation: Explanation) -> Figure:
     Parameters
     ----------
     explanation : Explanation
-        Of a cell that has a motion.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas. The curve is integrated anew, by SciPy; the extremes drawn are those of the atlas.
+        On an Agg canvas. The curve is what `sweep.simulate` makes of the start; the extremes drawn are those of the
+        atlas.
+
+    Raises
+    ------
+    RequestError
+        If the cell has no motion, or one that cannot be followed.
     """
-    motion = swing(explanation.start, _shown_time(explanation), explanation.spec.fall_tilt)
+    motion = _motion(explanation)
     with matplotlib.rc_context(STYLE):
         drawn = Figure(figsize=_SIZE, layout="constrained")
         FigureCanvasAgg(drawn)
@@ -49,25 +62,40 @@ def figure(explanation: Explanation) -> Figure:
     return drawn
 
 
+def _motion(explanation: Explanation) -> "xr.Dataset":
+    start, spec = explanation.start, explanation.spec
+    if not all(map(math.isfinite, start.values())):
+        raise RequestError(
+            "this cell has no motion to draw",
+            "a motion begins with finite rates",
+            ", ".join(f"{name}={value:g}" for name, value in start.items() if not math.isfinite(value)),
+            "leave --plot out, or name another cell",
+        )
+    time = _shown_time(explanation)
+    words = {**start, "duration": time, "interval": time / _SAMPLES, "fall_tilt": spec.fall_tilt}
+    return simulate(TrajectorySpec.read(**words))
+
+
 def _shown_time(explanation: Explanation) -> float:
-    period, fall = explanation.stored["nutation_period"], explanation.stored["fall_time"]
-    if np.isfinite(fall):
+    """Return how long [s] to follow a motion: some periods, or until it falls."""
+    stored, exact, duration = explanation.stored, explanation.exact, explanation.spec.duration
+    if math.isfinite(stored.get("fall_time", math.nan)):
         # a little longer: the fall itself ends the curve
-        return 1.01 * float(fall)
-    if np.isfinite(period):
-        return min(_PERIODS * float(period), explanation.spec.duration)
-    return explanation.spec.duration
+        return 1.01 * stored["fall_time"]
+    # a cell that time ended, or that was not computed, has a period all the same
+    known = (each["nutation_period"] for each in (stored, exact) if math.isfinite(each["nutation_period"]))
+    return min(_PERIODS * next(known, math.inf), duration)
 
 
-def _draw_tilt(axes: Axes, motion: Swing, explanation: Explanation) -> None:
+def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> None:
     degrees = PARAMETERS["tilt"].plot_scale
     steady, limit = departure(explanation)
-    axes.plot(motion.time, motion.tilt * degrees, color=_MOTION, label="tilt of the disk")
-    for i, name in enumerate(("tilt_min", "tilt_max")):
+    time = motion["elapsed_time"].values
+    axes.plot(time, motion["tilt"].values * degrees, color=_MOTION, label="tilt of the disk")
+    extremes = [explanation.stored[name] * degrees for name in ("tilt_min", "tilt_max")]
+    for i, extreme in enumerate(each for each in extremes if math.isfinite(each)):
         label = "extremes in the atlas" if i == 0 else None
-        axes.axhline(
-            explanation.stored[name] * degrees, color="0.25", linestyle=":", linewidth=1.0, label=label
-        )
+        axes.axhline(extreme, color="0.25", linestyle=":", linewidth=1.0, label=label)
     low, high = axes.get_ylim()
     for side in (-1.0, 1.0):
         edge = (steady + side * limit) * degrees
@@ -78,18 +106,19 @@ def _draw_tilt(axes: Axes, motion: Swing, explanation: Explanation) -> None:
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel(r"tilt $\theta$ (deg)")
-    axes.set_xlim(0.0, motion.time[-1])
+    axes.set_xlim(0.0, time[-1])
     axes.margins(y=0.08)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False, columnspacing=1.2)
 
 
-def _draw_path(axes: Axes, motion: Swing) -> None:
-    axes.plot(motion.x, motion.y, color=_MOTION)
-    axes.plot(motion.x[0], motion.y[0], "o", color="black", markersize=4.0, label="start")
+def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
+    x, y = motion["contact_x"].values, motion["contact_y"].values
+    axes.plot(x, y, color=_MOTION)
+    axes.plot(x[0], y[0], "o", color="black", markersize=4.0, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
-    span = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
+    span = max(float(np.ptp(x)), float(np.ptp(y)))
     if span == 0.0 or math.isnan(span):
         axes.set_xlim(-1.0, 1.0)

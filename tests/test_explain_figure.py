@@ -1,0 +1,104 @@
+"""The figure of a cell: for every way in which a cell can end there is one, or a word why there is none."""
+
+import math
+import shlex
+import sys
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.checks.explain import explain
+from sweep.cli import main
+from sweep.errors import RequestError
+from sweep.figures import cellplot
+from sweep.schema import VARIABLES
+
+#: How a cell ends -> a cell that ends so.
+CELLS = {
+    "bounded": sweep.SweepSpec(tilt="1deg", roll_rate=2.4),
+    "steady": sweep.SweepSpec(tilt=0.0, roll_rate=3.0, duration="20s"),
+    "fell": sweep.SweepSpec(tilt="40deg", roll_rate=1.0),
+    "horizon": sweep.SweepSpec(tilt="1deg", roll_rate=2.4, duration="0.5s"),
+    "unresolved": sweep.SweepSpec(tilt="1deg", roll_rate=1e200),
+    "invalid": sweep.SweepSpec(tilt="5deg", precession_rate=[0.0, 1.0], roll_rate="steady").replace(
+        precession_rate=[-1.0, 0.0, 1.0]
+    ),
+    "not_computed": sweep.SweepSpec(tilt="5deg", roll_rate=4.0),
+}
+WITHOUT = {"unresolved": "could not be resolved", "invalid": "this cell has no motion to draw"}
+
+
+def explained(ending):
+    """Return the explanation of a cell that ends so."""
+    atlas = sweep.run(CELLS[ending])
+    if ending == "not_computed":
+        # as `info --partial` writes a cell whose block is missing
+        for name in atlas.data_vars:
+            atlas[name].values[...] = 0 if atlas[name].dtype.kind == "i" else np.nan
+    found = explain(atlas, {"precession_rate": 0.0} if ending == "invalid" else {})
+    assert f"ending      {ending.replace('_', ' ')}" in found.text
+    return found
+
+
+@pytest.mark.parametrize("ending", CELLS)
+def test_every_ending_is_known(ending):
+    """The cells above are all the kinds there are, and each is explained without a word that is no number."""
+    assert set(CELLS) == set(VARIABLES["ending"].flags.values())
+    found = explained(ending)
+    assert " nan " not in found.text
+    assert found.repeated
+
+
+def test_a_cell_that_was_not_computed_has_nothing_to_repeat():
+    """Nothing is said to differ where there is nothing, and what the cell would give is told."""
+    text = explained("not_computed").text
+    assert "nothing to repeat: the cell has not been computed" in text
+    assert "DIFFER" not in text
+    assert "exact       without time stepping: bounded" in text
+
+
+@pytest.mark.parametrize("ending", [ending for ending in CELLS if ending not in WITHOUT])
+def test_the_figure_follows_the_motion_for_some_periods(ending):
+    """The curve is long enough to be seen and short enough to be read: three periods, the fall, or the duration."""
+    found = explained(ending)
+    left, right = cellplot.figure(found).axes
+    time, tilt = left.get_lines()[0].get_data()
+    assert np.all(np.diff(time) > 0.0)
+    assert tilt[0] == pytest.approx(math.degrees(found.start["tilt"]))
+    longest = {"fell": found.stored["fall_time"], "steady": 20.0, "horizon": 0.5}
+    assert time[-1] == pytest.approx(longest.get(ending, 3.0 * found.exact["nutation_period"]))
+    assert np.isfinite(right.get_lines()[0].get_data()).all()
+    labels = [text.get_text() for text in left.get_legend().get_texts()]
+    assert ("extremes in the atlas" in labels) == (ending != "not_computed")
+
+
+def test_the_path_is_that_of_the_motion():
+    """A disk that circles steadily runs a circle of radius R |roll rate / precession rate|."""
+    spec = sweep.SweepSpec(tilt="10deg", precession_rate=0.5, roll_rate=-4.68510, duration="13s")
+    found = explain(sweep.run(spec), {})
+    x, y = cellplot.figure(found).axes[1].get_lines()[0].get_data()
+    # x^2 + y^2 = 2 a x + 2 b y + c
+    (a, b, c), *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2)
+    assert math.sqrt(c + a**2 + b**2) == pytest.approx(0.5 * 4.6851 / 0.5, rel=1e-4)
+
+
+@pytest.mark.parametrize("ending", WITHOUT)
+def test_a_cell_without_a_motion_has_no_figure(ending):
+    """A start that there is not, or that nobody can follow, is refused with the reason."""
+    with pytest.raises(RequestError, match=WITHOUT[ending]):
+        cellplot.figure(explained(ending))
+
+
+def test_the_command_tells_what_it_can(tmp_path, monkeypatch, capsys):
+    """Where there is nothing to draw the words are printed all the same; the status is 2, and no figure is there."""
+    monkeypatch.chdir(tmp_path)
+    sweep.run_to_file(CELLS["invalid"], tmp_path / "a.nc")
+    monkeypatch.setattr(sys, "argv", shlex.split("eulerdisk explain a.nc precession_rate=0 --plot cell.png"))
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == 2
+    assert "verdict     undecided" in out
+    assert "no motion to draw. Rule: a motion begins with finite rates. Given: roll_rate=" in err
+    assert not (tmp_path / "cell.png").exists()
