@@ -20,7 +20,10 @@ def test_other_text_is_not_canonical(text):
         ({"boundary": "refined:0"}, "a width above 0"),
         ({"boundary": "refined:fine"}, "not a way to look for the boundary"),
         ({"boundary": "coarse"}, "grid, refined or refined:WIDTH"),
-        ({"precession_rate": "steady"}, "precession_rate"),
+        ({"precession_rate": "steady"}, r"or steady-slow or steady-fast.*did you mean steady-slow\?"),
+        ({"roll_rate": "steaady", "precession_rate": 1.0}, r"did you mean steady\?"),
+        ({"tilt": "\u22121deg"}, "write the minus sign as a hyphen"),
+        ({"tilt": "\u20131deg:1deg:5"}, "write the minus sign as a hyphen"),
         ({"xyz": 3}, "unknown word.*the words are tilt, tilt_rate"),
         ({"mass": 1}, "unknown word"),
         ({"alpha": 0}, "alpha: 0 is not possible.*0 < alpha <= 1"),
@@ -36,21 +39,25 @@ def test_other_text_is_not_canonical(text):
         ({"tilt": [0, 5]}, "bare number is in radians"),
         ({"roll_rate": "steady"}, "steady needs a precession_rate other than 0"),
         ({"roll_rate": "steady", "precession_rate": [0.0]}, "steady needs a precession_rate other than 0"),
-        ({"roll_rate": "quick"}, "roll_rate: not a value"),
+        (
+            {"roll_rate": "quick"},
+            r"roll_rate: not a value.*or steady\. .*Do: write a value, or roll_rate=steady\.",
+        ),
         ({"tilt_rate": "steady"}, "tilt_rate: not a value"),
         ({"duration": 0}, "duration > 0"),
         ({"duration": "1,2"}, "one number for all cells"),
         ({"step": "-1ms"}, "step: -0.001 s is not possible"),
         ({"step": "automatic"}, "step: not a value"),
         ({"step": 1e-8}, "too many steps"),
-        ({"fall_tilt": 0}, "0 deg < fall_tilt < 90 deg"),
+        ({"fall_tilt": 0}, r"0 deg < fall_tilt < 90 deg\. .*Do: choose values with 0 deg < fall_tilt"),
+        ({"device": "gpu"}, r"device is cpu or cuda\. .*Do: write device=cpu or device=cuda\."),
         ({"fall_tilt": "90deg"}, "fall_tilt: 90 deg is not possible"),
         ({"fall_tilt": 80}, "fall_tilt=80deg"),
         ({"tolerance": 0}, "tolerance <= 0.1 rad"),
         ({"tolerance": 0.2}, "tolerance <= 0.1 rad"),
         ({"criterion": "departure:0deg"}, "criterion: .*above 0"),
         ({"criterion": 5}, "criterion: not text"),
-        ({"method": "euler"}, "method: unknown method.*the methods are rk4"),
+        ({"method": "euler"}, "method: unknown method.*method is rk4 or exact"),
         ({"method": 4}, "method: not text"),
         ({"title": "two\nlines"}, "title: not a title"),
         ({"tilt": "0:1:1000000", "roll_rate": "0:1:10000000"}, "grid: too many cells"),
@@ -77,7 +84,10 @@ def test_circling_may_pass_through_zero_precession():
     [
         (["alpha=0.5", "alpha=1"], "alpha: given twice.*alpha=0.5 and alpha=1"),
         (["alpha"], "not a NAME=VALUE word"),
-        (["=3"], "unknown word"),
+        (["=3"], "not a NAME=VALUE word.*Given: =3"),
+        (["mass=1"], "leave it out: it is a word of eulerdisk simulate"),
+        (["g=1.6"], r"did you mean gravity\?"),
+        (["spin_rate=3"], "say roll_rate.*or precession_rate"),
         ([""], "not a NAME=VALUE word"),
         (["rollrate=3"], r"did you mean roll_rate\?"),
         (["alpha=2"], "^alpha: 2 is not possible"),
@@ -128,6 +138,18 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
         with pytest.raises(RequestError, match=message) as caught:
             SweepSpec.from_toml(tmp_path / name)
         assert str(caught.value).startswith(f"{tmp_path / name}: ")
+
+
+def test_a_file_of_another_editor_is_read(tmp_path):
+    """The mark that some editors put before UTF-8 is no part of the first line."""
+    (tmp_path / "marked.toml").write_bytes(b'\xef\xbb\xbftilt = "1deg"\r\nroll_rate = 3.0\r\n')
+    assert SweepSpec.from_toml(tmp_path / "marked.toml").roll_rate == 3.0
+
+
+def test_changes_without_a_spec_are_told_so():
+    """Who leaves the preset out is told to name one first."""
+    with pytest.raises(RequestError, match="before the changes, as in rolling roll_rate=2:4:3"):
+        SweepSpec.from_words("roll_rate=2:4:3", [])
 
 
 def test_an_unknown_preset_is_refused():

@@ -55,7 +55,7 @@ def test_every_quantity_is_complete(quantity):
         (["roll_rate=3", "roll_rate=4"], r"given twice"),
         (["roll_rate"], r"not a NAME=VALUE word"),
         (["roll_rate=steady", "tilt=10deg"], r"no roll rate keeps.*precession_rate=0\.5"),
-        (["method=euler"], r"unknown method.*rk4, dop853"),
+        (["method=euler"], r"unknown method.*rk4 or dop853"),
         (["interval=1e-9"], r"too many samples"),
         (["step=1e-9"], r"too many steps"),
         (["title=a\nb"], r"not a title"),

@@ -8,7 +8,7 @@ from sweep.errors import RequestError
 from sweep.request.axes import Range, Values
 from sweep.request.quantities import read_number
 from sweep.request.spec import SweepSpec
-from sweep.request.words import unknown_word
+from sweep.request.unknown import unknown_word
 from sweep.schema import PARAMETERS, Array
 
 #: A value given for a parameter that does not vary has to be its value, to this relative distance.
@@ -99,6 +99,5 @@ def _place(axis: Range | Values, value: float | None) -> int:
 
 def _example(spec: SweepSpec, name: str) -> str:
     axis = getattr(spec, name).array()
-    return PARAMETERS[name].spell(float(f"{axis[axis.size // 2]:.3g}")).split()[0] + (
-        "deg" if PARAMETERS[name].units == "rad" else ""
-    )
+    number = PARAMETERS[name].spell(axis[axis.size // 2], 3).split()[0]
+    return number + ("deg" if PARAMETERS[name].units == "rad" else "")

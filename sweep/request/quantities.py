@@ -27,6 +27,8 @@ _VALUE = (
 )
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 _NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
+#: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
+_MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
 _COUNT = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 
 
@@ -162,6 +164,7 @@ def _read_count(text: str) -> int:
 
 
 def _junk(raw: object) -> NoReturn:
-    raise RequestError(
-        "not a value", f"a value is {_VALUE}", shown(raw), "write one of these, as in 0.01deg:20deg:300:log"
-    )
+    do = "write one of these, as in 0.01deg:20deg:300:log"
+    if isinstance(raw, str) and any(sign in raw for sign in _MINUS):
+        do = "write the minus sign as a hyphen, as in -1deg"
+    raise RequestError("not a value", f"a value is {_VALUE}", shown(raw), do)

@@ -20,7 +20,8 @@ from sweep.errors import RequestError, shown
 from sweep.request.criterion import Criterion
 from sweep.request.quantities import Range, Value, Values
 from sweep.request.rules import check_circling, check_size, check_steps
-from sweep.request.words import find_spec_file, place, read_file, read_word, split_words, unknown_word
+from sweep.request.unknown import unknown_word
+from sweep.request.words import find_spec_file, place, read_file, read_word, split_words
 from sweep.schema import GRID, PARAMETERS, SETTINGS, STEADY_PRECESSION, STEADY_ROLL, WORDS
 
 #: Words that came after the first files.

@@ -16,7 +16,8 @@ import numpy as np
 
 from sweep.errors import RequestError, shown
 from sweep.request.quantities import read_number
-from sweep.request.words import allowed, one_of, read_title, split_words, unknown_word
+from sweep.request.unknown import unknown_word
+from sweep.request.words import allowed, one_of, read_title, split_words
 from sweep.schema import AUTOMATIC, STEADY_ROLL
 from sweep.schema.trajectory import MOTION_INPUTS, MOTION_METHODS, MOTION_WORDS
 

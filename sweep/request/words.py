@@ -1,15 +1,14 @@
 """The words of a request: where they come from, and what each may say."""
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 
 from sweep.errors import RequestError, shown
 from sweep.request.criterion import Criterion
 from sweep.request.quantities import Value, read_number, read_value
+from sweep.request.unknown import perhaps, unknown_word
 from sweep.schema import (
     AUTOMATIC,
     DEVICES,
@@ -21,6 +20,7 @@ from sweep.schema import (
     SETTINGS,
     STEADY_PRECESSION,
     STEADY_ROLL,
+    Array,
     Input,
 )
 
@@ -55,9 +55,15 @@ def find_spec_file(spec: str | Path) -> Path:
             f"there is no preset {spec!r}",
             "a spec is a preset or a .toml file; presets are " + ", ".join(presets()),
             spec or "nothing",
-            _perhaps(spec, presets()) or "name a preset, or a file as in my-sweep.toml",
+            perhaps(spec, presets()) or _spec_first(str(spec)),
         )
     return _PRESETS / f"{spec}.toml"
+
+
+def _spec_first(given: str) -> str:
+    if "=" in given:
+        return f"name a preset or a file before the changes, as in rolling {given}"
+    return "name a preset, or a file as in my-sweep.toml"
 
 
 def place(path: Path) -> str:
@@ -76,7 +82,7 @@ def read_file(path: Path) -> dict[str, object]:
     import tomllib
 
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as problem:
         raise RequestError(
             "the spec file cannot be read",
@@ -108,7 +114,7 @@ def split_words(words: Iterable[str], names: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for word in words:
         name, equals, value = (part.strip() for part in word.partition("="))
-        if not equals:
+        if not equals or not name:
             raise RequestError(
                 "not a NAME=VALUE word",
                 "changes to a spec are NAME=VALUE",
@@ -122,17 +128,6 @@ def split_words(words: Iterable[str], names: Sequence[str]) -> dict[str, str]:
             raise RequestError("given twice", "each name is given once", given, "leave one out", name)
         found[name] = value
     return found
-
-
-def unknown_word(name: str, names: Sequence[str]) -> NoReturn:
-    """Refuse a name that is not one of `names`, and say which was probably meant."""
-    raise RequestError(
-        "unknown word",
-        "the words are " + ", ".join(names),
-        shown(name),
-        _perhaps(name, names) or "use one of these words",
-        shown(name),
-    )
 
 
 def read_word(name: str, raw: object) -> Value | Criterion | str:
@@ -150,17 +145,32 @@ def read_word(name: str, raw: object) -> Value | Criterion | str:
     RequestError
         If the value cannot be read or the rule of the quantity does not allow it.
     """
-    if isinstance(raw, str) and (name, raw.strip()) in _INSTEAD:
+    instead = [word for known, word in _INSTEAD if known == name]
+    if isinstance(raw, str) and raw.strip() in instead:
         return raw.strip()
     if name in PARAMETERS:
-        return allowed(read_value(raw, PARAMETERS[name]), PARAMETERS[name], raw)
+        return allowed(_number_or(instead, read_value, raw, PARAMETERS[name]), PARAMETERS[name], raw)
     if name in SETTINGS:
-        return allowed(read_number(raw, SETTINGS[name]), SETTINGS[name], raw)
+        return allowed(_number_or(instead, read_number, raw, SETTINGS[name]), SETTINGS[name], raw)
     if isinstance(raw, Criterion) and name == "criterion":
         return raw
     if isinstance(raw, bool) and name == "contact":
         raw = _SWITCH[raw]
     return _TEXTS[name](_text(name, raw))
+
+
+def _number_or(
+    instead: Sequence[str], read: Callable[[object, Input], Value], raw: object, quantity: Input
+) -> Value:
+    """Read a value of which a word may stand in the place."""
+    try:
+        return read(raw, quantity)
+    except RequestError as error:
+        # a word, but not one of these
+        if instead and isinstance(raw, str) and raw.strip().replace("-", "").isalpha():
+            error.rule += f"; or {' or '.join(instead)}"
+            error.do = perhaps(raw, instead) or f"write a value, or {quantity.name}={instead[0]}"
+        raise
 
 
 def allowed(value: Value, quantity: Input, raw: object) -> Value:
@@ -179,12 +189,14 @@ def allowed(value: Value, quantity: Input, raw: object) -> Value:
         f"{quantity.spell(outside)} is not possible",
         quantity.rule,
         f"{quantity.name}={shown(raw)}",
-        _degrees_meant(quantity, raw) or f"choose values with {quantity.rule}",
+        _degrees_meant(quantity, raw, ends) or f"choose values with {quantity.rule}",
         quantity.name,
     )
 
 
-def _degrees_meant(quantity: Input, raw: object) -> str:
+def _degrees_meant(quantity: Input, raw: object, ends: Array) -> str:
+    if not quantity.allows(np.radians(ends)).all():
+        return ""
     if quantity.units != "rad" or (isinstance(raw, str) and any(map(str.isalpha, raw.replace("log", "")))):
         return ""
     example = (
@@ -234,9 +246,9 @@ def one_of(name: str, raw: object, choices: Sequence[str]) -> str:
         return text
     raise RequestError(
         f"unknown {name}",
-        f"the {name}s are " + ", ".join(choices),
+        f"{name} is {' or '.join(choices)}",
         f"{name}={text}",
-        _perhaps(text, choices) or f"write {name}={choices[0]} or leave it out",
+        "write " + " or ".join(f"{name}={choice}" for choice in choices),
         name,
     )
 
@@ -283,8 +295,3 @@ _TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
     "method": _method,
     "title": read_title,
 }
-
-
-def _perhaps(word: object, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(str(word).lower(), known, n=1)
-    return f"did you mean {close[0]}?" if close else ""
