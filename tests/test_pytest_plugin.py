@@ -26,6 +26,15 @@ def test_other(eulerdisk_atlas):
     eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/other.nc")
 """
 
+#: Requests that cannot be: a word that is not known, and a folder that is not there.
+WRONG = """
+def test_word(eulerdisk_atlas):
+    eulerdisk_atlas("rolling roll_rte=3", "data/word.nc")
+
+def test_folder(eulerdisk_atlas):
+    eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "missing/folder.nc")
+"""
+
 
 @pytest.fixture
 def project(tmp_path):
@@ -70,3 +79,13 @@ def test_references_are_written_and_compared(project):
     assert "DIFFERENT in tilt_max: 1 cell" in said
     assert "worst cell: the only one" in said
     assert "not comparable: they differ in" in said
+
+
+def test_a_wrong_request_is_one_line(project):
+    """What cannot be run fails the test with the words of the command, without the code that found it."""
+    (project / "test_mine.py").write_text(WRONG)
+    status, said = run(project, "--eulerdisk-regen")
+    assert (status, "2 failed" in said) == (1, True)
+    assert "did you mean roll_rate?" in said
+    assert "no such folder" in said
+    assert "RequestError" not in said

@@ -72,3 +72,17 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
         status, out, err = run(line)
         assert (status, out, err.count("\n")) == (2, "", 1)
         assert said in err
+
+
+def test_odd_characters_reach_neither_terminal_nor_xml(reference):
+    """Names and attributes with control characters are escaped: the XML is well-formed, the terminal is left alone."""
+    odd = reference.assign_attrs(title='bell \x07 escape \x1b[31m and ]]> <&">')
+    odd["tilt_max"] = odd["tilt_max"].assign_attrs(units="rad\x00\ufffe\udc80")
+    comparison = compare(odd, reference)
+    text = in_words(comparison)
+    assert all(each.isprintable() for each in text.splitlines())
+    assert r"bell \x07 escape \x1b[31m and ]]> <&" in text
+    suite = ElementTree.fromstring(to_junit(comparison, 'odd \x07\x1b <&"\udcff.nc').encode("utf-8"))[0]
+    assert suite.get("name") == r"odd \x07\x1b <&\"\udcff.nc".replace('\\"', '"')
+    (failed,) = (case for case in suite if case.find("failure") is not None)
+    assert r"its units differ: rad\x00\ufffe\udc80 and rad" in failed.find("failure").get("message")

@@ -57,6 +57,14 @@ def test_an_atlas_of_one_cell():
     assert boundary_table(dataset) == "This atlas has no boundary: no rate is among its axes."
 
 
+def test_a_line_in_words():
+    """One axis is told without a product, a pure number without a unit, angles in degrees, the tolerance in radians."""
+    lines = describe(sweep.run(SweepSpec(tilt="1deg", roll_rate=3, alpha=[0.5, 1.0]))).splitlines()
+    assert "grid        2 cells" in lines
+    assert "  alpha             0.5 to 1, 2 values, listed" in lines
+    assert any(line.endswith("fall_tilt 85 deg, tolerance 1e-08 rad") for line in lines)
+
+
 def test_a_boundary_without_a_rate_is_told_as_curves():
     """Of tilts and kicks at one rate the table has the points of the curves; without these it says how to get them."""
     spec = SweepSpec(roll_rate=3, tilt="0.1deg:3deg:6", tilt_rate="0.001:1:7")

@@ -10,6 +10,13 @@ from sweep.schema import PARAMETERS
 _SHOWN = 60
 
 
+def plain(text: str) -> str:
+    """Return a text of a file as a line may show it: what does not print (and XML may not hold) is escaped."""
+    return "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
+    )
+
+
 def in_words(comparison: Comparison) -> str:
     """Return the report of a comparison: the outcome, a line per variable, its worst cell, and what made the files."""
     return "\n".join(
@@ -33,6 +40,7 @@ def to_junit(comparison: Comparison, name: str) -> str:
     name : str
         What the suite is called, for example the name of the file.
     """
+    name = plain(name)
     failed = [finding for finding in comparison.findings if finding.different]
     counts = {"tests": str(len(comparison.findings)), "failures": str(len(failed)), "errors": "0"}
     root = ElementTree.Element("testsuites", counts)
@@ -83,7 +91,7 @@ def _lines(finding: Finding) -> Iterator[str]:
 
 def _what(finding: Finding) -> str:
     if finding.note:
-        return finding.note
+        return plain(finding.note)
     parts = [f"{finding.different} of {finding.values} differ"] if finding.different else []
     parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
     units = f" {finding.units}".removesuffix(" 1")
@@ -101,5 +109,5 @@ def _provenance(comparison: Comparison) -> Iterator[str]:
 
 
 def _short(text: str) -> str:
-    line = " / ".join(text.splitlines()) or "(none)"
+    line = plain(" / ".join(text.splitlines())) or "(none)"
     return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 4]} ..."

@@ -6,14 +6,29 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from sweep.errors import RequestError
+
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
     from sweep.runs.failures import Failures
 
 
+def check_share(most: float) -> None:
+    """Refuse what is no percentage for --max-failed.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not 0.0 <= most <= 100.0:
+        raise RequestError(
+            "not a percentage", "0 <= --max-failed <= 100", f"{most:g}", "leave it out for 1", "--max-failed"
+        )
+
+
 def conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:
     """Say what was written, and which cells failed; end with 1 if more than `most` per cent of them did."""
-    print(f"eulerdisk: {output}: {spec.size} cells", file=sys.stderr)
+    print(f"eulerdisk: {output}: {spec.size} cell{'s' * (spec.size != 1)}", file=sys.stderr)
     if failures.total:
         for line in failures.describe(spec):
             print(f"eulerdisk: {line}", file=sys.stderr)

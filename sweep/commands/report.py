@@ -193,7 +193,9 @@ def _found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, 
 
 
 def _grid(spec: SweepSpec) -> str:
-    return f"{' x '.join(map(str, spec.shape))} = {spec.size} cells" if spec.axes else "one cell"
+    if len(spec.axes) < 2:
+        return f"{spec.size} cells" if spec.axes else "one cell"
+    return f"{' x '.join(map(str, spec.shape))} = {spec.size} cells"
 
 
 def _axis_lines(spec: SweepSpec) -> Iterator[str]:
@@ -201,7 +203,8 @@ def _axis_lines(spec: SweepSpec) -> Iterator[str]:
         quantity, axis = PARAMETERS[name], getattr(spec, name)
         low, high = axis.ends() * quantity.plot_scale
         spacing = getattr(axis, "spacing", "listed")
-        yield f"  {name:<17} {low:.6g} to {high:.6g} {_shown_units(quantity)}, {len(axis)} values, {spacing}"
+        ends = f"{low:.6g} to {high:.6g} {_shown_units(quantity)}".strip()
+        yield f"  {name:<17} {ends}, {len(axis)} values, {spacing}"
 
 
 def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
@@ -224,7 +227,11 @@ def _settings(spec: SweepSpec) -> str:
     parts = []
     for name, quantity in SETTINGS.items():
         value = getattr(spec, name)
-        text = value if isinstance(value, str) else f"{value:.6g} {quantity.units}"
+        if isinstance(value, str):
+            text = value
+        else:
+            # a tolerance is too small to be read in degrees
+            text = f"{value:g} {quantity.units}" if name == "tolerance" else quantity.spell(value, 6)
         parts.append(f"{name} {text}")
     return ", ".join(parts)
 
