@@ -153,3 +153,25 @@ def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, monk
     status, _, err = run(monkeypatch, capsys, line.format(path))
     assert status == 2
     assert err.startswith(f"eulerdisk: {path}: not the canonical text of a spec")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "export a.nc --to csv -o a.nc --overwrite",
+        "export a.nc --to parquet -o ./a.nc --overwrite",
+        "verify a.nc --write a.nc --overwrite",
+        "compare a.nc good.nc --junit a.nc",
+        "compare good.nc a.nc --junit a.nc",
+    ],
+)
+def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, monkeypatch, capsys, line):
+    """Whatever may be replaced, the atlas that is read may not."""
+    monkeypatch.chdir(tmp_path)
+    whole = (folder / "good.nc").read_bytes()
+    for name in ("a.nc", "good.nc"):
+        (tmp_path / name).write_bytes(whole)
+    status, out, err = run(monkeypatch, capsys, line)
+    assert (status, out) == (2, "")
+    assert "this would replace the atlas that is read" in err
+    assert (tmp_path / "a.nc").read_bytes() == whole

@@ -213,8 +213,8 @@ def test_an_existing_file_is_kept(command, tmp_path):
     before = (tmp_path / "a.nc").read_bytes()
     for line, what in (
         ("verify a.nc --write b.nc", "the file exists"),
-        ("verify a.nc --write a.nc --overwrite", "an audit does not replace its atlas"),
-        ("verify a.nc --write ./a.nc", "an audit does not replace its atlas"),
+        ("verify a.nc --write a.nc --overwrite", "this would replace the atlas that is read"),
+        ("verify a.nc --write ./a.nc", "this would replace the atlas that is read"),
         ("verify a.nc --write no/b.nc", "no such folder"),
     ):
         status, out, err = command(line)

@@ -30,11 +30,15 @@ def compare(
 
     from sweep.checks.compare import compare as compared
     from sweep.checks.regression import in_words, to_junit
+    from sweep.files.filenames import check_atlas
     from sweep.files.reading import opened
-    from sweep.files.store import check_target, published
+    from sweep.files.store import check_apart, check_target, published
 
     if junit is not None:
         check_target(junit, True)
+        for atlas in (new, reference):
+            check_atlas(atlas)
+        check_apart(junit, new, reference)
     with opened(new) as left, opened(reference) as right:
         comparison = compared(left, right, common=common)
     if junit is not None:

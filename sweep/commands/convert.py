@@ -21,6 +21,9 @@ def export(
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
     from sweep.files.reading import opened
+    from sweep.files.store import check_apart
 
+    target = output or atlas.with_suffix(f".{kind}")
     with opened(atlas) as dataset:
-        exported(dataset, output or atlas.with_suffix(f".{kind}"), kind, overwrite=overwrite)
+        check_apart(target, atlas)
+        exported(dataset, target, kind, overwrite=overwrite)

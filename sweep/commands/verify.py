@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile
-from sweep.errors import RequestError
 
 
 def verify(
@@ -27,7 +26,7 @@ def verify(
 
     with opened(atlas) as dataset:
         if write is not None:
-            _check_apart(atlas, write)
+            store.check_apart(write, atlas)
             store.check_target(write, overwrite)
         audited = audit.verify(dataset)
     if write is not None:
@@ -36,14 +35,3 @@ def verify(
     print(audit_text(found))
     if not found.passed:
         raise typer.Exit(1)
-
-
-def _check_apart(atlas: Path, write: Path) -> None:
-    if write.exists() and write.samefile(atlas):
-        raise RequestError(
-            "an audit does not replace its atlas",
-            "--write names another file",
-            str(write),
-            "give it another name, e.g. audit.nc",
-            "--write",
-        )

@@ -87,6 +87,24 @@ def check_target(path: Path, overwrite: bool) -> None:
         )
 
 
+def check_apart(target: Path, *sources: Path) -> None:
+    """Refuse to write over what is being read: an atlas is not to be lost to something that was made of it.
+
+    Raises
+    ------
+    RequestError
+    """
+    for source in sources:
+        if os.path.exists(target) and os.path.samefile(target, source):
+            raise RequestError(
+                "this would replace the atlas that is read",
+                "what is made of an atlas is another file",
+                str(target),
+                "give another name",
+                str(target),
+            )
+
+
 @contextlib.contextmanager
 def published(path: Path) -> Iterator[Path]:
     """Give a temporary name beside `path`; what was written there gets the final name when the block ends well.
