@@ -18,6 +18,12 @@ SPECS = {
     "circling": sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0:5:12"),
     "cube": sweep.SweepSpec(alpha="0.5,1", tilt="1deg,2deg", precession_rate="3:6:7", title="Münze"),
     "cell": sweep.SweepSpec(tilt="1deg", roll_rate=3),
+    "refined": sweep.SweepSpec(
+        roll_rate="2:3:5", tilt="0.1deg:1deg:4", alpha=[0.5, 1.0], boundary="refined:1e-6"
+    ),
+    "steady": sweep.SweepSpec(
+        tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="-8:8:5", tilt_rate=1e-3
+    ),
 }
 
 

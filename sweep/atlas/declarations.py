@@ -97,9 +97,11 @@ def curve_declarations(spec: SweepSpec) -> list[Declaration]:
     declared = []
     for quantity in curve_quantities().values():
         ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
-        declared.append(Declaration(quantity.name, (CURVES,), quantity.dtype, quantity.attributes() | ragged))
+        attributes = quantity.attributes() | CONTENT | ragged
+        declared.append(Declaration(quantity.name, (CURVES,), quantity.dtype, attributes))
     for quantity in point_quantities(spec.axes).values():
-        declared.append(Declaration(quantity.name, (POINTS,), quantity.dtype, quantity.attributes()))
+        attributes = quantity.attributes() | CONTENT
+        declared.append(Declaration(quantity.name, (POINTS,), quantity.dtype, attributes))
     return declared
 
 
