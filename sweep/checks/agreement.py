@@ -63,7 +63,7 @@ def check(spec: SweepSpec, given: dict[str, Array], stored: Columns) -> dict[str
     Returns
     -------
     dict of str to array, shape (n,)
-        The variables of `schema_exact.AUDIT`.
+        The variables of `schema.exact.AUDIT`.
     """
     exact = exact_measures(spec, given)
     steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)

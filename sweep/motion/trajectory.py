@@ -62,7 +62,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `trajectory_schema.TRAJECTORY`. A motion that falls ends with the
+        Dimension elapsed_time [s]; the variables of `schema.trajectory.TRAJECTORY`. A motion that falls ends with the
         sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises

@@ -36,7 +36,7 @@ class TrajectorySpec:
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
     `roll_rate` may be ``"steady"``, `step` and `interval` may be ``"auto"``; the names are those of
-    `trajectory_schema.MOTION_INPUTS` and `trajectory_schema.MOTION_WORDS`.
+    `schema.trajectory.MOTION_INPUTS` and `schema.trajectory.MOTION_WORDS`.
     """
 
     tilt: float

@@ -21,7 +21,7 @@ _THEORY = ("tilt", "precession_rate", "roll_rate", "alpha", "radius", "gravity")
 
 
 def with_coefficients(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return an atlas of steady motions with the variables of `schema_steady.STEADY`.
+    """Return an atlas of steady motions with the variables of `schema.steady.STEADY`.
 
     Parameters
     ----------
