@@ -50,7 +50,8 @@ def start(*words, folder, before=()):
 def test_run_writes_the_atlas(command, tmp_path):
     """The file is the atlas of the spec with the words' changes; standard output stays empty."""
     status, out, err = command(f"run rolling {' '.join(SMALL)} -o a.nc")
-    assert (status, out, err) == (0, "", "eulerdisk: a.nc: 18 cells\n")
+    # a first run may compile for long enough to say how far it is
+    assert (status, out, err.splitlines()[-1]) == (0, "", "eulerdisk: a.nc: 18 cells")
     spec = sweep.SweepSpec.from_words("rolling", SMALL)
     with open_atlas(tmp_path / "a.nc") as read:
         assert read.attrs["history"].endswith("Z eulerdisk run rolling roll_rate=2:4:9 tilt=0.1deg,1deg")

@@ -102,3 +102,15 @@ def test_the_command_tells_what_it_can(tmp_path, monkeypatch, capsys):
     assert "verdict     undecided" in out
     assert "no motion to draw. Rule: a motion begins with finite rates. Given: roll_rate=" in err
     assert not (tmp_path / "cell.png").exists()
+
+
+def test_a_folder_that_is_not_there_is_told_first(tmp_path, monkeypatch, capsys):
+    """Where the figure could not be written nothing is explained, let alone computed."""
+    monkeypatch.chdir(tmp_path)
+    sweep.run_to_file(CELLS["bounded"], tmp_path / "a.nc")
+    monkeypatch.setattr(sys, "argv", shlex.split("eulerdisk explain a.nc --plot missing/cell.png"))
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert (end.value.code, out) == (2, "")
+    assert "missing/cell.png: no such folder" in err

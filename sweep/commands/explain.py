@@ -37,6 +37,9 @@ def explain(
         from sweep.files.filenames import check_format
 
         check_format(plot)
+        from sweep.files.store import check_target
+
+        check_target(plot, True)
     from sweep.checks.explain import explain as explained
     from sweep.files.reading import opened
 
