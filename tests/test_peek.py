@@ -5,7 +5,7 @@ import pytest
 
 from sweep.engine.runner import compute
 from sweep.errors import RequestError
-from sweep.files.store import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import manifest, parts, peek
 

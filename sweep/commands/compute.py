@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import BlockCells, MaxFailed, OptionalSpec, Overwrite, Threads, Words
-from sweep.commands.outcome import check_share, conclude
+from sweep.commands.outcome import conclude
 from sweep.commands.requests import read_request
 from sweep.commands.stopping import stoppable
 
@@ -38,7 +38,6 @@ def run(
 
     eulerdisk run --from rolling.nc -o again.nc
     """
-    check_share(max_failed)
     request = read_request(spec, words or [], source)
     from sweep.commands.progress import reporting, say
     from sweep.runs.running import run_to_file

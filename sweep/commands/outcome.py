@@ -6,24 +6,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from sweep.errors import RequestError
-
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
     from sweep.runs.failures import Failures
-
-
-def check_share(most: float) -> None:
-    """Refuse what is no percentage for --max-failed.
-
-    Raises
-    ------
-    RequestError
-    """
-    if not 0.0 <= most <= 100.0:
-        raise RequestError(
-            "not a percentage", "0 <= --max-failed <= 100", f"{most:g}", "leave it out for 1", "--max-failed"
-        )
 
 
 def conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import BlockCells, MaxFailed, Overwrite, Spec, Threads, Words
-from sweep.commands.outcome import check_share, conclude
+from sweep.commands.outcome import conclude
 from sweep.commands.stopping import stoppable
 from sweep.errors import RequestError
 
@@ -67,7 +67,6 @@ def assemble(
     max_failed: MaxFailed = 1.0,
 ) -> None:
     """Make the file of a run whose blocks are all there, and remove its folder."""
-    check_share(max_failed)
     from sweep.runs import parts
 
     spec, path, failures = parts.assemble(folder, overwrite=overwrite)
