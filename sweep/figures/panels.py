@@ -176,7 +176,6 @@ def _slips(dataset: "xr.Dataset", like: "xr.DataArray", friction: float | None) 
 
 def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of what is left of an atlas, and refuse what is not a line or a map."""
-    # curves have dimensions of their own
     dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) > 2:
         raise RequestError(
