@@ -126,7 +126,7 @@ def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt
     Returns
     -------
     dict of str to array, shape (n,)
-        Variables of `sweep.schema.exact.atlas_variables`; NaN or 0 where the reduction has none. A cell whose extremes are
+        Variables of `schema.exact.atlas_variables`; NaN or 0 where the reduction has none. A cell whose extremes are
         not known to the spec's tolerance (on a separatrix) is unresolved.
     """
     measures, counts = extremes()(np.stack(list(given.values())), spec.fall_tilt, True)
