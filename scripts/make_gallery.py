@@ -35,8 +35,9 @@ ENTRIES = (
         "finds, bisected to 1e-9; black: k = 0 of linear theory, whose ends at zero tilt are the lines of "
         "spinning and rolling; dashed: where the criterion (ten times the kick) puts it. In the plane of the roll"
         " rate a motion has two precession rates; the slower one is drawn, and with the faster one every motion "
-        "is stable. Right: measured rates against the root of |k|. The rise to the left is rounding near k = 0, "
-        "that to the right the size of the kick. 66 of 81840 cells, near-flat and hardly precessing, stay unresolved.",
+        "is stable. Right: measured rates against the root of |k|. The rise to the left is what a kick of "
+        "finite size does near k = 0. No cell beyond the predicted offset is against the sign of k, and none is "
+        "undecided.",
     ),
     Entry(
         ("convergence.png",),
