@@ -1,12 +1,10 @@
 """Draw the boundary of stable circling for the whole family of disks, from a point mass at the centre to the hoop."""
 
-import argparse
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from driver import drive, figure_parser
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -105,11 +103,7 @@ def _draw_points(
 
 def main() -> None:
     """Compute the atlas, print the largest unstable tilt of each disk, write the figure."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--output", "-o", type=Path, default=Path("alphas.png"), help="png, pdf or svg (%(default)s)"
-    )
-    output = parser.parse_args().output
+    output = figure_parser(__doc__, "alphas.png").parse_args().output
     check_format(output)
     atlas = sweep.run(sweep.SweepSpec(**SPEC))
     print("alpha   largest unstable tilt, measured   theory (k = 0)")
@@ -121,8 +115,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)

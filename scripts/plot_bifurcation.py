@@ -1,12 +1,10 @@
 """Draw how many steady motions share a motion's two constants, their energies, and how far the contact point drifts."""
 
-import argparse
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from driver import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -136,16 +134,10 @@ def _draw_drift(axes: "Axes") -> None:
 
 def main() -> None:
     """Write the figure."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", "-o", type=Path, default=Path("bifurcation.png"), help="png, pdf or svg")
-    output = parser.parse_args().output
+    output = figure_parser(__doc__, "bifurcation.png").parse_args().output
     check_format(output)
     plots.save(figure(), output)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)

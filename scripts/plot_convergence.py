@@ -1,17 +1,15 @@
 """Measure the critical rates of rolling and spinning by integration alone, extrapolate, compare with theory."""
 
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from driver import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-import sweep
 from sweep.figures import plots
 from sweep.files.filenames import check_format
 from sweep.studies.convergence import Convergence, convergence
@@ -147,15 +145,7 @@ def _draw_errors(axes: "Axes", found: Found) -> None:
 
 def main() -> None:
     """Measure, print the table, write the figure; exit status 1 if a value is not within 1e-6 of theory."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--output",
-        "-o",
-        type=Path,
-        default=Path("convergence.png"),
-        help="png, pdf or svg (default: %(default)s)",
-    )
-    output = parser.parse_args().output
+    output = figure_parser(__doc__, "convergence.png").parse_args().output
     check_format(output)
     found = {
         (axis, kind): convergence(axis, kind, limits, ALPHAS)
@@ -172,8 +162,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)

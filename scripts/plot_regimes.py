@@ -1,8 +1,8 @@
 """Draw the regimes of rolling and spinning disks, released at rest and pushed, over a wider plane than the presets'."""
 
-import argparse
-import sys
 from pathlib import Path
+
+from driver import drive, figure_parser
 
 import sweep
 from sweep.figures import plots, regimemap
@@ -31,22 +31,10 @@ def save_regimes(path: Path) -> None:
 
 def main() -> None:
     """Write the figure."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--output",
-        "-o",
-        type=Path,
-        default=Path("regimes.png"),
-        help="png, pdf or svg (default: %(default)s)",
-    )
-    path = parser.parse_args().output
+    path = figure_parser(__doc__, "regimes.png").parse_args().output
     check_format(path)
     save_regimes(path)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)

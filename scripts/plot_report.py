@@ -1,9 +1,10 @@
 """Draw the six figures of the report that this project started from, with linear theory, into one folder."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
+
+from driver import drive
 
 import sweep
 from sweep.figures import motion_plots, plots
@@ -56,8 +57,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)

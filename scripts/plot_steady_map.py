@@ -1,12 +1,11 @@
 """Draw all steady motions in one figure: which are stable, where that changes, and how fast kicks swing or grow."""
 
-import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from driver import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
@@ -200,10 +199,7 @@ def _draw_theory(axes: "Axes", name: str) -> None:
 
 def main() -> None:
     """Compute the maps, say how they agree with theory, write the figure and, if asked, the atlases."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--output", "-o", type=Path, default=Path("steady.png"), help="png, pdf or svg (%(default)s)"
-    )
+    parser = figure_parser(__doc__, "steady.png")
     parser.add_argument("--atlases", type=Path, help="folder for the atlases, one netCDF file per map")
     request = parser.parse_args()
     check_format(request.output)
@@ -216,8 +212,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except sweep.RequestError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
+    drive(main)
