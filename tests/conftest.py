@@ -1,6 +1,8 @@
 """What every test relies on: the same examples in CI, the same terminal everywhere, no window."""
 
 import os
+import shlex
+import sys
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,22 @@ os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 
 # Commands and tests share one cache of compiled kernels, apart from the user's, that lasts to the next run.
 os.environ.setdefault("EULERDISK_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "kernels"))
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
+    from sweep import cli
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(line):
+        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """The command as a user meets it: mostly in this process, as a process where signals and imports are meant."""
 
 import os
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +10,6 @@ import xarray as xr
 
 import sweep
 from sweep.atlas.verdicts import reclassify
-from sweep.cli import main
 from sweep.commands.report import boundary_table, describe
 from sweep.files.reading import open_atlas
 
@@ -19,20 +17,6 @@ CHECKOUT = Path(__file__).parents[1]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
 SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]
 HEAVY = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib", "pandas", "pint"}
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    return run
 
 
 def start(*words, folder, before=()):

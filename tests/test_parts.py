@@ -2,7 +2,6 @@
 
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import netCDF4
 import numpy as np
 import pytest
 
-from sweep.cli import main
 from sweep.errors import StoppedError
 from sweep.files import store
 from sweep.files.reading import open_atlas
@@ -30,20 +28,6 @@ SPEC = SweepSpec.from_words("rolling", WORDS.split()[1:])
 def fixed_time(monkeypatch):
     """Files of one spec bear one date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    return run
 
 
 def stopped_after(path, count, **how):

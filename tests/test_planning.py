@@ -1,6 +1,5 @@
 """What a run will take is said beforehand, quickly and in words."""
 
-import shlex
 import subprocess
 import sys
 from collections import namedtuple
@@ -8,24 +7,9 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
-from sweep.cli import main
 from sweep.engine import estimate
 from sweep.engine.calibrate import coarse
 from sweep.request.spec import SweepSpec
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    return run
 
 
 def test_plan_writes_nothing_and_counts_right(command, tmp_path):

@@ -89,15 +89,19 @@ def test_a_full_disk(small_disk, left):
         "from sweep.engine import estimate; estimate.check_room = lambda *_: None\n"
         "from sweep.cli import main; main()"
     )
+
+    def begun():
+        return subprocess.run(
+            [sys.executable, "-c", code, *WORDS],
+            cwd=small_disk,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
     ballast.write_bytes(bytes(2_090_000 - left))
-    done = subprocess.run(
-        [sys.executable, "-c", code, *WORDS],
-        cwd=small_disk,
-        env=ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = begun()
     assert done.returncode == 3, done.stderr
     assert re.search(
         r"there is no room left\. .*free about \d+ MB, and run the same command again", done.stderr
@@ -106,14 +110,7 @@ def test_a_full_disk(small_disk, left):
     assert 0 < len(kept) <= 20
     assert not (small_disk / "a.nc").exists()
     ballast.unlink()
-    again = subprocess.run(
-        [sys.executable, "-c", code, *WORDS],
-        cwd=small_disk,
-        env=ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    again = begun()
     assert again.returncode == 0, again.stderr
     assert f"going on: {len(kept)} of 20 blocks are there" in again.stderr
     assert [each.name for each in small_disk.iterdir()] == ["a.nc"]

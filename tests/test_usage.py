@@ -1,27 +1,9 @@
 """What the parser of the command line refuses is said in the four parts of every other refusal, with the way out."""
 
-import shlex
-import sys
-
 import pytest
 import typer
 
-from sweep.cli import main
 from sweep.commands.usage import UsageError
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in an empty folder and returns status, output and messages."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    return run
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,6 @@
 """`eulerdisk verify` as a user meets it."""
 
 import contextlib
-import shlex
-import sys
 import zlib
 
 import netCDF4
@@ -12,7 +10,6 @@ import xarray as xr
 
 import sweep
 from sweep.checks.audit import verify
-from sweep.cli import main
 from sweep.files.reading import open_atlas
 from sweep.files.store import save
 from sweep.request.spec import SweepSpec
@@ -25,20 +22,11 @@ pytestmark = pytest.mark.compiled
 SPEC = SweepSpec.preset("rolling").replace(roll_rate="2:4:21", tilt="0.1deg:5deg:10:log")
 
 
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in a folder that holds the atlas a.nc: status, output, messages."""
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(autouse=True)
+def atlas(monkeypatch, tmp_path):
+    """Every command finds the atlas a.nc in its folder."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     run_to_file(SPEC, tmp_path / "a.nc")
-
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    return run
 
 
 def rewritten(change, name="b.nc"):
