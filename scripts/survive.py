@@ -14,10 +14,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-# loaded before the first fork, so that a run is killed while it works; the kernels are not: their threads do not fork
-import netCDF4  # noqa: F401
-import numba  # noqa: F401
-import xarray  # noqa: F401
+# Loaded before the first fork, so that a run is killed while it works; the kernels are not: their threads do not fork.
+import netCDF4  # noqa: F401 - only to be loaded
+import numba  # noqa: F401 - likewise
+import xarray  # noqa: F401 - likewise
 from weigh import large
 
 import sweep

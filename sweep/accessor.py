@@ -219,4 +219,4 @@ def _is_atlas(dataset: xr.Dataset) -> bool:
 
 # importlib.reload would register it again, and xarray warn of it
 if not hasattr(xr.Dataset, NAME):
-    xr.register_dataset_accessor(NAME)(Eulerdisk)  # type: ignore[no-untyped-call]
+    xr.register_dataset_accessor(NAME)(Eulerdisk)  # type: ignore[no-untyped-call]  # xarray gives it no types

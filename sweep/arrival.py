@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import Any
 
 
 def on_arrival(name: str, action: Callable[[], object]) -> None:
@@ -43,16 +44,16 @@ class _Watcher(MetaPathFinder):
             self._watch(spec.loader)
         return spec
 
-    def _watch(self, loader: object) -> None:
+    def _watch(self, loader: Any) -> None:
         # On this one object, and only until it is called: whoever asks for the loader later finds it as it was. Some
         # ask for the spec only to know whether the module is installed; for them nothing happens.
-        execute = loader.exec_module  # type: ignore[attr-defined]
+        execute = loader.exec_module
 
         def exec_module(module: ModuleType) -> None:
-            del loader.exec_module  # type: ignore[attr-defined]
+            del loader.exec_module
             execute(module)
             if self in sys.meta_path:
                 sys.meta_path.remove(self)
                 self.action()
 
-        loader.exec_module = exec_module  # type: ignore[attr-defined]
+        loader.exec_module = exec_module

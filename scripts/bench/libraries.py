@@ -5,6 +5,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -144,14 +145,14 @@ def contenders(quick: bool) -> list[Contender]:
     few = 6 if quick else 24
     batch = 256 if quick else 4096
     found = [
-        Contender(f"SciPy {name}", "rtol", _TOLERANCES, few, lambda name=name: _scipy(name))  # type: ignore[misc]
+        Contender(f"SciPy {name}", "rtol", _TOLERANCES, few, partial(_scipy, name))
         for name in ("RK45", "DOP853", "LSODA")
     ]
     found += [
-        Contender("SciPy LSODA, 10 s", "rtol", _TOLERANCES, few, lambda: _scipy("LSODA", to_the_turn=False))
+        Contender("SciPy LSODA, 10 s", "rtol", _TOLERANCES, few, partial(_scipy, "LSODA", to_the_turn=False))
     ]
     found += [
-        Contender(f"diffrax {name}", "rtol", _TOLERANCES, batch, lambda name=name: _diffrax(name))  # type: ignore[misc]
+        Contender(f"diffrax {name}", "rtol", _TOLERANCES, batch, partial(_diffrax, name))
         for name in ("Tsit5", "Dopri8")
     ]
     return [*found, Contender("Octave ode45", "RelTol", (1e-6, 1e-9, 1e-12), 2 if quick else 8, _octave)]
