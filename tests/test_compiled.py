@@ -78,12 +78,12 @@ def test_every_source_counts(tmp_path, monkeypatch):
         assert whole == original
         assert re.fullmatch("[0-9a-f]{64}", whole)
         seen = {whole}
-        for path in sorted((tree / "kernels").glob("*.py")):
+        for path in sorted((tree / "kernels").rglob("*.py")):
             source = path.read_bytes()
             path.write_bytes(source + b"#\n")
             seen.add(digest())
             path.write_bytes(source)
-        assert len(seen) == 1 + len(list((tree / "kernels").glob("*.py")))
+        assert len(seen) == 1 + len(list((tree / "kernels").rglob("*.py")))
         (tree / "kernels" / "disk.py").rename(tree / "kernels" / "dish.py")
         assert digest() not in seen
         (tree / "kernels" / "dish.py").rename(tree / "kernels" / "disk.py")

@@ -19,8 +19,9 @@ from sweep.errors import RequestError
 def kernel_hash() -> str:
     """Return the SHA-256, in hexadecimal, of all kernel sources."""
     digest = hashlib.sha256()
-    for path in sorted(Path(kernels.__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    folder = Path(kernels.__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
@@ -46,8 +47,8 @@ def integrate() -> Callable[..., None]:
 
 @lru_cache
 def extremes() -> Callable[..., tuple[Any, Any]]:
-    """Return `kernels.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
-    from kernels import legendre, turning
+    """Return `kernels.exact.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels.exact import legendre, turning
 
     found: Callable[..., tuple[Any, Any]] = turning.extremes
     for kernel in (legendre.build_tables, turning.reduce):

@@ -2,20 +2,16 @@
 
 import math
 
-from numba import njit
+from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, row_value
+from kernels.exact.parts import part
+from kernels.exact.wells import NEAR, expand_excess, slopes, value
 
-from kernels.disk import CONTRACT
-from kernels.legendre import ONE, PANEL, PANELS, REACH, row_value
-from kernels.wells import expand_excess, slopes, value
-
-#: Distance [panel centre, y] up to which the start's own expansion holds.
-NEAR = 0.75 * PANEL
 _FEWEST, _MOST = 16, 1 << 14
 #: Two successive trapezoidal sums may differ by this much; the error is then nearer to its square (1e-11 measured).
 _AGREEMENT = 1e-7
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _kinetic_and_cos(motion, panels, nodes, near, work, held, dy):
     """-excess and cos(tilt) at the distance dy in y from the start, and the panel that `work` holds now."""
     alpha, table, y0, k0, x0, c1, c2, base = motion
@@ -32,13 +28,13 @@ def _kinetic_and_cos(motion, panels, nodes, near, work, held, dy):
     return -excess, row_value(panels, table * PANELS + REACH + k, ONE, x), held
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _end(y, slope, half, stretch):
     """Limit of the integrand at a turning point: 0/0 there."""
     return math.sqrt(2.0 * half * stretch / abs(slope)) / math.cosh(y)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _trapezoid(motion, panels, nodes, near, work, ends, full, anchor, sign, width, middle, half):
     """Integral of dtilt/sqrt(-excess) over a in [0, pi] (`full`) or [0, pi/2], u = middle + half cos(a).
 
@@ -71,7 +67,7 @@ def _trapezoid(motion, panels, nodes, near, work, ends, full, anchor, sign, widt
     return math.nan
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, height):
     """Scaled nutation period: 2 int dtilt/w with w^2 = -4 excess/(2 + alpha).
 

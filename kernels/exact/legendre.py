@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from kernels.disk import CONTRACT
+from kernels.exact.parts import lane_part, part
 
 PANEL = 0.125  # spacing of the panel centres in y; a power of two, so that every centre is exact
 REACH = 57  # panels on each side of upright
@@ -35,7 +36,7 @@ DS1, DS2, DP1, DP2, DO1, DO2, COS1, SIN = range(8)
 COLUMNS = 8
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@lane_part
 def row_value(panels, panel, row, x):
     """Value at x of one row of one panel. Indices, not slices: a slice costs two atomic counts on a shared line."""
     xx = x * x
@@ -46,7 +47,7 @@ def row_value(panels, panel, row, x):
     return even + x * odd
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _excess(panels, panel, row, x):
     """`row_value` without the constant term, so that a matrix near the identity keeps its small part."""
     value = panels[panel, row, TERMS - 1]
@@ -55,7 +56,7 @@ def _excess(panels, panel, row, x):
     return value * x
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _product(a, b, out, factor):
     """Add factor times the truncated Taylor product of a and b to `out`."""
     for n in range(TERMS):
@@ -65,7 +66,7 @@ def _product(a, b, out, factor):
         out[n] += factor * total
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _hyperbolic(y, sech, sech2, tanh, cosh2):
     """Taylor coefficients at y of sech, sech^2, tanh and cosh^2."""
     cosh = math.cosh(y)
@@ -86,7 +87,7 @@ def _hyperbolic(y, sech, sech2, tanh, cosh2):
         power *= 2.0 / (n + 2)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _transfer(alpha, sech2, s, p):
     """Complete the Taylor coefficients of a solution (s, p) whose first ones are given."""
     for n in range(TERMS - 1):
@@ -97,7 +98,7 @@ def _transfer(alpha, sech2, s, p):
         p[n + 1] = -2.0 * force / (n + 1)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _potential(alpha, panel, cosh2, work):
     """Fill the potential rows of a panel from its transfer rows: (1+alpha) s^2/2 + (alpha/4) p^2 cosh^2 + sech."""
     for row, i, j, twice in ((SS, 0, 0, 1.0), (SP, 0, 1, 2.0), (PP, 1, 1, 1.0)):
@@ -108,7 +109,7 @@ def _potential(alpha, panel, cosh2, work):
         _product(work, cosh2, panel[row], 1.0)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _panel(alpha, y, panel, work):
     """Fill all rows of the panel centred at y."""
     sech2, tanh, cosh2 = work[0], work[1], work[2]
@@ -122,7 +123,7 @@ def _panel(alpha, y, panel, work):
         panel[TILT, n] = panel[ONE, n - 1] / n
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _node(y, deviation, panels, panel, x, node):
     """Fill the node at y: `deviation` at the panel's centre, carried over x. Returns the deviation there."""
     d11, d12, d21, d22 = deviation
@@ -141,7 +142,7 @@ def _node(y, deviation, panels, panel, x, node):
     return e11, e12, e21, e22
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _mirror(panels, nodes, panel, node):
     """Fill the negative tilts: under y -> -y, p -> -p the system is unchanged, so the table is bit-symmetric."""
     for k in range(1, REACH + 1):
@@ -193,7 +194,7 @@ def tables(alphas):
     return panels, nodes
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def stretched(sin, cos):
     """Stretched tilt atanh(sin(tilt)), to rounding at every tilt; odd to the last bit."""
     u = abs(sin)

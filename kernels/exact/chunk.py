@@ -1,0 +1,73 @@
+"""What a worker holds while it reduces a chunk of cells, and what it reads besides."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernels.borrow import borrowed
+from kernels.exact import motion as of
+from kernels.exact import rows as at
+from kernels.exact.legendre import PANELS, TERMS
+from kernels.exact.parts import part
+
+#: Numbers in a cache line.
+_LINE = 8
+
+# Columns of a search for a turning point beyond the expansion about the start
+INNER, OUTER, GUESS = range(3)
+SEARCH_COLUMNS = 3
+
+
+class Tables(NamedTuple):
+    """The values of alpha and their tables (`kernels.exact.legendre.tables`)."""
+
+    alphas: Any
+    panels: Any
+    nodes: Any
+
+
+class Chunk(NamedTuple):
+    """Arrays of one worker: a block of lanes; motions, their cells and expansions; searches, and what they are of.
+
+    `keys` says on which panel, counted through all tables, a motion or a search stands; `order` and `ends` are
+    those of `kernels.exact.grouped`. `sought` is twice the number of a motion, and one more for the turning point
+    behind it.
+    """
+
+    block: Any
+    motions: Any
+    cells: Any
+    nears: Any
+    work: Any
+    searches: Any
+    sought: Any
+    keys: Any
+    order: Any
+    ends: Any
+
+
+@part
+def memory(size, tables, with_period):
+    """Arrays for a chunk of `size` cells; they have to outlive what `chunk_in` makes of them."""
+    return (
+        np.empty(at.SIZE + _LINE),
+        np.empty((size, of.COLUMNS)),
+        np.empty((size if with_period else 0, TERMS)),
+        np.empty(TERMS),
+        np.empty((2 * size, SEARCH_COLUMNS)),
+        np.empty((4, 2 * size), np.int64),
+        np.empty(tables * PANELS, np.int64),
+    )
+
+
+@part
+def chunk_in(arrays):
+    """The `Chunk` that lies in the arrays of `memory`: views that are not counted (`kernels.borrow`)."""
+    lanes, motions, nears, work, searches, numbers, ends = arrays
+    # full vectors that cross a cache line cost a quarter of the speed
+    aligned = -(lanes.ctypes.data // 8) % _LINE
+    return Chunk(
+        borrowed(lanes[aligned : aligned + at.SIZE]), borrowed(motions), borrowed(numbers[0]), borrowed(nears),
+        borrowed(work), borrowed(searches), borrowed(numbers[1]), borrowed(numbers[2]), borrowed(numbers[3]),
+        borrowed(ends),
+    )  # fmt: skip

@@ -1,0 +1,41 @@
+"""Order by group, so that neighbours can be treated alike."""
+
+from kernels.exact.parts import part
+
+
+@part
+def grouped(keys, n, order, ends):
+    """Order the first n places by their keys (counting sort: places with one key stay in turn).
+
+    Parameters
+    ----------
+    keys : int64[:]
+        Between 0 and the length of `ends`.
+    n : int
+        At least 1.
+    order : int64[:], written
+        The places, group after group.
+    ends : int64[:], written between the least and the greatest key
+        Where the group of each key ends in `order`; it begins where that of the key before ends.
+
+    Returns
+    -------
+    least, greatest : int
+        The least and the greatest key.
+    """
+    least = greatest = keys[0]
+    for i in range(1, n):
+        least, greatest = min(least, keys[i]), max(greatest, keys[i])
+    for key in range(least, greatest + 1):
+        ends[key] = 0
+    for i in range(n):
+        ends[keys[i]] += 1
+    total = 0
+    for key in range(least, greatest + 1):
+        count = ends[key]
+        ends[key] = total
+        total += count
+    for i in range(n):
+        order[ends[keys[i]]] = i
+        ends[keys[i]] += 1
+    return least, greatest

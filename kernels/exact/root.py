@@ -1,0 +1,109 @@
+"""Polynomials side by side, one per lane: their values, their slopes, and roots in brackets.
+
+A polynomial is a row of `kernels.exact.rows` and the 15 rows after it: TERMS ascending coefficients. Lane loops are
+innermost but for loops over the coefficients, which the compiler writes out.
+"""
+
+import math
+
+from kernels.exact import rows as at
+from kernels.exact.legendre import TERMS
+from kernels.exact.parts import lane_part, part
+from kernels.exact.rows import LANES
+
+ROUNDING = 2.0**-53
+#: Newton inside a bracket ends by itself; the bound only makes that certain.
+MOST_STEPS = 100
+
+
+@lane_part
+def value(block, first, x):
+    """Value at x of the polynomial whose first coefficient stands at `first`; in two halves for shorter chains."""
+    xx = x * x
+    even, odd = block[first + (TERMS - 2) * LANES], block[first + (TERMS - 1) * LANES]
+    for n in range(TERMS - 4, -1, -2):
+        even = even * xx + block[first + n * LANES]
+        odd = odd * xx + block[first + (n + 1) * LANES]
+    return even + x * odd
+
+
+@lane_part
+def value_slope(block, first, x):
+    """Value and derivative, as `value`."""
+    xx = x * x
+    even, odd = block[first + (TERMS - 2) * LANES], block[first + (TERMS - 1) * LANES]
+    even_slope, odd_slope = 0.0, 0.0
+    for n in range(TERMS - 4, -1, -2):
+        even_slope = even_slope * xx + even
+        odd_slope = odd_slope * xx + odd
+        even = even * xx + block[first + n * LANES]
+        odd = odd * xx + block[first + (n + 1) * LANES]
+    return even + x * odd, odd + 2.0 * (x * even_slope + xx * odd_slope)
+
+
+@lane_part
+def slopes(block, first, x):
+    """First and second derivative, as `value`."""
+    xx = x * x
+    even = (TERMS - 2) * block[first + (TERMS - 2) * LANES]
+    odd = (TERMS - 1) * block[first + (TERMS - 1) * LANES]
+    even_slope, odd_slope = 0.0, 0.0
+    for n in range(TERMS - 4, 0, -2):
+        even_slope = even_slope * xx + even
+        odd_slope = odd_slope * xx + odd
+        even = even * xx + n * block[first + n * LANES]
+        odd = odd * xx + (n + 1) * block[first + (n + 1) * LANES]
+    odd_slope = odd_slope * xx + odd
+    odd = odd * xx + block[first + LANES]
+    return odd + x * even, even + 2.0 * (xx * even_slope + x * odd_slope)
+
+
+@part
+def _closer(block, scale):
+    """One step of Newton's in every active lane; whether there are any left."""
+    left = 0
+    for lane in range(LANES):
+        x, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
+        last, last_slope = block[at.LAST + lane], block[at.SLOPE + lane]
+        active = block[at.ACTIVE + lane]
+        here, slope = value_slope(block, at.WORK + lane, x)
+        outer = x if here > 0.0 else outer
+        inner = inner if here > 0.0 else x
+        inverse = 1.0 / slope
+        step = here * inverse
+        new = x - step
+        inside = (new - inner) * (new - outer) <= 0.0
+        new = new if inside else 0.5 * (inner + outer)
+        step = step if inside else x - new
+        # What Newton leaves is step^2 V''/(2 V'), and the last two slopes tell V'': it saves one evaluation.
+        bend = step * (slope - last_slope) / last
+        bend = bend if inside & (last != 0.0) else math.nan
+        size = abs(step)
+        rest = abs(bend) * size * abs(inverse)
+        close = (rest if rest < size else size) <= ROUNDING * (2.0 * abs(x) + scale)
+        slope = slope + bend if close & (bend == bend) else slope
+        on = active > 0.0
+        block[at.ROOT + lane] = new if on else x
+        block[at.SLOPE + lane] = slope if on else last_slope
+        block[at.LAST + lane] = step
+        block[at.INNER + lane] = inner
+        block[at.OUTER + lane] = outer
+        block[at.ACTIVE + lane] = 0.0 if close else active
+        left |= int(on) & int(not close)
+    return left != 0
+
+
+@part
+def zeros(block, scale):
+    """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
+
+    Newton in a bracket from the guesses in ROOT, in the lanes that are ACTIVE; leaves the roots in ROOT and the slopes
+    there in SLOPE, exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its
+    distance at each step until it sees the two roots apart; the bracket keeps it on the right side.
+    """
+    for lane in range(LANES):
+        block[at.LAST + lane] = 0.0
+        block[at.SLOPE + lane] = math.nan
+    for _ in range(MOST_STEPS):
+        if not _closer(block, scale):
+            return

@@ -1,0 +1,42 @@
+"""Where each number of a block of motions lies: LANES motions side by side, quantity after quantity, in one flat array.
+
+For the exact reduction what `kernels.rows` is for the integration. All motions of a block stand on the same panel of
+the same table (`kernels.exact.legendre`): a coefficient is then read once for all of them.
+"""
+
+from kernels.exact.legendre import TERMS
+
+#: Four AVX-512 vectors, so that what is done once per block costs little: 16 take a third longer, 64 leave more lanes
+#: empty where motions stand on many panels.
+LANES = 32
+
+# The cell: tilt, radius, gravity, sqrt(R/g); sine, cosine and tan(tilt/2) at the centre of the nearest panel
+TILT_0, RADIUS, GRAVITY, UNIT, SIN_THERE, COS_THERE, HALF_THERE = (row * LANES for row in range(7))
+
+# The start (scaled): stretched tilt, its distance from the panel's centre, the rates s and o, the tilt rate, the tilt
+Y_0, X_0, S_0, O_0, W_0, SIN, COS = (row * LANES for row in range(7, 14))
+
+# The motion: its rates (s, p) at the panel's centre and (s, o) at upright, h minus V at upright, the force -dV/dy at
+# the start, the side to which the disk sets off; where V has its saddle (NaN: one well) and how far that is above h
+S_HERE, P_HERE, C_1, C_2, BASE, FORCE, AHEAD, TOP, HEIGHT = (row * LANES for row in range(14, 23))
+
+#: The sizes of the terms of the excess, see `kernels.exact.swing.noise`.
+KINETIC, PULL, CURVATURE, LEVEL = (row * LANES for row in range(23, 27))
+
+# A search to one side: whether the lane takes part, the side, c_2 as seen from there, the excess where the search is,
+# the saddle's distance if the motion cannot pass it, and the panel on which the search ends
+WANTED, SIDE, Q, EXCESS, BARRIER, PANEL = (row * LANES for row in range(27, 33))
+
+# A root in its bracket (`kernels.exact.root`): whether it is sought, the root, its bracket, the last step, the slope
+ACTIVE, ROOT, INNER, OUTER, LAST, SLOPE = (row * LANES for row in range(33, 39))
+
+# What was found: distance from the start, tilt, error of the tilt
+DISTANCE, TILT, ERROR = (row * LANES for row in range(39, 42))
+
+#: Which kind of motion it is (`kernels.exact.motion`); scratch.
+KIND, PLACE, BEFORE, LEAST = (row * LANES for row in range(42, 46))
+
+#: Coefficients of the excess about the start, and of another polynomial.
+NEAR, WORK = 46 * LANES, (46 + TERMS) * LANES
+
+SIZE = (46 + 2 * TERMS) * LANES
