@@ -4,7 +4,8 @@ import math
 
 from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, row_value
 from kernels.exact.parts import part
-from kernels.exact.wells import NEAR, expand_excess, slopes, value
+from kernels.exact.polynomial import slopes, value
+from kernels.exact.wells import NEAR, expand_excess
 
 _FEWEST, _MOST = 16, 1 << 14
 #: Two successive trapezoidal sums may differ by this much; the error is then nearer to its square (1e-11 measured).
@@ -17,14 +18,14 @@ def _kinetic_and_cos(motion, panels, nodes, near, work, held, dy):
     alpha, table, y0, k0, x0, c1, c2, base = motion
     k, x = k0, x0 + dy
     if abs(x) <= NEAR:
-        excess = value(near, dy)
+        excess = value(near, 0, 1, dy)
     else:
         k = int(round((y0 + dy) / PANEL))
         x = (y0 - k * PANEL) + dy
         if k != held:
             expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
             held = k
-        excess = value(work, x)
+        excess = value(work, 0, 1, x)
     return -excess, row_value(panels, table * PANELS + REACH + k, ONE, x), held
 
 
@@ -86,7 +87,7 @@ def period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, hei
     if height < 0.0:
         k = int(round(top / PANEL))
         expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
-        width = math.sqrt(2.0 * height / slopes(work, top - k * PANEL)[1])
+        width = math.sqrt(2.0 * height / slopes(work, 0, 1, top - k * PANEL)[1])
         u1, u2 = math.asinh((dy1 - away) / width), math.asinh((dy2 - away) / width)
         half = 0.5 * abs(u1 - u2)
         ends = 0.5 * _end(y0 + dy1, slope1, half, math.hypot(width, dy1 - away))

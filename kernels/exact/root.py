@@ -1,61 +1,15 @@
-"""Polynomials side by side, one per lane: their values, their slopes, and roots in brackets.
-
-A polynomial is a row of `kernels.exact.rows` and the 15 rows after it: TERMS ascending coefficients. Lane loops are
-innermost but for loops over the coefficients, which the compiler writes out.
-"""
+"""Roots of polynomials in brackets, side by side, one per lane (`kernels.exact.rows`)."""
 
 import math
 
 from kernels.exact import rows as at
-from kernels.exact.legendre import TERMS
-from kernels.exact.parts import lane_part, part
+from kernels.exact.parts import part
+from kernels.exact.polynomial import value_slope
 from kernels.exact.rows import LANES
 
 ROUNDING = 2.0**-53
 #: Newton inside a bracket ends by itself; the bound only makes that certain.
 MOST_STEPS = 100
-
-
-@lane_part
-def value(block, first, x):
-    """Value at x of the polynomial whose first coefficient stands at `first`; in two halves for shorter chains."""
-    xx = x * x
-    even, odd = block[first + (TERMS - 2) * LANES], block[first + (TERMS - 1) * LANES]
-    for n in range(TERMS - 4, -1, -2):
-        even = even * xx + block[first + n * LANES]
-        odd = odd * xx + block[first + (n + 1) * LANES]
-    return even + x * odd
-
-
-@lane_part
-def value_slope(block, first, x):
-    """Value and derivative, as `value`."""
-    xx = x * x
-    even, odd = block[first + (TERMS - 2) * LANES], block[first + (TERMS - 1) * LANES]
-    even_slope, odd_slope = 0.0, 0.0
-    for n in range(TERMS - 4, -1, -2):
-        even_slope = even_slope * xx + even
-        odd_slope = odd_slope * xx + odd
-        even = even * xx + block[first + n * LANES]
-        odd = odd * xx + block[first + (n + 1) * LANES]
-    return even + x * odd, odd + 2.0 * (x * even_slope + xx * odd_slope)
-
-
-@lane_part
-def slopes(block, first, x):
-    """First and second derivative, as `value`."""
-    xx = x * x
-    even = (TERMS - 2) * block[first + (TERMS - 2) * LANES]
-    odd = (TERMS - 1) * block[first + (TERMS - 1) * LANES]
-    even_slope, odd_slope = 0.0, 0.0
-    for n in range(TERMS - 4, 0, -2):
-        even_slope = even_slope * xx + even
-        odd_slope = odd_slope * xx + odd
-        even = even * xx + n * block[first + n * LANES]
-        odd = odd * xx + (n + 1) * block[first + (n + 1) * LANES]
-    odd_slope = odd_slope * xx + odd
-    odd = odd * xx + block[first + LANES]
-    return odd + x * even, even + 2.0 * (xx * even_slope + x * odd_slope)
 
 
 @part
@@ -66,7 +20,7 @@ def _closer(block, scale):
         x, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
         last, last_slope = block[at.LAST + lane], block[at.SLOPE + lane]
         active = block[at.ACTIVE + lane]
-        here, slope = value_slope(block, at.WORK + lane, x)
+        here, slope = value_slope(block, at.WORK + lane, LANES, x)
         outer = x if here > 0.0 else outer
         inner = inner if here > 0.0 else x
         inverse = 1.0 / slope

@@ -12,7 +12,8 @@ import math
 from kernels.exact import rows as at
 from kernels.exact.legendre import COS1, DO1, DO2, DP1, DP2, DS1, DS2, NODES, PANEL, PANELS, REACH, SIN
 from kernels.exact.parts import part
-from kernels.exact.root import MOST_STEPS, slopes, value
+from kernels.exact.polynomial import slopes, value
+from kernels.exact.root import MOST_STEPS
 from kernels.exact.rows import LANES
 from kernels.exact.swing import expand
 from kernels.exact.wells import NEAR, NODE, rise, rise_at
@@ -112,7 +113,7 @@ def _halve(block, centre):
     for lane in range(LANES):
         low, high, active = block[at.BEFORE + lane], block[at.LEAST + lane], block[at.ACTIVE + lane]
         t = 0.5 * (low + high)
-        first, second = slopes(block, at.WORK + lane, t - centre)
+        first, second = slopes(block, at.WORK + lane, LANES, t - centre)
         low = t if second < 0.0 else low
         high = high if second < 0.0 else t
         rest = high - low
@@ -155,7 +156,7 @@ def _nearer(block, centre):
     for lane in range(LANES):
         t, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
         active = block[at.ACTIVE + lane]
-        first, second = slopes(block, at.WORK + lane, t - centre)
+        first, second = slopes(block, at.WORK + lane, LANES, t - centre)
         outer = t if first < 0.0 else outer
         inner = inner if first < 0.0 else t
         new = t - first / second
@@ -192,7 +193,7 @@ def _summits(block, alpha, table, panels, nodes, k):
             break
     for lane in range(LANES):
         t, here = block[at.ROOT + lane], block[at.PLACE + lane] > 0.0
-        height = value(block, at.WORK + lane, t - centre)
+        height = value(block, at.WORK + lane, LANES, t - centre)
         block[at.TOP + lane] = block[at.SIDE + lane] * t if here else block[at.TOP + lane]
         block[at.HEIGHT + lane] = height if here else block[at.HEIGHT + lane]
 
@@ -213,5 +214,5 @@ def saddles(block, alpha, table, panels, nodes):
         away = block[at.TOP + lane] - block[at.Y_0 + lane]
         # about the start the excess is known without a difference of potentials
         near = abs(block[at.X_0 + lane] + away) <= NEAR
-        height = value(block, at.NEAR + lane, away)
+        height = value(block, at.NEAR + lane, LANES, away)
         block[at.HEIGHT + lane] = height if near else block[at.HEIGHT + lane]

@@ -26,7 +26,8 @@ from kernels.exact.legendre import (
     row_value,
 )  # fmt: skip
 from kernels.exact.parts import lane_part, part
-from kernels.exact.root import ROUNDING, value, zeros
+from kernels.exact.polynomial import value
+from kernels.exact.root import ROUNDING, zeros
 from kernels.exact.rows import LANES
 from kernels.exact.wells import NEAR, rise, rise_at
 
@@ -150,7 +151,7 @@ def _face(block, sense):
         reach = NEAR - side * block[at.X_0 + lane]
         within = (block[at.HEIGHT + lane] > 0.0) & (away > 0.0) & (away <= reach)
         reach = away if within else reach
-        excess = value(block, at.WORK + lane, reach)
+        excess = value(block, at.WORK + lane, LANES, reach)
         excess = excess * reach if rest else excess
         seeks = (block[at.WANTED + lane] > 0.0) & (within | (excess > 0.0))
         block[at.EXCESS + lane] = excess
@@ -186,7 +187,7 @@ def _guess(block):
         more = 0
         for lane in range(LANES):
             less = 0.125 * block[at.ROOT + lane]
-            lost = (block[at.PLACE + lane] > 0.0) & (value(block, at.WORK + lane, less) > 0.0)
+            lost = (block[at.PLACE + lane] > 0.0) & (value(block, at.WORK + lane, LANES, less) > 0.0)
             block[at.ROOT + lane] = less if lost else block[at.ROOT + lane]
             block[at.PLACE + lane] = 1.0 if lost else 0.0
             more |= int(lost)

@@ -23,7 +23,6 @@ from kernels.exact.legendre import (
     REACH,
     SP,
     SS,
-    TERMS,
 )  # fmt: skip
 from kernels.exact.parts import lane_part, part
 
@@ -31,33 +30,6 @@ from kernels.exact.parts import lane_part, part
 NEAR = 0.75 * PANEL
 #: Distance of two nodes.
 NODE = 0.5 * PANEL
-
-
-@part
-def value(coef, x):
-    """Value of the polynomial with ascending coefficients, in two halves for shorter chains."""
-    xx = x * x
-    even, odd = coef[TERMS - 2], coef[TERMS - 1]
-    for n in range(TERMS - 4, -1, -2):
-        even = even * xx + coef[n]
-        odd = odd * xx + coef[n + 1]
-    return even + x * odd
-
-
-@part
-def slopes(coef, x):
-    """First and second derivative of the polynomial with ascending coefficients; even and odd halves, as in `value`."""
-    xx = x * x
-    even, odd = (TERMS - 2) * coef[TERMS - 2], (TERMS - 1) * coef[TERMS - 1]
-    even_slope, odd_slope = 0.0, 0.0
-    for n in range(TERMS - 4, 0, -2):
-        even_slope = even_slope * xx + even
-        odd_slope = odd_slope * xx + odd
-        even = even * xx + n * coef[n]
-        odd = odd * xx + (n + 1) * coef[n + 1]
-    odd_slope = odd_slope * xx + odd
-    odd = odd * xx + coef[1]
-    return odd + x * even, even + 2.0 * (xx * even_slope + x * odd_slope)
 
 
 @lane_part
