@@ -6,7 +6,7 @@ from numba.extending import intrinsic, overload
 
 def lowest_bit(word):
     """Return the place of the lowest bit that is set in a word (int64, not zero)."""
-    return (word & -word).bit_length() - 1
+    return int(word & -word).bit_length() - 1
 
 
 @intrinsic

@@ -1,7 +1,7 @@
-"""The life of one cell: how it begins, what its events mean, when it has ended, when it is integrated again.
+"""The life of one cell: what it is read as, what its events mean, when it has ended, when it is integrated again.
 
-The scalar side of `kernels.lanes`: everything that happens a few times per cell instead of once per step. `lanes` is
-the flat array of `kernels.rows`, `lane` a column of it.
+The scalar side of `kernels.lanes`: everything that differs from cell to cell. `lanes` is the flat array of
+`kernels.rows`, `lane` a column of it.
 
 A start that is not at rest lies between its turning points. It is followed forward to the one and then, from the start
 again, backward to the other. Forward through both would be as right in exact arithmetic, but a disk kicked off the
@@ -14,16 +14,13 @@ import math
 from numba import njit
 
 from kernels import rows as at
-from kernels.disk import CONTRACT, energy, inertia, scaled_state
+from kernels.angles import tilt_of
+from kernels.columns import MOST_STEPS, constants_of, longest, set_off, start_of, state_of, time_left
+from kernels.disk import CONTRACT
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
-from kernels.gauge import EPS, estimated_error, loss
-from kernels.pace import COS_FALL, DURATION, FALL_TILT, PACE, STEP, TOLERANCE, first_step
+from kernels.gauge import MOST_LOSS, estimated_error, loss
+from kernels.pace import COS_FALL, DURATION, FALL_TILT, STEP, TOLERANCE, on_hump
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
-
-#: What became of a lane: it has a new cell, it is at its cell's start again, or its cell has ended.
-BEGUN = 1
-AFRESH = 2
-DONE = 3
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
 _SHARE = 0.125
@@ -33,12 +30,6 @@ _MOST_CARE = 256.0
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
-
-#: The estimate is one of first order: where more than this is lost (of m g R) the state is beyond measuring.
-_MOST_LOSS = 1.0e-3
-
-#: A single cell may not hold a worker for ever: after about this many steps it is unresolved.
-_MOST_STEPS = 1.0e8
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
@@ -69,103 +60,71 @@ def _write_at_once(cell, ending, least, greatest, fall_time, measures, counts):
     _write(cell, ending, least, greatest, fall_time, math.nan, error, error, 0, 0, measures, counts)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _constants(lane, lanes):
-    a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
-    return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+def _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes):
+    lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = tilt, tilt
+    lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane] = tilt_rate, precession_rate
+    lanes[at.S_RATE_0 + lane], lanes[at.ALPHA + lane], lanes[at.UNIT + lane] = roll_rate, alpha, unit
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _start(lane, lanes):
-    S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
-    return S, C, w, lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def begin(cell, lane, starts, settings, lanes, measures, counts):
-    """Put a cell's start into a lane: BEGUN, or DONE if its ending is known without a step (and written)."""
-    tilt, alpha = starts[0, cell], starts[4, cell]
-    radius, gravity = starts[5, cell], starts[6, cell]
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+def read(cell, lane, starts, settings, lanes, measures, counts):
+    """Put a cell's start into a column: whether it moves at all; one that does not is written, its column vacant."""
+    tilt, alpha, radius, gravity = starts[0, cell], starts[4, cell], starts[5, cell], starts[6, cell]
     if _impossible(tilt, starts[1, cell], starts[2, cell], starts[3, cell], alpha, radius, gravity):
         _write_at_once(cell, INVALID, math.nan, math.nan, math.nan, measures, counts)
-        return DONE
+        vacate(lane, lanes)
+        return False
     if abs(tilt) >= settings[FALL_TILT]:
         _write_at_once(cell, FELL, tilt, tilt, 0.0, measures, counts)
-        return DONE
+        vacate(lane, lanes)
+        return False
     unit = math.sqrt(radius / gravity)
-    state = scaled_state(tilt, starts[1, cell], starts[2, cell], starts[3, cell], unit)
-    constants = inertia(alpha)
-    S, C, T, w, o, s = state
-    acceleration = tilt_acceleration(state, constants)
-    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
-    if w == 0.0 and abs(acceleration) <= 8.0 * EPS * terms:
+    _put(lane, tilt, starts[1, cell], starts[2, cell], starts[3, cell], alpha, unit, lanes)
+    return True
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def vacate(lane, lanes):
+    """Put into a column without a cell what any arithmetic can be done with."""
+    _put(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+def moves(cell, lane, settings, lanes, measures, counts):
+    """Whether a prepared column is to be integrated, its step settled; if not, the cell is written."""
+    if lanes[at.STEADY + lane] == 1.0:
+        tilt = lanes[at.LEAST + lane]
         _write_at_once(cell, STEADY, tilt, tilt, math.nan, measures, counts)
-        return DONE
-    if settings[STEP] > 0.0 and not settings[DURATION] / settings[STEP] <= _MOST_STEPS:
-        _write_at_once(cell, UNRESOLVED, math.nan, math.nan, math.nan, measures, counts)
-        return DONE
-    scale = settings[STEP] / unit if settings[STEP] > 0.0 else first_step(state, constants, settings[PACE])
-    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
-    lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
-    lanes[at.LEAST_C + lane] = settings[COS_FALL]
-    lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
-    lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = o, s
-    lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
-    lanes[at.STEP + lane], lanes[at.REFINED + lane], lanes[at.FAILED + lane] = scale, 0.0, math.nan
-    lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane], lanes[at.STEPS_KEPT + lane] = 0.0, 0.0, 0.0
-    lanes[at.LEAST + lane], lanes[at.GREATEST + lane], lanes[at.UNIT + lane] = tilt, tilt, unit
-    lanes[at.ERROR + lane], lanes[at.CHANGE + lane] = 0.0, 0.0
-    _set_off(lane, settings, lanes)
-    return BEGUN
+        return False
+    if settings[STEP] > 0.0:
+        if not settings[DURATION] / settings[STEP] <= MOST_STEPS:
+            _write_at_once(cell, UNRESOLVED, math.nan, math.nan, math.nan, measures, counts)
+            return False
+    else:
+        lanes[at.STEP + lane] *= on_hump(lanes[at.STIFFNESS + lane])
+    return True
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
-def _time_left(lane, settings, lanes):
-    """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
-    return settings[DURATION] / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _set_off(lane, settings, lanes):
-    """Place the lane at the cell's start, facing the way that it goes now, with the step scale that it holds."""
-    S, C, w, o, s = _start(lane, lanes)
-    scale = lanes[at.STEP + lane]
-    # the motion backward in time is the motion forward with all rates reversed
-    sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
-    state = (S, C, S / C, sense * w, sense * o, sense * s)
-    lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, state[2]
-    lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.S_RATE + lane] = state[3], state[4], state[5]
-    uniform = settings[STEP] > 0.0
-    lanes[at.STEP_UNIFORM + lane] = scale if uniform else 0.0
-    lanes[at.STEP_GRADED + lane] = 0.0 if uniform else scale
-    lanes[at.TIME + lane] = 0.0
-    lanes[at.END + lane] = min(_time_left(lane, settings, lanes), _MOST_STEPS * scale)
-    goes = tilt_acceleration(state, _constants(lane, lanes)) if w == 0.0 else state[3]
-    lanes[at.HEADING + lane] = math.copysign(1.0, goes)
-
-
-@njit(error_model="numpy", fastmath=CONTRACT)
-def _event(lane, fall_tilt, lanes):
+def _event(lane, lowest, fall_tilt, lanes):
     """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
-    S, C, T, w = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane]
-    state = (S, C, T, w, lanes[at.O_RATE + lane], lanes[at.S_RATE + lane])
-    constants = _constants(lane, lanes)
-    t, end = lanes[at.TIME + lane], lanes[at.END + lane]
-    longest = 2.0 * (lanes[at.STEP_UNIFORM + lane] + lanes[at.STEP_GRADED + lane] * abs(state[1]))
+    state, constants = state_of(lane, lanes), constants_of(lane, lanes)
+    t, end, most = lanes[at.TIME + lane], lanes[at.END + lane], longest(lane, lanes)
     there, elapsed, ending = state, 0.0, HORIZON
     if lanes[at.HEADING + lane] * state[3] < 0.0:
-        there, elapsed = land_on_turning_point(state, constants, longest)
+        there, elapsed = land_on_turning_point(state, constants, most)
         ending = BOUNDED
-        if not there[1] > lanes[at.LEAST_C + lane]:
+        if not there[1] > lowest:
             # the disk turned back only beyond fall_tilt: go back to where it passed that
             beyond = abs(abs(math.atan2(there[0], there[1])) - fall_tilt)
             back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, constants)))
             there, elapsed = step(there, constants, back), elapsed + back
             ending = FELL
-    elif not state[1] >= lanes[at.LEAST_C + lane]:
+    elif not state[1] >= lowest:
         ending = FELL
     if ending == FELL:
-        there, more = land_on_tilt(there, constants, math.copysign(fall_tilt, there[0]), longest)
+        there, more = land_on_tilt(there, constants, math.copysign(fall_tilt, there[0]), most)
         elapsed += more
     if ending == HORIZON or t + elapsed > end:
         return HORIZON, step(state, constants, end - t), end
@@ -186,10 +145,22 @@ def _allowed(lane, settings, lanes):
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)
+def _end_leg(lane, settings, lanes):
+    """Measure the end of a leg that `kernels.columns.land` left open; returns the ending so far."""
+    ending, state, t = _event(lane, settings[COS_FALL], settings[FALL_TILT], lanes)
+    whole, alpha, steps = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane], lanes[at.STEPS + lane]
+    lost, rounding, change = loss(state, start_of(lane, lanes), whole, alpha, steps)
+    error = estimated_error(ending, state, lost, rounding, constants_of(lane, lanes))
+    lanes[at.TILT_END + lane], lanes[at.TIME_END + lane] = tilt_of(state[0], state[1]), t
+    lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = error, change
+    return ending
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
 def _refine(lane, error, allowed, settings, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # in the reach of the method the next step would leave a quarter of the error at most; rounding stays
-    hopeless = lanes[at.FAILED + lane] < _MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
+    hopeless = lanes[at.FAILED + lane] < MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
     lanes[at.FAILED + lane] = error
     shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
     if not shrink >= _SMALLEST_SHRINK:
@@ -198,45 +169,43 @@ def _refine(lane, error, allowed, settings, lanes):
         return False
     lanes[at.STEP + lane] *= min(0.7, shrink)
     lanes[at.REFINED + lane] += 1.0
-    _set_off(lane, settings, lanes)
+    set_off(lane, settings[STEP], settings[DURATION], lanes)
     return True
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def examine(cell, lane, steps, starts, settings, lanes, measures, counts):
-    """Find out what occurred in a lane: AFRESH (at its start again) or DONE (its cell is written)."""
-    ending, state, t = _event(lane, settings[FALL_TILT], lanes)
-    whole = lanes[at.ENERGY_0 + lane]
-    lost, rounding, change = loss(state, _start(lane, lanes), whole, starts[4, cell], steps)
-    error = math.inf
-    if lost <= _MOST_LOSS:
-        error = estimated_error(ending, state, lost, rounding, _constants(lane, lanes))
-    out_of_steps = ending == HORIZON and lanes[at.END + lane] < _time_left(lane, settings, lanes)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+def goes_on(cell, lane, settings, lanes, measures, counts):
+    """Decide on a column whose leg has ended: whether it has set off again; if not, the cell is written."""
+    ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, settings, lanes)
+    error, t, steps = lanes[at.ERROR_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
+    out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, settings[DURATION], lanes)
     allowed = _allowed(lane, settings, lanes)
     if out_of_steps or not error <= allowed:
         if not out_of_steps and _refine(lane, error, allowed, settings, lanes):
-            return AFRESH
+            return True
         nan, taken = math.nan, lanes[at.STEPS_KEPT + lane] + steps
         _write(
             cell, UNRESOLVED, nan, nan, nan, nan, nan, nan, taken, lanes[at.REFINED + lane], measures, counts
         )
-        return DONE
-    tilt = math.copysign(settings[FALL_TILT], state[0]) if ending == FELL else math.atan2(state[0], state[1])
+        return False
+    tilt = lanes[at.TILT_END + lane]
+    if ending == FELL:
+        tilt = math.copysign(settings[FALL_TILT], tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
     lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], error)
-    lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], change)
+    lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], lanes[at.CHANGE_END + lane])
     lanes[at.STEPS_KEPT + lane] += steps
     at_rest = lanes[at.W_0 + lane] == 0.0
     if ending == BOUNDED and not at_rest and lanes[at.BACKWARD + lane] == 0.0:
         lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane] = 1.0, t
         lanes[at.FAILED + lane] = math.nan
-        if _time_left(lane, settings, lanes) > 0.0:
-            _set_off(lane, settings, lanes)
-            return AFRESH
+        if time_left(lane, settings[DURATION], lanes) > 0.0:
+            set_off(lane, settings[STEP], settings[DURATION], lanes)
+            return True
         ending = HORIZON
     _finish(cell, lane, ending, t, lanes, measures, counts)
-    return DONE
+    return False
 
 
 @njit(error_model="numpy", fastmath=CONTRACT)

@@ -10,12 +10,9 @@ import math
 import numpy as np
 from numba import cuda
 
+from kernels import cell, columns, rk4
 from kernels import rows as at
-from kernels.cell import AFRESH, BEGUN
-from kernels.cell import begin as begin_on_cpu
-from kernels.cell import examine as examine_on_cpu
-from kernels.pace import prepared
-from kernels.rk4 import lane_step as lane_step_on_cpu
+from kernels.pace import COS_FALL, DURATION, PACE, STEP, prepared
 
 #: Threads of a block: 32 to 256 keep an H200 equally busy, and few leave little to wait for where cells end apart.
 THREADS = 64
@@ -46,43 +43,57 @@ def _is_kernel(value):
     return hasattr(source, "__code__") and source.__module__.startswith("kernels.")
 
 
-begin, examine, lane_step = (on_device(kernel) for kernel in (begin_on_cpu, examine_on_cpu, lane_step_on_cpu))
+_read, _moves, _goes_on = on_device(cell.read), on_device(cell.moves), on_device(cell.goes_on)
+_prepare, _set_off, _land = on_device(columns.prepare), on_device(columns.set_off), on_device(columns.land)
+_lane_step = on_device(rk4.lane_step)
 
 # A thread's numbers lie as in lane 0 of `kernels.rows`, so that the kernels of a cell read them where they always do.
-_SIZE = at.SIZE
-_S, _C, _T, _W, _O, _R, _TIME = at.S, at.C, at.T, at.W, at.O_RATE, at.S_RATE, at.TIME
-_I_TILT, _I_ROLL, _I_SPIN, _I_INVERSE = at.I_TILT, at.I_ROLL, at.I_SPIN, at.I_INVERSE
-_UNIFORM, _GRADED, _HEADING, _LEAST_C, _END = at.STEP_UNIFORM, at.STEP_GRADED, at.HEADING, at.LEAST_C, at.END
+_SIZE, _STEPS = at.SIZE, at.STEPS
+_S, _C, _T, _W, _O, _P, _TIME = at.S, at.C, at.T, at.W, at.O_RATE, at.P, at.TIME
+_I_TILT, _I_SPIN, _DRAG = at.I_TILT, at.I_SPIN, at.DRAG
+_UNIFORM, _GRADED, _HEADING, _END = at.HALF_UNIFORM, at.HALF_GRADED, at.HEADING, at.END
 
 
 @cuda.jit(device=True)
-def _advance(own):
-    """Step until something occurs (the condition of `kernels.lanes`); returns the steps."""
-    S, C, T, w, o, s, t = own[_S], own[_C], own[_T], own[_W], own[_O], own[_R], own[_TIME]
-    i_tilt, i_roll, i_spin, i_inverse = own[_I_TILT], own[_I_ROLL], own[_I_SPIN], own[_I_INVERSE]
-    uniform, graded, heading = own[_UNIFORM], own[_GRADED], own[_HEADING]
-    lowest, end = own[_LEAST_C], own[_END]
+def _begin(number, starts, settings, own, measures, counts):
+    """Read and prepare a cell: whether it moves; if not, it is written."""
+    if not _read(number, 0, starts, settings, own, measures, counts):
+        return False
+    _prepare(0, settings[STEP], settings[PACE], own)
+    if not _moves(number, 0, settings, own, measures, counts):
+        return False
+    _set_off(0, settings[STEP], settings[DURATION], own)
+    return True
+
+
+@cuda.jit(device=True)
+def _advance(own, lowest):
+    """Step until something occurs (the condition of `kernels.lanes`)."""
+    S, C, T, w, o, p, t = own[_S], own[_C], own[_T], own[_W], own[_O], own[_P], own[_TIME]
+    i_tilt, i_spin, drag = own[_I_TILT], own[_I_SPIN], own[_DRAG]
+    uniform, graded, heading, end = own[_UNIFORM], own[_GRADED], own[_HEADING], own[_END]
     steps = 0
     while True:
-        h = uniform + graded * C
-        S, C, T, w, o, s = lane_step(S, C, T, w, o, s, i_tilt, i_roll, i_spin, i_inverse, h)
-        t += h
+        half = uniform + graded * C
+        S, C, T, w, o, p = _lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half)
+        t += half + half
         steps += 1
         if heading * w < 0.0 or not (C >= lowest) or t >= end:
             break
-    own[_S], own[_C], own[_T], own[_W], own[_O], own[_R], own[_TIME] = S, C, T, w, o, s, t
-    return steps
+    own[_S], own[_C], own[_T], own[_W], own[_O], own[_P], own[_TIME] = S, C, T, w, o, p, t
+    own[_STEPS] = steps
 
 
 @cuda.jit
 def _integrate(starts, settings, measures, counts):
     own = cuda.local.array(_SIZE, np.float64)
-    cell = cuda.grid(1)
-    if cell < starts.shape[1] and begin(cell, 0, starts, settings, own, measures, counts) == BEGUN:
-        outcome = AFRESH
-        while outcome == AFRESH:
-            steps = _advance(own)
-            outcome = examine(cell, 0, steps, starts, settings, own, measures, counts)
+    number = cuda.grid(1)
+    if number < starts.shape[1] and _begin(number, starts, settings, own, measures, counts):
+        goes_on = True
+        while goes_on:
+            _advance(own, settings[COS_FALL])
+            _land(0, settings[COS_FALL], own)
+            goes_on = _goes_on(number, 0, settings, own, measures, counts)
 
 
 def integrate(starts, settings, measures, counts):

@@ -14,7 +14,7 @@ from numba import njit
 CONTRACT = {"contract"}
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def inertia(alpha):
     """Constants of the equations for one mass distribution.
 
@@ -73,13 +73,13 @@ def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def energy(S, C, w, o, s, alpha):
     """Energy over m g R (scaled state): conserved along every motion (physics of a disk without slip)."""
     return 0.5 * (1.0 + 0.5 * alpha) * w * w + 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + C
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     """Energy minus the start's energy, over m g R, formed from differences.
 
@@ -94,7 +94,7 @@ def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def force(state, constants):
     """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
 

@@ -10,8 +10,11 @@ from kernels.endings import BOUNDED
 #: Distance of 1 to the next number.
 EPS = 2.0**-52
 
+#: The estimate is one of first order: where more than this is lost (of m g R) the state is beyond measuring.
+MOST_LOSS = 1.0e-3
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def loss(state, start, whole, alpha, steps):
     """What a state has lost of its invariants, in units of energy over m g R; its rounding; the energy change alone.
 
@@ -27,7 +30,7 @@ def loss(state, start, whole, alpha, steps):
     return lost, EPS * math.sqrt(steps + 4.0) * (2.0 + 4.0 * (whole - C0)), change
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def estimated_error(ending, state, lost, rounding, constants):
     """Error [rad] of the tilt reached, as far as the lost invariants tell; infinite where they leave it open.
 
@@ -36,6 +39,8 @@ def estimated_error(ending, state, lost, rounding, constants):
     below 10 over random starts but for fast disks (see `kernels.cell`). Elsewhere the speed carries the motion on, and
     the larger of force and speed takes the force's place.
     """
+    if not lost <= MOST_LOSS:
+        return math.inf
     pull, stiffness = force(state, constants)
     speed = abs(state[3])
     # not max(0, ...), which takes a NaN for no loss at all

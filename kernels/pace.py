@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from kernels.disk import CONTRACT, force
+from kernels.disk import CONTRACT
 
 #: Where the settings of a run stand; see `kernels.lanes.integrate` and `prepared`.
 DURATION, STEP, FALL_TILT, TOLERANCE, COS_FALL, PACE = range(6)
@@ -33,17 +33,22 @@ def prepared(settings):
     )  # fmt: skip
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
 def first_step(state, constants, pace):
-    """Scaled step of the engine's own choice, per cos(tilt).
+    """Scaled step of the engine's own choice, per cos(tilt); a start on a hump takes the share `on_hump` of it.
 
     The rates of the start give the fastest frequency of the linearised motion; the step then shrinks like cos(tilt)
-    on the way to flat. A start on a hump of the potential leaves it for faster motion: over rolling and spinning
-    starts of several alphas the step that meets the tolerance was 0.43 to 0.46 |V''|^-0.4 of the other cells' one.
+    on the way to flat.
     """
     _, _, _, w, o, s = state
-    fastest = math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
-    _, stiffness = force(state, constants)
-    if stiffness < -_SLOW:
-        pace *= _HUMP * (-stiffness) ** -0.4
-    return pace / fastest
+    return pace / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def on_hump(stiffness):
+    """Share of the step for a start where the second derivative of the potential (of m g R) is `stiffness`.
+
+    A start on a hump of the potential leaves it for faster motion: over rolling and spinning starts of several alphas
+    the step that meets the tolerance was 0.43 to 0.46 |V''|^-0.4 of the other cells' one.
+    """
+    return _HUMP * (-stiffness) ** -0.4 if stiffness < -_SLOW else 1.0
