@@ -9,7 +9,11 @@ from numba.extending import intrinsic, overload
 
 
 def borrowed(array):
-    """Return the same array without an owner: valid only as long as the caller keeps the array itself."""
+    """Return the same array without an owner: valid only as long as the caller keeps the array itself.
+
+    Borrow what an argument brought: of an array that was made in the same function this may be the last use, and the
+    compiler frees it then.
+    """
     return array
 
 

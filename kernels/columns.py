@@ -12,7 +12,7 @@ from numba import njit
 
 from kernels import rows as at
 from kernels.angles import sine_cosine, tilt_of
-from kernels.disk import CONTRACT, energy, force, inertia
+from kernels.disk import CONTRACT, energy, force, inertia, scaled
 from kernels.endings import BOUNDED
 from kernels.gauge import EPS, estimated_error, loss
 from kernels.pace import first_step
@@ -56,11 +56,10 @@ def prepare(lane, given_step, pace, lanes):
     _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
     S, C = sine_cosine(lanes[at.LEAST + lane])
     alpha, unit = lanes[at.ALPHA + lane], lanes[at.UNIT + lane]
-    w, o, s = unit * tilt_rate, unit * precession_rate * C, unit * (roll_rate + precession_rate * S)
-    state = S, C, S / C, w, o, s
-    constants = inertia(alpha)
+    state, constants = scaled(S, C, tilt_rate, precession_rate, roll_rate, unit), inertia(alpha)
+    _, _, T, w, o, s = state
     acceleration = tilt_acceleration(state, constants)
-    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * state[2])))
+    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
     steady = (w == 0.0) & (abs(acceleration) <= 8.0 * EPS * terms)
     _, stiffness = force(state, constants)
     own = first_step(state, constants, pace)

@@ -58,11 +58,9 @@ def slopes(state, i_spin, drag):
     return (C, -S, 1.0 + T * T, oT - drag * p, -o), S + o * (p - i_spin * oT)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
-def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
-    """State (S, C, T, w, o, s) of a start given in tilt [rad] and rates [rad/s]; `unit` is sqrt(R/g) in s."""
-    S = math.sin(tilt)
-    C = math.cos(tilt)
+@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+def scaled(S, C, tilt_rate, precession_rate, roll_rate, unit):
+    """State (S, C, T, w, o, s) of a start given in sine and cosine and rates [rad/s]; `unit` is sqrt(R/g) in s."""
     return (
         S,
         C,
@@ -71,6 +69,12 @@ def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
         unit * precession_rate * C,
         unit * (roll_rate + precession_rate * S),
     )
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
+    """State as of `scaled`, of a start given in tilt [rad]."""
+    return scaled(math.sin(tilt), math.cos(tilt), tilt_rate, precession_rate, roll_rate, unit)
 
 
 @njit(error_model="numpy", fastmath=CONTRACT, inline="always")
