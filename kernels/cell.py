@@ -11,15 +11,13 @@ nutation runs back from a turning point the way it came, times follow too.
 
 import math
 
-from numba import njit
-
 from kernels import rows as at
 from kernels.angles import tilt_of
 from kernels.columns import MOST_STEPS, constants_of, longest, set_off, start_of, state_of, time_left
-from kernels.disk import CONTRACT
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.gauge import MOST_LOSS, estimated_error, loss
 from kernels.pace import COS_FALL, DURATION, FALL_TILT, STEP, TOLERANCE, on_hump
+from kernels.parts import lane_part, part
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
@@ -32,14 +30,14 @@ _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity):
     finite = math.isfinite(tilt_rate) and math.isfinite(precession_rate) and math.isfinite(roll_rate)
     possible = abs(tilt) < 0.5 * math.pi and 0.0 < alpha <= 1.0
     return not (finite and possible and 0.0 < radius < math.inf and 0.0 < gravity < math.inf)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _write(
     cell, ending, least, greatest, fall_time, period, drift, gauge, steps, refinements, measures, counts
 ):
@@ -54,20 +52,20 @@ def _write(
     counts[2, cell] = refinements
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _write_at_once(cell, ending, least, greatest, fall_time, measures, counts):
     error = math.nan if ending == INVALID or ending == UNRESOLVED else 0.0
     _write(cell, ending, least, greatest, fall_time, math.nan, error, error, 0, 0, measures, counts)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes):
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = tilt, tilt
     lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane] = tilt_rate, precession_rate
     lanes[at.S_RATE_0 + lane], lanes[at.ALPHA + lane], lanes[at.UNIT + lane] = roll_rate, alpha, unit
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def read(cell, lane, starts, settings, lanes, measures, counts):
     """Put a cell's start into a column: whether it moves at all; one that does not is written, its column vacant."""
     tilt, alpha, radius, gravity = starts[0, cell], starts[4, cell], starts[5, cell], starts[6, cell]
@@ -84,13 +82,13 @@ def read(cell, lane, starts, settings, lanes, measures, counts):
     return True
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def vacate(lane, lanes):
     """Put into a column without a cell what any arithmetic can be done with."""
     _put(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def moves(cell, lane, settings, lanes, measures, counts):
     """Whether a prepared column is to be integrated, its step settled; if not, the cell is written."""
     if lanes[at.STEADY + lane] == 1.0:
@@ -106,7 +104,7 @@ def moves(cell, lane, settings, lanes, measures, counts):
     return True
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _event(lane, lowest, fall_tilt, lanes):
     """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
     state, constants = state_of(lane, lanes), constants_of(lane, lanes)
@@ -131,7 +129,7 @@ def _event(lane, lowest, fall_tilt, lanes):
     return ending, there, t + elapsed
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _allowed(lane, settings, lanes):
     """Estimated error [rad] with which a result is accepted.
 
@@ -144,7 +142,7 @@ def _allowed(lane, settings, lanes):
     return _SHARE * settings[TOLERANCE] / care
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _end_leg(lane, settings, lanes):
     """Measure the end of a leg that `kernels.columns.land` left open; returns the ending so far."""
     ending, state, t = _event(lane, settings[COS_FALL], settings[FALL_TILT], lanes)
@@ -156,7 +154,7 @@ def _end_leg(lane, settings, lanes):
     return ending
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _refine(lane, error, allowed, settings, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # in the reach of the method the next step would leave a quarter of the error at most; rounding stays
@@ -173,7 +171,7 @@ def _refine(lane, error, allowed, settings, lanes):
     return True
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def goes_on(cell, lane, settings, lanes, measures, counts):
     """Decide on a column whose leg has ended: whether it has set off again; if not, the cell is written."""
     ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, settings, lanes)
@@ -208,7 +206,7 @@ def goes_on(cell, lane, settings, lanes, measures, counts):
     return False
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _finish(cell, lane, ending, t, lanes, measures, counts):
     """Write a cell whose last leg ended at the scaled time t."""
     unit, before = lanes[at.UNIT + lane], lanes[at.FIRST_TURN + lane]

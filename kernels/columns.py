@@ -8,35 +8,34 @@ slow. A column without a cell holds harmless numbers; what is found there is not
 
 import math
 
-from numba import njit
-
 from kernels import rows as at
 from kernels.angles import sine_cosine, tilt_of
-from kernels.disk import CONTRACT, energy, force, inertia, scaled
+from kernels.disk import energy, force, inertia, scaled
 from kernels.endings import BOUNDED
 from kernels.gauge import EPS, estimated_error, loss
 from kernels.pace import first_step
+from kernels.parts import lane_part
 from kernels.rk4 import approach_turning_point, carried, tilt_acceleration
 
 #: A single cell may not hold a worker for ever: after about this many steps it is unresolved.
 MOST_STEPS = 1.0e8
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def constants_of(lane, lanes):
     """Return the constants of `kernels.disk.inertia` of a column."""
     a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
     return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def start_of(lane, lanes):
     """Return S, C, w, o, s of a column's start."""
     S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
     return S, C, w, lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def state_of(lane, lanes):
     """Return the state of a column."""
     S, C, T = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane]
@@ -44,13 +43,13 @@ def state_of(lane, lanes):
     return S, C, T, lanes[at.W + lane], lanes[at.O_RATE + lane], s
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def time_left(lane, duration, lanes):
     """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
     return duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def prepare(lane, given_step, pace, lanes):
     """Scale the start that a column was given in SI units, and choose its step (a given one, or 0 for our choice)."""
     _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
@@ -76,7 +75,7 @@ def prepare(lane, given_step, pace, lanes):
     lanes[at.ERROR + lane], lanes[at.CHANGE + lane], lanes[at.STEPS + lane] = 0.0, 0.0, 0.0
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def set_off(lane, given_step, duration, lanes):
     """Place a column at its start, facing the way that it goes now, with the step scale that it holds."""
     S, C, w, o, s = start_of(lane, lanes)
@@ -97,13 +96,13 @@ def set_off(lane, given_step, duration, lanes):
     lanes[at.END + lane] = end
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def longest(lane, lanes):
     """Bound on one correction of a landing: two steps."""
     return 4.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane] * abs(lanes[at.C + lane]))
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def land(lane, lowest, lanes):
     """Finish on the turning point that a column has just passed, if its first correction leads there."""
     state, constants, steps = state_of(lane, lanes), constants_of(lane, lanes), lanes[at.STEPS + lane]

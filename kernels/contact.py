@@ -5,9 +5,10 @@ All in scaled form (`kernels.disk`): forces over m g, angular momentum over m R^
 
 import math
 
-from numba import njit, prange
+from numba import prange
 
-from kernels.disk import CONTRACT, inertia, scaled_state
+from kernels.disk import inertia, scaled_state
+from kernels.parts import kernel, over_cells, part
 from kernels.rk4 import tilt_acceleration
 
 #: Step in the tilt [rad] over cos(tilt), and the fewest steps from one extreme tilt to the other: the extremes of the
@@ -18,7 +19,7 @@ _STRIDE, _FEWEST = 0.01, 32.0
 _SMALLEST = 1e-7
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def contact_forces(state, constants, alpha):
     """Force of the plane on the disk, over m g.
 
@@ -52,7 +53,7 @@ def contact_forces(state, constants, alpha):
     return normal, across, alpha * o * w / (1.0 + alpha)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def friction_needed(normal, across, along):
     """Friction coefficient without which the disk slips; NaN where it does not press on the plane (normal <= 0)."""
     if not normal > 0.0:
@@ -60,7 +61,7 @@ def friction_needed(normal, across, along):
     return math.sqrt(across * across + along * along) / normal
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def vertical_momentum(state, alpha):
     """Vertical angular momentum about the contact point, over m R^2/sqrt(R/g), and its rate of change.
 
@@ -71,14 +72,14 @@ def vertical_momentum(state, alpha):
     return (1.0 + alpha) * S * s + 0.5 * alpha * o * C, (s - o * T) * w * C
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def suitable_step(state, constants, pace):
     """Scaled step: `pace` over the fastest frequency of the linearised motion, shorter like cos(tilt) near flat."""
     _, C, _, w, o, s = state
     return pace * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _vertex(before, middle, after, first, second):
     """Extreme of the parabola through three values `first` and `second` apart; `middle` if it has none between."""
     rising, falling = (middle - before) / first, (after - middle) / second
@@ -88,7 +89,7 @@ def _vertex(before, middle, after, first, second):
     return middle - 0.25 * slope * slope * (first + second) / (falling - rising)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _slopes(tilt, s, o, constants):
     """Derivatives by the tilt of s, o and the kinetic energy of the tilt (over m g R)."""
     S, C = math.sin(tilt), math.cos(tilt)
@@ -96,7 +97,7 @@ def _slopes(tilt, s, o, constants):
     return -constants[3] * o, oT - 2.0 * s, S + o * (constants[1] * s - constants[2] * oT)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _along(tilt, s, o, kinetic, constants, h):
     """(s, o, kinetic) at tilt + h: one RK4 step in the tilt."""
     s1, o1, k1 = _slopes(tilt, s, o, constants)
@@ -111,14 +112,14 @@ def _along(tilt, s, o, kinetic, constants, h):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _stride(tilt, left, whole):
     """Step [rad] in the tilt, as short as the pole of tan(tilt) wants; a share of a small range; exact at its end."""
     longest = max(min(_STRIDE * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
     return left if abs(left) <= longest else math.copysign(longest, left)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _demand(tilt, s, o, kinetic, constants, alpha):
     """(normal force over m g, friction needed) where the motion passes a tilt; the sense of its rate is immaterial."""
     S, C = math.sin(tilt), math.cos(tilt)
@@ -127,7 +128,7 @@ def _demand(tilt, s, o, kinetic, constants, alpha):
     return normal, friction_needed(normal, across, along)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
     """(least normal force over m g, largest friction needed) between two tilts of the motion of a scaled start."""
     tilt = math.atan2(start[0], start[1])
@@ -150,7 +151,7 @@ def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
     return least, (most if least > 0.0 else math.nan)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
+@over_cells
 def contact_extremes(starts, tilts, extremes):
     """Find what rolling without slip asks of the contact along the motion of every cell.
 

@@ -8,13 +8,10 @@ trigonometry nor division stands in the inner loop, and S*S + C*C = 1 and T = S/
 
 import math
 
-from numba import njit
-
-#: fastmath may only contract a*b + c into one instruction: any further licence would let a NaN pass unnoticed.
-CONTRACT = {"contract"}
+from kernels.parts import kernel, lane_kernel, lane_part
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_kernel
 def inertia(alpha):
     """Constants of the equations for one mass distribution.
 
@@ -31,7 +28,7 @@ def inertia(alpha):
     return 1.0 / (1.0 + 0.5 * alpha), 1.0 + alpha, 0.5 * alpha, 1.0 / (1.0 + alpha)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_kernel
 def slopes(state, i_spin, drag):
     """How a motion changes with its tilt, and what accelerates the tilt.
 
@@ -58,7 +55,7 @@ def slopes(state, i_spin, drag):
     return (C, -S, 1.0 + T * T, oT - drag * p, -o), S + o * (p - i_spin * oT)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def scaled(S, C, tilt_rate, precession_rate, roll_rate, unit):
     """State (S, C, T, w, o, s) of a start given in sine and cosine and rates [rad/s]; `unit` is sqrt(R/g) in s."""
     return (
@@ -71,19 +68,19 @@ def scaled(S, C, tilt_rate, precession_rate, roll_rate, unit):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
     """State as of `scaled`, of a start given in tilt [rad]."""
     return scaled(math.sin(tilt), math.cos(tilt), tilt_rate, precession_rate, roll_rate, unit)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_kernel
 def energy(S, C, w, o, s, alpha):
     """Energy over m g R (scaled state): conserved along every motion (physics of a disk without slip)."""
     return 0.5 * (1.0 + 0.5 * alpha) * w * w + 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + C
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_kernel
 def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     """Energy minus the start's energy, over m g R, formed from differences.
 
@@ -98,7 +95,7 @@ def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def force(state, constants):
     """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
 

@@ -2,10 +2,9 @@
 
 import math
 
-from numba import njit
-
-from kernels.disk import CONTRACT, energy_change, force
+from kernels.disk import energy_change, force
 from kernels.endings import BOUNDED
+from kernels.parts import lane_part
 
 #: Distance of 1 to the next number.
 EPS = 2.0**-52
@@ -14,7 +13,7 @@ EPS = 2.0**-52
 MOST_LOSS = 1.0e-3
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def loss(state, start, whole, alpha, steps):
     """What a state has lost of its invariants, in units of energy over m g R; its rounding; the energy change alone.
 
@@ -30,7 +29,7 @@ def loss(state, start, whole, alpha, steps):
     return lost, EPS * math.sqrt(steps + 4.0) * (2.0 + 4.0 * (whole - C0)), change
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def estimated_error(ending, state, lost, rounding, constants):
     """Error [rad] of the tilt reached, as far as the lost invariants tell; infinite where they leave it open.
 

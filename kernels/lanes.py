@@ -9,15 +9,15 @@ not depend on threads, chunks, order or neighbours.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from kernels import rows as at
 from kernels.bits import lowest_bit
 from kernels.borrow import borrowed
 from kernels.cell import goes_on, moves, read, vacate
 from kernels.columns import land, prepare, set_off
-from kernels.disk import CONTRACT
 from kernels.pace import COS_FALL, DURATION, PACE, STEP, prepared
+from kernels.parts import lane_part, over_cells, part
 from kernels.rk4 import lane_step
 from kernels.shares import scattered
 
@@ -35,7 +35,7 @@ _ALL = (1 << at.LANES) - 1
 _FIRST, _LEG, _LEFT, _WAITING, _PLACE, _SINCE = range(6)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _advance(lanes, lowest):
     """One step of every lane; returns a word whose bit n says that something occurred in lane n, which then rests."""
     events = 0
@@ -58,7 +58,7 @@ def _advance(lanes, lowest):
     return events
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _advance_to_event(occurred, idle, lowest, lanes):
     """Step until something has occurred in a lane that is not idle: (in these lanes, in others since, passes)."""
     events, passes = 0, 0
@@ -71,25 +71,25 @@ def _advance_to_event(occurred, idle, lowest, lanes):
     return events, occurred, passes
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _prepare_all(given_step, pace, block):
     for lane in range(at.LANES):
         prepare(lane, given_step, pace, block)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _set_off_all(given_step, duration, block):
     for lane in range(at.LANES):
         set_off(lane, given_step, duration, block)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _land_all(lowest, block):
     for lane in range(at.LANES):
         land(lane, lowest, block)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _begin(first, stop, starts, settings, block, measures, counts):
     """Put the cells from `first` on into a block; returns a word of the columns that are to be integrated."""
     word = 0
@@ -108,7 +108,7 @@ def _begin(first, stop, starts, settings, block, measures, counts):
     return moving
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _end(first, word, settings, block, measures, counts):
     """Decide on the columns of a word, whose legs have ended; returns a word of those that have set off again."""
     _land_all(settings[COS_FALL], block)
@@ -120,19 +120,19 @@ def _end(first, word, settings, block, measures, counts):
     return again
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _block(number, memory):
     return memory[at.MOVING + number * at.SIZE : at.MOVING + (number + 1) * at.SIZE]
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _note(word, number, notes):
     """Let the columns of a word wait for lanes; returns a word of blocks, empty if there are none."""
     notes[_LEG, number], notes[_LEFT, number], notes[_WAITING, number] = word, word, word
     return int(word != 0) << number
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _take_over(lane, number, passed, memory, notes):
     """Put a waiting column of a block into a lane; returns a word of blocks, empty if more columns of it wait."""
     column = lowest_bit(notes[_WAITING, number])
@@ -144,7 +144,7 @@ def _take_over(lane, number, passed, memory, notes):
     return int(notes[_WAITING, number] == 0) << number
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _give_back(events, passed, memory, notes):
     """Put lanes that have ended back into their columns; returns a word of the blocks that have ended by this."""
     ended = 0
@@ -161,7 +161,7 @@ def _give_back(events, passed, memory, notes):
     return ended
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _integrate_all(start, stop, starts, settings, memory, notes, measures, counts):
     """Integrate the cells from `start` to `stop`; the lanes lie in memory first, all zero, then the blocks."""
     # the caller's own are freed after this call; borrowed there, they would be freed before it
@@ -196,7 +196,7 @@ def _integrate_all(start, stop, starts, settings, memory, notes, measures, count
             spare |= (1 << number) & ~again
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _integrate_chunk(start, stop, starts, settings, measures, counts):
     memory = np.empty(at.MOVING + at.LANES * at.SIZE + _LINE)
     # full vectors that cross a cache line cost a quarter of the speed
@@ -206,7 +206,7 @@ def _integrate_chunk(start, stop, starts, settings, measures, counts):
     _integrate_all(start, stop, starts, settings, aligned, notes, measures, counts)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
+@over_cells
 def integrate(starts, settings, measures, counts):
     """Integrate every cell until its ending is known.
 

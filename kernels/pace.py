@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.disk import CONTRACT
+from kernels.parts import lane_part, part
 
 #: Where the settings of a run stand; see `kernels.lanes.integrate` and `prepared`.
 DURATION, STEP, FALL_TILT, TOLERANCE, COS_FALL, PACE = range(6)
@@ -18,7 +17,7 @@ _HUMP = 0.39
 _SLOW = _HUMP**2.5
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def prepared(settings):
     """Settings of a run, and what follows from them for all cells: cos(fall_tilt) and the pace of the steps.
 
@@ -33,7 +32,7 @@ def prepared(settings):
     )  # fmt: skip
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def first_step(state, constants, pace):
     """Scaled step of the engine's own choice, per cos(tilt); a start on a hump takes the share `on_hump` of it.
 
@@ -44,7 +43,7 @@ def first_step(state, constants, pace):
     return pace / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def on_hump(stiffness):
     """Share of the step for a start where the second derivative of the potential (of m g R) is `stiffness`.
 

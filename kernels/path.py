@@ -6,18 +6,17 @@ angle and path are integrals over the state; Simpson's rule over the three state
 
 import math
 
-from numba import njit
-
 from kernels.contact import contact_forces, friction_needed, suitable_step, vertical_momentum
-from kernels.disk import CONTRACT, energy, energy_change, inertia, scaled_state
+from kernels.disk import energy, energy_change, inertia, scaled_state
 from kernels.endings import FELL, HORIZON, UNRESOLVED
+from kernels.parts import kernel, part
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
 #: A motion may not hold its caller for ever.
 _MOST_STEPS = 100_000_000
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _rates(state):
     """Scaled rates of the heading, of the roll angle, and of the vertical momentum about the contact point."""
     _, C, T, w, o, s = state
@@ -25,7 +24,7 @@ def _rates(state):
     return o / C, rolling, rolling * w * C
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _carry(place, before, middle, after, h):
     """Heading, roll angle, contact point (over R) and momentum gained, one step of scaled length h later."""
     heading, angle, x, y, gained = place
@@ -47,7 +46,7 @@ def _carry(place, before, middle, after, h):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _fall(before, after, constants, fall_tilt, h):
     """(whether fall_tilt was reached between two states, scaled time from the second back to that moment)."""
     there, elapsed, fell = after, 0.0, not after[1] >= math.cos(fall_tilt)
@@ -65,7 +64,7 @@ def _fall(before, after, constants, fall_tilt, h):
     return True, elapsed + more
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _record(samples, i, state, place, unit, radius):
     S, C, T, w, o, s = state
     heading, angle, x, y, gained = place
@@ -80,7 +79,7 @@ def _record(samples, i, state, place, unit, radius):
     samples[8, i] = radius * radius / unit * gained
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def trajectory(start, settings, times, samples):
     """Integrate one start and record it at the given times.
 
@@ -140,7 +139,7 @@ def trajectory(start, settings, times, samples):
     return HORIZON, len(times), times[-1], steps
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def derived(start, states, results):
     """Compute what follows from sampled states, by whatever method they were integrated.
 

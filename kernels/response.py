@@ -2,9 +2,10 @@
 
 import math
 
-from numba import njit, prange
+from numba import prange
 
-from kernels.disk import CONTRACT, inertia, scaled_state
+from kernels.disk import inertia, scaled_state
+from kernels.parts import over_cells, part
 from kernels.rk4 import step
 
 #: Kick [1] over the fastest rate of the cell: the part of the response that is odd in it is linear to its square.
@@ -13,7 +14,7 @@ _KICK = 1e-5
 _STEPS = 64
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _deviation(state, S0, C0, constants, h):
     """Sine of the tilt's distance from the start after one and after two units of time."""
     for _ in range(_STEPS):
@@ -24,7 +25,7 @@ def _deviation(state, S0, C0, constants, h):
     return once, state[0] * C0 - state[1] * S0
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@part
 def _coefficient(starts, cell):
     unit = math.sqrt(starts[5, cell] / starts[6, cell])
     S, C, T, w, o, s = scaled_state(starts[0, cell], 0.0, starts[2, cell], starts[3, cell], unit)
@@ -39,7 +40,7 @@ def _coefficient(starts, cell):
     return -rate * rate if cosine > 1.0 else rate * rate
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
+@over_cells
 def coefficients(starts, found):
     """Measure the coefficient k of small oscillations d'' + k d = 0 about steady motions.
 

@@ -6,15 +6,14 @@ it as good as the method: from the first state past the event take a short step 
 
 import math
 
-from numba import njit
-
-from kernels.disk import CONTRACT, slopes
+from kernels.disk import slopes
+from kernels.parts import kernel, lane_kernel, lane_part
 
 #: Scaled time and angle [rad] from a turning point below which its last correction needs no step any more.
 _SHORT, _NEAR = 3.0e-4, 1.0e-7
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _along(start, slope, angle):
     """`start` + angle * `slope`, of five numbers each."""
     S, C, T, o, p = start
@@ -23,7 +22,7 @@ def _along(start, slope, angle):
     return S + angle * dS, C - angle * -dC, T + angle * dT, o + angle * do, p - angle * -dp
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def _summed(total, slope, angle):
     """`total` + angle * `slope`, where `total` holds the second and the fifth number as losses."""
     S, C, T, o, p = total
@@ -31,7 +30,7 @@ def _summed(total, slope, angle):
     return S + angle * dS, C + angle * -dC, T + angle * dT, o + angle * do, p + angle * -dp
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
     """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
 
@@ -81,7 +80,7 @@ def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def inlined_step(state, constants, h):
     """`step`, to be inlined."""
     S, C, T, w, o, s = state
@@ -90,13 +89,13 @@ def inlined_step(state, constants, h):
     return S, C, T, w, o, i_inverse * p
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def step(state, constants, h):
     """`lane_step` for one trajectory: state (6 floats), constants (4 floats), step in scaled time -> state."""
     return inlined_step(state, constants, h)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_kernel
 def tilt_acceleration(state, constants):
     """Scaled second derivative of the tilt in `state`."""
     S, C, T, _, o, s = state
@@ -104,7 +103,7 @@ def tilt_acceleration(state, constants):
     return constants[0] * acceleration
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def approach_turning_point(state, constants, longest):
     """Take one step towards the state whose tilt rate is zero.
 
@@ -126,7 +125,7 @@ def approach_turning_point(state, constants, longest):
     return there, elapsed, left, (abs(left) < _SHORT) & (abs(there[3] * left) < _NEAR)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def land_on_turning_point(state, constants, longest):
     """Finish on the nearby state whose tilt rate is zero.
 
@@ -153,7 +152,7 @@ def land_on_turning_point(state, constants, longest):
     return state, elapsed
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, inline="always")
+@lane_part
 def carried(state, constants, angle):
     """Rest at a tilt that differs by a small angle: first order, for by then the second is rounding."""
     S, C, T, _, o, s = state
@@ -167,7 +166,7 @@ def carried(state, constants, angle):
     )
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def land_on_tilt(state, constants, tilt, longest):
     """Finish on the nearby state with the given tilt [rad]; arguments and result as in `land_on_turning_point`."""
     elapsed, sine, cosine = 0.0, math.sin(tilt), math.cos(tilt)

@@ -2,10 +2,10 @@
 
 import math
 
-from numba import njit
+from kernels.parts import part
 
 
-@njit(error_model="numpy")
+@part
 def scattered(n):
     """Step g, coprime to n, such that (k g) mod n for k = 0 ... n-1 jumps evenly through 0 ... n-1.
 

@@ -8,7 +8,7 @@ from kernels.borrow import borrowed
 from kernels.exact import motion as of
 from kernels.exact import rows as at
 from kernels.exact.legendre import PANELS, TERMS
-from kernels.exact.parts import part
+from kernels.parts import part
 
 #: Numbers in a cache line.
 _LINE = 8

@@ -1,43 +1,25 @@
 """How cells become motions of the exact reduction: their starts, scaled, at their places in the table.
 
-A block of cells at a time (`kernels.exact.rows`). The functions of the angle are written out because the library's
-work on one number at a time, and would take as long as all the rest.
+A block of cells at a time (`kernels.exact.rows`). The logarithm is written out because the library's works on one
+number at a time.
 """
 
 import math
 
 import numpy as np
 
+from kernels.angles import sine_cosine
 from kernels.endings import FELL, INVALID, UNRESOLVED
 from kernels.exact import motion as of
 from kernels.exact import rows as at
 from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
-from kernels.exact.parts import lane_part, part
 from kernels.exact.rows import LANES
+from kernels.parts import part
 
-#: What pi/2 lacks in double precision.
-_REST_OF_QUARTER = 6.123233995736766e-17
-#: Terms of the series of sine and cosine: up to pi/4 the first that is left out is below 1e-17 of the sum.
-_TERMS = 8
 #: How far the logarithm is above the straight line: log2(1+m) - m is about this m(1-m) for m from 0 to 1.
 _BULGE = 0.346
 #: Starts beyond the table's end are looked for on its last panel.
 _LAST_PANEL = float(REACH)
-
-
-@lane_part
-def sin_cos(angle):
-    """Sine and cosine of an angle below pi/2 in magnitude, to rounding: their series, up to pi/4."""
-    size = abs(angle)
-    steep = size > 0.25 * math.pi
-    r = (0.5 * math.pi - size) + _REST_OF_QUARTER if steep else size
-    z = r * r
-    odd, even = 1.0, 1.0
-    for n in range(_TERMS, 1, -1):
-        odd = 1.0 - z * (1.0 / (2 * n * (2 * n + 1))) * odd
-        even = 1.0 - z * (1.0 / (2 * n * (2 * n - 1))) * even
-    odd, even = r - r * (z * (1.0 / 6.0)) * odd, 1.0 - 0.5 * z * even
-    return math.copysign(even if steep else odd, angle), odd if steep else even
 
 
 @part
@@ -48,7 +30,7 @@ def _scale(block, fall_tilt):
         precession, roll = block[at.O_0 + lane], block[at.S_0 + lane]
         radius, gravity = block[at.RADIUS + lane], block[at.GRAVITY + lane]
         unit = math.sqrt(radius / gravity)
-        S, C = sin_cos(tilt)
+        S, C = sine_cosine(tilt)
         w, spin = rate * unit, precession * unit
         # the exponent and the mantissa of exp(y) = (1 + |sin|)/cos give its logarithm well enough
         power = np.float64((1.0 + abs(S)) / C).view(np.int64) * 2.0**-52 - 1023.0

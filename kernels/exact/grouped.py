@@ -1,6 +1,6 @@
 """Order by group, so that neighbours can be treated alike."""
 
-from kernels.exact.parts import part
+from kernels.parts import part
 
 
 @part

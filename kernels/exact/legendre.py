@@ -13,10 +13,8 @@ Sources: Chaplygin (1897), Appell (1900), Korteweg (1899); Borisov, Mamaev, Kili
 import math
 
 import numpy as np
-from numba import njit
 
-from kernels.disk import CONTRACT
-from kernels.exact.parts import lane_part, part
+from kernels.parts import kernel, lane_part, part
 
 PANEL = 0.125  # spacing of the panel centres in y; a power of two, so that every centre is exact
 REACH = 57  # panels on each side of upright
@@ -157,7 +155,7 @@ def _mirror(panels, nodes, panel, node):
             nodes[node - i, column] = sign * nodes[node + i, column]
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def build_tables(alphas, panels, nodes):
     """Fill the tables of several values of alpha, one after the other.
 
@@ -201,7 +199,7 @@ def stretched(sin, cos):
     return math.copysign(0.5 * math.log1p(2.0 * u * (1.0 + u) / (cos * cos)), sin)
 
 
-@njit(error_model="numpy", fastmath=CONTRACT)
+@kernel
 def basis(panels, nodes, tilt):
     """The even solution (s, o) = (1, 0) at upright and the odd one, (0, 1), of one alpha at one tilt.
 

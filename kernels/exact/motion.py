@@ -6,9 +6,9 @@ The scalar side of the reduction, once per cell. `motions` holds a row per motio
 import math
 
 from kernels.endings import BOUNDED, FELL, STEADY, UNRESOLVED
-from kernels.exact.parts import part
 from kernels.exact.period import period
 from kernels.exact.walk import BEYOND, OFF_TABLE
+from kernels.parts import part
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
 # sin and cos of the tilt, the panel, the table

@@ -3,9 +3,9 @@
 import math
 
 from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, row_value
-from kernels.exact.parts import part
 from kernels.exact.polynomial import slopes, value
 from kernels.exact.wells import NEAR, expand_excess
+from kernels.parts import part
 
 _FEWEST, _MOST = 16, 1 << 14
 #: Two successive trapezoidal sums may differ by this much; the error is then nearer to its square (1e-11 measured).

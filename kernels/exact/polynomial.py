@@ -4,7 +4,7 @@ Even and odd powers go in two halves: shorter chains. Loops over the coefficient
 """
 
 from kernels.exact.legendre import TERMS
-from kernels.exact.parts import lane_part
+from kernels.parts import lane_part
 
 
 @lane_part

@@ -9,9 +9,9 @@ from kernels.exact import motion as of
 from kernels.exact.chunk import chunk_in
 from kernels.exact.entry import enter
 from kernels.exact.motion import leave
-from kernels.exact.parts import part
 from kernels.exact.searches import search
 from kernels.exact.starts import about_starts
+from kernels.parts import part
 
 
 @part

@@ -3,9 +3,9 @@
 import math
 
 from kernels.exact import rows as at
-from kernels.exact.parts import part
 from kernels.exact.polynomial import value_slope
 from kernels.exact.rows import LANES
+from kernels.parts import part
 
 ROUNDING = 2.0**-53
 #: Newton inside a bracket ends by itself; the bound only makes that certain.

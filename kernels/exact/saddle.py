@@ -11,12 +11,12 @@ import math
 
 from kernels.exact import rows as at
 from kernels.exact.legendre import COS1, DO1, DO2, DP1, DP2, DS1, DS2, NODES, PANEL, PANELS, REACH, SIN
-from kernels.exact.parts import part
 from kernels.exact.polynomial import slopes, value
 from kernels.exact.root import MOST_STEPS
 from kernels.exact.rows import LANES
 from kernels.exact.swing import expand
 from kernels.exact.wells import NEAR, NODE, rise, rise_at
+from kernels.parts import part
 
 #: Saddles of V stay below 19.3 degrees for every alpha in (0, 1] (the top of the dome of unstable circling: 17.6 for
 #: alpha -> 0, 18.62 disk, 19.20 hoop), which is y = 0.342; six half panels end at 0.375.

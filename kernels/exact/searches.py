@@ -7,9 +7,9 @@ from kernels.exact import rows as at
 from kernels.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
 from kernels.exact.grouped import grouped
 from kernels.exact.legendre import PANELS, REACH
-from kernels.exact.parts import part
 from kernels.exact.rows import LANES
 from kernels.exact.walk import SOUGHT, TURNS, turn_far, walk
+from kernels.parts import part
 
 
 @part

@@ -4,12 +4,12 @@ from kernels.exact import motion as of
 from kernels.exact import rows as at
 from kernels.exact.grouped import grouped
 from kernels.exact.legendre import NODES, PANELS, TERMS
-from kernels.exact.parts import part
 from kernels.exact.root import ROUNDING
 from kernels.exact.rows import LANES
 from kernels.exact.saddle import saddles
 from kernels.exact.swing import begin, noise, turn_near
 from kernels.exact.walk import SOUGHT, TURNS
+from kernels.parts import part
 
 #: A force at rest below this share of its terms is rounding (as in `kernels.cell`).
 _STEADY = 16.0 * ROUNDING

@@ -25,11 +25,11 @@ from kernels.exact.legendre import (
     TILT,
     row_value,
 )  # fmt: skip
-from kernels.exact.parts import lane_part, part
 from kernels.exact.polynomial import value
 from kernels.exact.root import ROUNDING, zeros
 from kernels.exact.rows import LANES
 from kernels.exact.wells import NEAR, rise, rise_at
+from kernels.parts import lane_part, part
 
 #: The excess is known to this share of its terms (measured against 40-digit arithmetic).
 _NOISE = 8.0 * ROUNDING

@@ -7,13 +7,13 @@ energy h; the ends of the interval are the turning points (`kernels.exact.swing`
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from kernels.borrow import borrowed
-from kernels.disk import CONTRACT
 from kernels.exact.chunk import Tables, memory
 from kernels.exact.legendre import stretched, tables
 from kernels.exact.reduction import reduce_chunk
+from kernels.parts import over_cells
 from kernels.shares import scattered
 
 #: Cells that one task of the parallel loop owns.
@@ -22,7 +22,7 @@ CHUNK = 2048
 TABLES = 128
 
 
-@njit(error_model="numpy", fastmath=CONTRACT, parallel=True, nogil=True)
+@over_cells
 def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts):
     """Find the extremes of every cell for all time.
 

@@ -8,12 +8,12 @@ import math
 
 from kernels.exact import rows as at
 from kernels.exact.legendre import NODES, PANEL, REACH, Y_END
-from kernels.exact.parts import part
 from kernels.exact.root import zeros
 from kernels.exact.rows import LANES
 from kernels.exact.saddle import expand_excess
 from kernels.exact.swing import tilts
 from kernels.exact.wells import NEAR, NODE, rise, rise_at
+from kernels.parts import part
 
 #: How a search for a turning point ends.
 TURNS, BEYOND, OFF_TABLE, SOUGHT = 0.0, 1.0, 2.0, 3.0

@@ -24,7 +24,7 @@ from kernels.exact.legendre import (
     SP,
     SS,
 )  # fmt: skip
-from kernels.exact.parts import lane_part, part
+from kernels.parts import lane_part, part
 
 #: Distance [panel centre, y] up to which the expansion about a start on the panel holds.
 NEAR = 0.75 * PANEL
