@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from kernels.parts import lane_part, part
+from kernels.parts import kernel, lane_part, part
 
 #: Where the settings of a run stand; see `kernels.lanes.integrate` and `prepared`.
 DURATION, STEP, FALL_TILT, TOLERANCE, COS_FALL, PACE = range(6)
@@ -17,7 +17,7 @@ _HUMP = 0.39
 _SLOW = _HUMP**2.5
 
 
-@part
+@kernel
 def prepared(settings):
     """Settings of a run, and what follows from them for all cells: cos(fall_tilt) and the pace of the steps.
 

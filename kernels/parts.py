@@ -14,7 +14,7 @@ _FOR_KERNELS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_ALL}
 #: Decorator of a function that Python calls too, and of one that stands in a loop over lanes besides.
 kernel, lane_kernel = njit(**_ALL), njit(forceinline=True, **_ALL)
 
-#: Decorators of functions that only kernels call.
+#: Decorators of functions that only kernels call; called from Python such a one would end the process.
 part, lane_part = njit(**_FOR_KERNELS), njit(forceinline=True, **_FOR_KERNELS)
 
 #: Decorator of a function whose loop over cells runs in parallel.
