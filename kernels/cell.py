@@ -135,7 +135,7 @@ def _allowed(lane, settings, lanes):
 
     The gauges see what a motion loses of its energy, but not how its two other constants change: where a fast disk
     sweeps through large tilts the true error can be ten thousand times the estimate. With this care all of six million
-    random starts with scaled rates from 0.01 to 1000 came out within the tolerance, or (one in two thousand) unresolved.
+    random starts with scaled rates from 0.01 to 1000 came out within the tolerance or, one in two thousand, unresolved.
     """
     w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
     T = lanes[at.S_0 + lane] / lanes[at.C_0 + lane]
