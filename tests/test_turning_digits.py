@@ -95,6 +95,13 @@ def test_wells_and_separatrix(reduced):
     np.testing.assert_allclose(reduced[0][HEIGHT][two], EXACT[5][two], rtol=1e-13, atol=16 * EPS)
 
 
+def test_height_next_to_the_saddle(reduced):
+    """Of a disk that is all but at rest on its saddle the height keeps eight digits: no potentials are subtracted."""
+    near = np.isin(KINDS, ("circling", "upright")) & (np.abs(EXACT[5]) < 1e-10)
+    assert near.sum() >= 10
+    np.testing.assert_allclose(reduced[0][HEIGHT][near], EXACT[5][near], rtol=1e-8)
+
+
 def test_periods(reduced):
     """The period is that of a 40-digit quadrature to 1e-10, or to the rounding of the distance from a separatrix."""
     known = np.isfinite(EXACT[6])
