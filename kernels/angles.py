@@ -12,8 +12,8 @@ _REST_OF_QUARTER = 6.123233995736766e-17
 def sine_cosine(tilt):
     """Sine and cosine of a tilt of at most pi/2, each to 3e-16 of itself.
 
-    Taylor's series, nested, of the tilt or of what it lacks of pi/2; the first terms that are left out are 1e-18 of the
-    sum at pi/4.
+    Taylor's series, nested, of the tilt or of what it lacks of pi/2; the first terms that are left out are below 3e-18
+    of the sum at pi/4.
     """
     size = abs(tilt)
     steep = size > 0.25 * math.pi

@@ -1,4 +1,4 @@
-"""The life of one cell: what it is read as, what its events mean, when it has ended, when it is integrated again.
+"""The life of one cell: how it is read, what its events mean, when it has ended, when it is integrated again.
 
 The scalar side of `kernels.lanes`: everything that differs from cell to cell. `lanes` is the flat array of
 `kernels.rows`, `lane` a column of it.

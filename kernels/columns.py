@@ -1,9 +1,10 @@
 """What is done to every cell alike, in vector code: its scaled start, the way it sets off, its turning point.
 
 The functions work on one column of the flat array of `kernels.rows` and are inlined into loops over all columns
-(`kernels.lanes`). So that these become full-width vectors no function branches, each loads before it stores, and all
-that they call is inlined too: a loop with a call that is left when it is first compiled stays scalar, seven times as
-slow. A column without a cell holds harmless numbers; what is found there is not looked at.
+(`kernels.lanes`). So that these become full-width vectors no function has a branch that cannot become a selection,
+each loads before it stores, and all that they call is inlined too: a loop with a call that is left when it is first
+compiled stays scalar, seven times as slow. A column without a cell holds harmless numbers; what is found there is not
+looked at.
 """
 
 import math

@@ -1,8 +1,8 @@
 """The lane kernel's arithmetic on an NVIDIA device: one cell per thread, from the same source as on the CPU.
 
-Nothing of the physics stands here. The kernels of `kernels.cell` and `kernels.rk4`, and all that they call, are
-compiled a second time for the device; a thread owns what a lane owns on the CPU and runs it to the same endings
-through the same finishing steps. Only the loop differs: a thread keeps its state in registers until an event.
+Nothing of the physics stands here. The kernels of `kernels.cell`, `kernels.columns` and `kernels.rk4`, and all that
+they call, are compiled a second time for the device; a thread owns what a lane owns on the CPU and runs it to the same
+endings through the same finishing steps. Only the loop differs: a thread keeps its state in registers until an event.
 """
 
 import math
@@ -99,8 +99,9 @@ def _integrate(starts, settings, measures, counts):
 def integrate(starts, settings, measures, counts):
     """Integrate every cell on the device; arguments and results as in `kernels.lanes.integrate`.
 
-    The bits of a cell depend on the cell alone, as on the CPU, but are not the CPU's: sines, cosines and the places
-    where a multiplication and an addition become one instruction differ. Extreme tilts agree within the tolerance.
+    The bits of a cell depend on the cell alone, as on the CPU, but are not the CPU's: library functions (a few sines,
+    powers) and the places where a multiplication and an addition become one instruction differ. Extreme tilts agree
+    within the tolerance.
     """
     n = starts.shape[1]
     if n == 0:

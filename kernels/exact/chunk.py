@@ -29,9 +29,9 @@ class Tables(NamedTuple):
 class Chunk(NamedTuple):
     """Arrays of one worker: a block of lanes; motions, their cells and expansions; searches, and what they are of.
 
-    `keys` says on which panel, counted through all tables, a motion or a search stands; `order` and `ends` are
-    those of `kernels.exact.grouped`. `sought` is twice the number of a motion, and one more for the turning point
-    behind it.
+    `work` is scratch for the period. `keys` says on which panel, counted through all tables, a motion or a search
+    stands (-1: it has ended); `order` and `ends` are those of `kernels.exact.grouped`. `sought` is twice the number of
+    a motion, and one more for the turning point behind it.
     """
 
     block: Any

@@ -1,7 +1,7 @@
 """How cells become motions of the exact reduction: their starts, scaled, at their places in the table.
 
-A block of cells at a time (`kernels.exact.rows`). The logarithm is written out because the library's works on one
-number at a time.
+A block of cells at a time (`kernels.exact.rows`). The logarithm that finds the panel is one from the bits of the
+number, because the library's works on one number at a time.
 """
 
 import math
@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from kernels.angles import sine_cosine
-from kernels.endings import FELL, INVALID, UNRESOLVED
+from kernels.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
 from kernels.exact import motion as of
 from kernels.exact import rows as at
 from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
@@ -24,7 +24,7 @@ _LAST_PANEL = float(REACH)
 
 @part
 def _scale(block, fall_tilt):
-    """From cells to scaled starts, the nearest panel to each (about), and what is known without a motion (KIND)."""
+    """From cells to scaled starts, the nearest panel to each (about), and what is known without a motion (ENDING)."""
     for lane in range(LANES):
         tilt, rate = block[at.TILT_0 + lane], block[at.W_0 + lane]
         precession, roll = block[at.O_0 + lane], block[at.S_0 + lane]
@@ -34,16 +34,16 @@ def _scale(block, fall_tilt):
         w, spin = rate * unit, precession * unit
         # the exponent and the mantissa of exp(y) = (1 + |sin|)/cos give its logarithm well enough
         power = np.float64((1.0 + abs(S)) / C).view(np.int64) * 2.0**-52 - 1023.0
-        part = power - math.floor(power)
-        y = math.log(2.0) * (power + _BULGE * part * (1.0 - part))
+        mantissa = power - math.floor(power)
+        y = math.log(2.0) * (power + _BULGE * mantissa * (1.0 - mantissa))
         possible = (abs(tilt) < 0.5 * math.pi) & (radius > 0.0) & (radius < math.inf)
         possible &= (gravity > 0.0) & (gravity < math.inf)
         # a number that is not finite minus itself is none
         possible &= (rate - rate == 0.0) & (precession - precession == 0.0) & (roll - roll == 0.0)
-        kind = FELL if abs(tilt) >= fall_tilt else of.SWINGS
-        block[at.KIND + lane] = kind if possible else INVALID
+        ending = FELL if abs(tilt) >= fall_tilt else NOT_COMPUTED
+        block[at.ENDING + lane] = ending if possible else INVALID
         panel = math.floor(y * (1.0 / PANEL) + 0.5)
-        block[at.PLACE + lane] = panel if panel < _LAST_PANEL else _LAST_PANEL
+        block[at.PANEL + lane] = panel if panel < _LAST_PANEL else _LAST_PANEL
         block[at.UNIT + lane] = unit
         block[at.W_0 + lane] = w if w * w > 0.0 else 0.0  # a kick without energy is none
         block[at.S_0 + lane], block[at.O_0 + lane] = roll * unit + spin * S, spin * C
@@ -72,13 +72,13 @@ def _stretch(block):
         )
         away = 2.0 * z * series
         next_panel = math.floor(away * (1.0 / PANEL) + 0.5)
-        panel = block[at.PLACE + lane] + next_panel
+        panel = block[at.PANEL + lane] + next_panel
         x0 = math.copysign(1.0, block[at.SIN + lane]) * (away - next_panel * PANEL)
         panel = math.copysign(panel, block[at.SIN + lane])
         y0 = panel * PANEL + x0
-        kind = block[at.KIND + lane]
-        block[at.X_0 + lane], block[at.Y_0 + lane], block[at.PLACE + lane] = x0, y0, panel
-        block[at.KIND + lane] = UNRESOLVED if (kind == of.SWINGS) & (not abs(y0) < Y_END) else kind
+        ending = block[at.ENDING + lane]
+        block[at.X_0 + lane], block[at.Y_0 + lane], block[at.PANEL + lane] = x0, y0, panel
+        block[at.ENDING + lane] = UNRESOLVED if (ending == NOT_COMPUTED) & (not abs(y0) < Y_END) else ending
 
 
 @part
@@ -103,8 +103,8 @@ def _load(block, starts, first, stop):
 def _look_up(block, tables):
     """What is known of the centre of each start's panel; it is the same in every table."""
     for lane in range(LANES):
-        swings = block[at.KIND + lane] == of.SWINGS
-        panel = REACH + (int(block[at.PLACE + lane]) if swings else 0)
+        swings = block[at.ENDING + lane] == NOT_COMPUTED
+        panel = REACH + (int(block[at.PANEL + lane]) if swings else 0)
         block[at.COS_THERE + lane] = tables.panels[panel, ONE, 0]
         block[at.SIN_THERE + lane] = tables.nodes[2 * panel, SIN]
         # a node is half a panel: y there is half of what it is at the centre of the panel of that number
@@ -117,7 +117,7 @@ def _keep(block, lane, table, motions, i):
     motions[i, of.Y_0], motions[i, of.X_0] = block[at.Y_0 + lane], block[at.X_0 + lane]
     motions[i, of.S_0], motions[i, of.O_0] = block[at.S_0 + lane], block[at.O_0 + lane]
     motions[i, of.SIN], motions[i, of.COS] = block[at.SIN + lane], block[at.COS + lane]
-    motions[i, of.W], motions[i, of.PANEL_0] = block[at.W_0 + lane], block[at.PLACE + lane]
+    motions[i, of.W], motions[i, of.PANEL_0] = block[at.W_0 + lane], block[at.PANEL + lane]
     motions[i, of.TABLE] = table
 
 
@@ -134,14 +134,14 @@ def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts
         _look_up(chunk.block, tables)
         _stretch(chunk.block)
         for lane in range(min(LANES, stop - first)):
-            cell, kind = first + lane, chunk.block[at.KIND + lane]
+            cell = first + lane
             table = which[cell]
-            if kind != of.SWINGS or table < 0:
-                ending = INVALID if table < 0 else int(kind)
+            ending = int(chunk.block[at.ENDING + lane]) if table >= 0 else INVALID
+            if ending != NOT_COMPUTED:
                 _write_at_once(cell, ending, chunk.block[at.TILT_0 + lane], measures, counts)
                 continue
             _keep(chunk.block, lane, table, chunk.motions, n)
             chunk.cells[n] = cell
-            chunk.keys[n] = table * PANELS + REACH + int(chunk.block[at.PLACE + lane])
+            chunk.keys[n] = table * PANELS + REACH + int(chunk.block[at.PANEL + lane])
             n += 1
     return n

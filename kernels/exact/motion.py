@@ -20,8 +20,8 @@ KINETIC, PULL, CURVATURE, LEVEL = range(18, 22)
 # error, distance in y from the start, slope of V there, and the excess where the expansion about the start ends
 END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(22, 28)
 #: Columns from a turning point to the other one's.
-BEHIND = 6
-COLUMNS = 34
+BEHIND = EXCESS + 1 - END
+COLUMNS = END + 2 * BEHIND
 
 #: Kinds of motions.
 SWINGS, RESTS, UNCLEAR, WILD = 0.0, 1.0, 2.0, 3.0
@@ -69,13 +69,13 @@ def _outcome(motion, fall_tilt):
 def _period(motion, tables, table, near, work):
     """Nutation period [s] of a bounded motion."""
     k0 = int(motion[PANEL_0])
-    about = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
+    swing = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
     # released at rest, the disk starts from its other turning point
     distance, slope = (
         (motion[DISTANCE + BEHIND], motion[SLOPE + BEHIND]) if motion[W] != 0.0 else (0.0, near[1])
     )
     return motion[UNIT] * period(
-        about, tables.panels, tables.nodes, near, work, motion[DISTANCE], motion[SLOPE], distance, slope,
+        swing, tables.panels, tables.nodes, near, work, motion[DISTANCE], motion[SLOPE], distance, slope,
         motion[TOP], motion[HEIGHT],
     )  # fmt: skip
 

@@ -1,15 +1,38 @@
-"""The nutation period of a bounded motion: a quadrature between its two turning points (scaled)."""
+"""The nutation period of a bounded motion: a quadrature between its two turning points (scaled).
+
+A motion is the tuple (alpha, table, y0, k0, x0, c1, c2, base): the stretched tilt y0 of the start, x0 from the centre
+of panel k0; the rates c1, c2 at upright; h minus V at upright. `near` is its excess about the start, `work` scratch for
+the excess on another panel.
+"""
 
 import math
 
-from kernels.exact.legendre import ONE, PANEL, PANELS, REACH, row_value
+from kernels.exact.legendre import DP1, DP2, DS1, DS2, NODES, ONE, PANEL, PANELS, PP, REACH, SP, SS, row_value
 from kernels.exact.polynomial import slopes, value
-from kernels.exact.wells import NEAR, expand_excess
+from kernels.exact.wells import NEAR, rise, rise_at
 from kernels.parts import part
 
 _FEWEST, _MOST = 16, 1 << 14
 #: Two successive trapezoidal sums may differ by this much; the error is then nearer to its square (1e-11 measured).
 _AGREEMENT = 1e-7
+
+
+@part
+def _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, out):
+    """Excess on panel k as a polynomial in the distance from its centre; `base` is h minus V at upright."""
+    panel, node = table * PANELS + REACH + k, table * NODES + 2 * (REACH + k)
+    s = c1 + (nodes[node, DS1] * c1 + nodes[node, DS2] * c2)
+    p = c2 + (nodes[node, DP1] * c1 + nodes[node, DP2] * c2)
+    ss, sp, pp = s * s, s * p, p * p
+    # a length unknown to the compiler makes a vector loop; 16 known terms it writes out one by one
+    for n in range(out.size):
+        out[n] = (
+            ss * panels[panel, SS, n]
+            + sp * panels[panel, SP, n]
+            + pp * panels[panel, PP, n]
+            + panels[panel, ONE, n]
+        )
+    out[0] = rise(alpha, rise_at(nodes, node), c1, c2) - base
 
 
 @part
@@ -23,7 +46,7 @@ def _kinetic_and_cos(motion, panels, nodes, near, work, held, dy):
         k = int(round((y0 + dy) / PANEL))
         x = (y0 - k * PANEL) + dy
         if k != held:
-            expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
+            _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
             held = k
         excess = value(work, 0, 1, x)
     return -excess, row_value(panels, table * PANELS + REACH + k, ONE, x), held
@@ -86,7 +109,7 @@ def period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, hei
     away = top - y0
     if height < 0.0:
         k = int(round(top / PANEL))
-        expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
+        _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
         width = math.sqrt(2.0 * height / slopes(work, 0, 1, top - k * PANEL)[1])
         u1, u2 = math.asinh((dy1 - away) / width), math.asinh((dy2 - away) / width)
         half = 0.5 * abs(u1 - u2)

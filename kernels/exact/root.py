@@ -39,6 +39,7 @@ def _closer(block, scale):
         on = active > 0.0
         block[at.ROOT + lane] = new if on else x
         block[at.SLOPE + lane] = slope if on else last_slope
+        # what a lane that is done does with these nobody reads
         block[at.LAST + lane] = step
         block[at.INNER + lane] = inner
         block[at.OUTER + lane] = outer

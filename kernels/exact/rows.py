@@ -24,19 +24,23 @@ S_HERE, P_HERE, C_1, C_2, BASE, FORCE, AHEAD, TOP, HEIGHT = (row * LANES for row
 KINETIC, PULL, CURVATURE, LEVEL = (row * LANES for row in range(23, 27))
 
 # A search to one side: whether the lane takes part, the side, c_2 as seen from there, the excess where the search is,
-# the saddle's distance if the motion cannot pass it, and the panel on which the search ends
+# where the saddle is, seen from there, if the motion cannot pass it (else infinite); the panel of a start, of a saddle,
+# or on which the search ends
 WANTED, SIDE, Q, EXCESS, BARRIER, PANEL = (row * LANES for row in range(27, 33))
 
 # A root in its bracket (`kernels.exact.root`): whether it is sought, the root, its bracket, the last step, the slope
 ACTIVE, ROOT, INNER, OUTER, LAST, SLOPE = (row * LANES for row in range(33, 39))
 
-# What was found: distance from the start, tilt, error of the tilt
-DISTANCE, TILT, ERROR = (row * LANES for row in range(39, 42))
+# What was found: distance from the panel's centre and from the start, tilt, error of the tilt
+X, DISTANCE, TILT, ERROR = (row * LANES for row in range(39, 43))
 
-#: Which kind of motion it is (`kernels.exact.motion`); scratch.
-KIND, PLACE, BEFORE, LEAST = (row * LANES for row in range(42, 46))
+#: Which kind of motion it is (`kernels.exact.motion`), and before it is one how its cell ends.
+KIND, ENDING = (row * LANES for row in range(43, 45))
+
+# On the way: whether the lane is meant now, the node where V' is least, and values of V' or the places between them
+HERE, NODE, BEFORE, LEAST = (row * LANES for row in range(45, 49))
 
 #: Coefficients of the excess about the start, and of another polynomial.
-NEAR, WORK = 46 * LANES, (46 + TERMS) * LANES
+NEAR, WORK = 49 * LANES, (49 + TERMS) * LANES
 
-SIZE = (46 + 2 * TERMS) * LANES
+SIZE = (49 + 2 * TERMS) * LANES

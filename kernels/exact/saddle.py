@@ -43,7 +43,7 @@ def _two_wells(block, alpha):
         block[at.TOP + lane] = block[at.HEIGHT + lane] = math.nan
         block[at.SIDE + lane], block[at.Q + lane] = side, side * c2
         block[at.BEFORE + lane] = block[at.LEAST + lane] = climb
-        block[at.PLACE + lane] = 0.0
+        block[at.NODE + lane] = 0.0
         block[at.WANTED + lane] = 1.0 if trapped else 0.0
         # upright is the saddle: no bracket is needed
         block[at.PANEL + lane] = 0.0 if climb == 0.0 else -1.0
@@ -73,14 +73,14 @@ def _bracket(block, alpha, nodes, upright):
             block[at.ROOT + lane] = guess if found else block[at.ROOT + lane]
             block[at.BEFORE + lane] = climb
             block[at.LEAST + lane] = climb if climb < least else least
-            block[at.PLACE + lane] = i if climb < least else block[at.PLACE + lane]
+            block[at.NODE + lane] = i if climb < least else block[at.NODE + lane]
 
 
 @part
 def _hide(block):
     """Where no node told of a saddle, bracket the place where one may hide; WANTED is cleared where none can."""
     for lane in range(LANES):
-        wanted, panel, where = block[at.WANTED + lane], block[at.PANEL + lane], block[at.PLACE + lane]
+        wanted, panel, where = block[at.WANTED + lane], block[at.PANEL + lane], block[at.NODE + lane]
         lost = panel < 0.0
         low, high = NODE * (where - 1.0 if where > 0.0 else 0.0), NODE * (where + 1.0)
         block[at.WANTED + lane] = 0.0 if lost & (block[at.LEAST + lane] > _HIDDEN) else wanted
@@ -122,8 +122,9 @@ def _halve(block, centre):
         none = on & (first > (abs(second) + 0.5 * _THIRD * rest) * rest)
         block[at.OUTER + lane] = t if found else block[at.OUTER + lane]
         block[at.ROOT + lane] = 0.5 * (block[at.INNER + lane] + t) if found else block[at.ROOT + lane]
-        block[at.BEFORE + lane] = low
-        block[at.LEAST + lane] = high
+        # lanes that wait for another panel keep their brackets
+        block[at.BEFORE + lane] = low if on else block[at.BEFORE + lane]
+        block[at.LEAST + lane] = high if on else block[at.LEAST + lane]
         block[at.ACTIVE + lane] = 0.0 if found | none else active
         left |= int(on) & int(not (found | none))
     return left != 0
@@ -134,7 +135,7 @@ def _seek(block, centre):
     """Bracket the saddles that hide between nodes of this panel; a potential without one has one well."""
     some = 0
     for lane in range(LANES):
-        hidden = (block[at.PLACE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
+        hidden = (block[at.HERE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
         block[at.ACTIVE + lane] = 1.0 if hidden else 0.0
         some |= int(hidden)
     if some == 0:
@@ -143,10 +144,10 @@ def _seek(block, centre):
         if not _halve(block, centre):
             break
     for lane in range(LANES):
-        hidden = (block[at.PLACE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
+        hidden = (block[at.HERE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
         none = hidden & (block[at.OUTER + lane] == 0.0)
         block[at.WANTED + lane] = 0.0 if none else block[at.WANTED + lane]
-        block[at.PLACE + lane] = 0.0 if none else block[at.PLACE + lane]
+        block[at.HERE + lane] = 0.0 if none else block[at.HERE + lane]
 
 
 @part
@@ -178,7 +179,7 @@ def _summits(block, alpha, table, panels, nodes, k):
     some = 0
     for lane in range(LANES):
         here = (block[at.WANTED + lane] > 0.0) & (block[at.PANEL + lane] == k)
-        block[at.PLACE + lane] = 1.0 if here else 0.0
+        block[at.HERE + lane] = 1.0 if here else 0.0
         some |= int(here)
     if some == 0:
         return
@@ -186,13 +187,13 @@ def _summits(block, alpha, table, panels, nodes, k):
     expand_excess(block, alpha, table, panels, nodes, k)
     _seek(block, centre)
     for lane in range(LANES):
-        moves = (block[at.PLACE + lane] > 0.0) & (block[at.OUTER + lane] > 0.0)
+        moves = (block[at.HERE + lane] > 0.0) & (block[at.OUTER + lane] > 0.0)
         block[at.ACTIVE + lane] = 1.0 if moves else 0.0
     for _ in range(MOST_STEPS):
         if not _nearer(block, centre):
             break
     for lane in range(LANES):
-        t, here = block[at.ROOT + lane], block[at.PLACE + lane] > 0.0
+        t, here = block[at.ROOT + lane], block[at.HERE + lane] > 0.0
         height = value(block, at.WORK + lane, LANES, t - centre)
         block[at.TOP + lane] = block[at.SIDE + lane] * t if here else block[at.TOP + lane]
         block[at.HEIGHT + lane] = height if here else block[at.HEIGHT + lane]

@@ -124,7 +124,7 @@ def _to_roots(n, tables, chunk):
         for first in range(begin, last, LANES):
             _load(chunk, first, last)
             k = panel - table * PANELS - REACH
-            turn_far(chunk.block, tables.alphas[table], table, tables.panels, panel, tables.nodes, k)
+            turn_far(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
             _keep_turns(chunk, first, last)
         begin = last
 

@@ -67,19 +67,15 @@ def _turn(chunk, sense, panels, panel, first, last):
         wanted = (block[at.KIND + lane] == of.SWINGS) & (ahead | (block[at.W_0 + lane] != 0.0))
         block[at.WANTED + lane] = 1.0 if wanted else 0.0
     turn_near(block, sense, panels, panel)
-    side = 0 if ahead else of.BEHIND
+    column = 0 if ahead else of.BEHIND
     for lane in range(min(LANES, last - first)):
         i, wanted = chunk.order[first + lane], block[at.WANTED + lane]
-        motions[i, side + of.END] = TURNS if wanted <= 0.0 else SOUGHT
-        motions[i, side + of.TURN], motions[i, side + of.ERROR] = (
-            block[at.TILT + lane],
-            block[at.ERROR + lane],
-        )
-        motions[i, side + of.DISTANCE], motions[i, side + of.SLOPE] = (
-            block[at.DISTANCE + lane],
-            block[at.SLOPE + lane],
-        )
-        motions[i, side + of.EXCESS] = block[at.EXCESS + lane]
+        motions[i, column + of.END] = TURNS if wanted <= 0.0 else SOUGHT
+        motions[i, column + of.TURN] = block[at.TILT + lane]
+        motions[i, column + of.ERROR] = block[at.ERROR + lane]
+        motions[i, column + of.DISTANCE] = block[at.DISTANCE + lane]
+        motions[i, column + of.SLOPE] = block[at.SLOPE + lane]
+        motions[i, column + of.EXCESS] = block[at.EXCESS + lane]
 
 
 @part

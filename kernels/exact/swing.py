@@ -179,7 +179,7 @@ def _guess(block):
         good = real & (guess > 0.0) & (guess < outer)
         block[at.ROOT + lane] = guess if good else outer
         lost = (block[at.ACTIVE + lane] > 0.0) & (not good)
-        block[at.PLACE + lane] = 1.0 if lost else 0.0
+        block[at.HERE + lane] = 1.0 if lost else 0.0
         more |= int(lost)
     for _ in range(_MOST_REDUCTIONS):
         if more == 0:
@@ -187,17 +187,17 @@ def _guess(block):
         more = 0
         for lane in range(LANES):
             less = 0.125 * block[at.ROOT + lane]
-            lost = (block[at.PLACE + lane] > 0.0) & (value(block, at.WORK + lane, LANES, less) > 0.0)
+            lost = (block[at.HERE + lane] > 0.0) & (value(block, at.WORK + lane, LANES, less) > 0.0)
             block[at.ROOT + lane] = less if lost else block[at.ROOT + lane]
-            block[at.PLACE + lane] = 1.0 if lost else 0.0
+            block[at.HERE + lane] = 1.0 if lost else 0.0
             more |= int(lost)
 
 
 @part
 def tilts(block, panels, panel):
-    """The tilts, and their errors, of turning points at PLACE on one panel."""
+    """The tilts, and their errors, of turning points on one panel, X from its centre."""
     for lane in range(LANES):
-        x = block[at.PLACE + lane]
+        x = block[at.X + lane]
         cos = row_value(panels, panel, ONE, x)
         block[at.TILT + lane] = row_value(panels, panel, TILT, x)
         error = noise(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
@@ -222,5 +222,5 @@ def turn_near(block, sense, panels, panel):
         along = block[at.SIDE + lane] * distance
         block[at.SLOPE + lane] = distance * slope if block[at.KINETIC + lane] == 0.0 else slope
         block[at.DISTANCE + lane] = along
-        block[at.PLACE + lane] = block[at.X_0 + lane] + along
+        block[at.X + lane] = block[at.X_0 + lane] + along
     tilts(block, panels, panel)

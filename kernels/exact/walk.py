@@ -7,7 +7,7 @@ All functions treat a block of searches (`kernels.exact.rows`).
 import math
 
 from kernels.exact import rows as at
-from kernels.exact.legendre import NODES, PANEL, REACH, Y_END
+from kernels.exact.legendre import NODES, PANEL, PANELS, REACH, Y_END
 from kernels.exact.root import zeros
 from kernels.exact.rows import LANES
 from kernels.exact.saddle import expand_excess
@@ -64,13 +64,13 @@ def walk(block, alpha, table, nodes, start, y_fall):
 
 
 @part
-def turn_far(block, alpha, table, panels, panel, nodes, k):
+def turn_far(block, alpha, table, panels, nodes, k):
     """Find the turning points that `walk` bracketed on panel k: DISTANCE (outward), TILT (outward), ERROR, SLOPE."""
     expand_excess(block, alpha, table, panels, nodes, k)
     for lane in range(LANES):
         block[at.ACTIVE + lane] = 1.0
     zeros(block, abs(k) * PANEL)
     for lane in range(LANES):
-        block[at.PLACE + lane] = block[at.ROOT + lane]
+        block[at.X + lane] = block[at.ROOT + lane]
         block[at.DISTANCE + lane] = (k * PANEL - block[at.Y_0 + lane]) + block[at.ROOT + lane]
-    tilts(block, panels, panel)
+    tilts(block, panels, table * PANELS + REACH + k)
