@@ -210,23 +210,13 @@ def test_alpha_as_an_axis():
 
 
 def test_saddles_that_hide_do_not_change_their_neighbours():
-    """Potentials next to the fold, whose saddle hides between two nodes, have the same bits alone and in company."""
-    rng = np.random.default_rng(5)
-    alpha, n = 0.02, 4000
-    share, angle = np.sqrt(1.0 - 10.0 ** rng.uniform(-6.0, 0.0, n)), rng.uniform(0.0, 2.0 * math.pi, n)
-    # on the ellipse inside of which V has a maximum at upright
-    roll = share * np.cos(angle) / math.sqrt(2.0 * (1.0 + alpha))
-    precession = share * np.sin(angle) / math.sqrt(1.0 + 0.5 * alpha)
-    given = starts(
-        *np.stack([np.zeros(n), rng.normal(0.0, 0.01, n), precession, roll]).T,
-        alpha=alpha,
-        radius=1.0,
-        gravity=1.0,
-    )
-    together, _ = turning.extremes(given, 1.4)
-    order = rng.permutation(n)
-    shuffled, _ = turning.extremes(given[:, order], 1.4)
-    np.testing.assert_array_equal(shuffled, together[:, order])
-    for cell in range(0, n, 100):
-        alone, _ = turning.extremes(given[:, cell : cell + 1], 1.4)
+    """Potentials next to the fold, whose saddles hide on different panels, have the same bits alone and together."""
+    pair = starts(
+        (0.0, -0.012600092341794959, -0.05775045673300538, -0.5983179477347507),
+        (0.0, 0.0016389466937642668, 0.0026508615347270365, -0.6872035236101626),
+        alpha=0.02, radius=1.0, gravity=1.0,
+    )  # fmt: skip
+    together, _ = turning.extremes(pair, 1.4)
+    for cell in (0, 1):
+        alone, _ = turning.extremes(pair[:, [cell]], 1.4)
         np.testing.assert_array_equal(alone[:, 0], together[:, cell])
