@@ -17,7 +17,7 @@ from kernels.columns import MOST_STEPS, constants_of, longest, set_off, start_of
 from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.gauge import MOST_LOSS, estimated_error, loss
 from kernels.pace import COS_FALL, DURATION, FALL_TILT, STEP, TOLERANCE, on_hump
-from kernels.parts import lane_part, part
+from kernels.parts import inlined, lane_part, part
 from kernels.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
@@ -37,7 +37,7 @@ def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, grav
     return not (finite and possible and 0.0 < radius < math.inf and 0.0 < gravity < math.inf)
 
 
-@part
+@inlined
 def _write(
     cell, ending, least, greatest, fall_time, period, drift, gauge, steps, refinements, measures, counts
 ):
@@ -52,7 +52,7 @@ def _write(
     counts[2, cell] = refinements
 
 
-@part
+@inlined
 def _write_at_once(cell, ending, least, greatest, fall_time, measures, counts):
     error = math.nan if ending == INVALID or ending == UNRESOLVED else 0.0
     _write(cell, ending, least, greatest, fall_time, math.nan, error, error, 0, 0, measures, counts)

@@ -17,5 +17,8 @@ kernel, lane_kernel = njit(**_ALL), njit(forceinline=True, **_ALL)
 #: Decorators of functions that only kernels call; called from Python such a one would end the process.
 part, lane_part = njit(**_FOR_KERNELS), njit(forceinline=True, **_FOR_KERNELS)
 
+#: Decorator of a short function that is called with constants: each of them would be compiled apart.
+inlined = njit(inline="always", **_FOR_KERNELS)
+
 #: Decorator of a function whose loop over cells runs in parallel.
 over_cells = njit(parallel=True, nogil=True, **_ALL)
