@@ -30,8 +30,8 @@ class Chunk(NamedTuple):
     """Arrays of one worker: a block of lanes; motions, their cells and expansions; searches, and what they are of.
 
     `work` is scratch for the period. `keys` says on which panel, counted through all tables, a motion or a search
-    stands (-1: it has ended); `order` and `ends` are those of `kernels.exact.grouped`. `sought` is twice the number of
-    a motion, and one more for the turning point behind it.
+    stands (-1: it has ended); `order`, `ends` and `blocks` are those of `kernels.exact.grouped`. `sought` is twice the
+    number of a motion, and one more for the turning point behind it.
     """
 
     block: Any
@@ -44,6 +44,7 @@ class Chunk(NamedTuple):
     keys: Any
     order: Any
     ends: Any
+    blocks: Any
 
 
 @part
@@ -57,17 +58,18 @@ def memory(size, tables, with_period):
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
         np.empty(tables * PANELS, np.int64),
+        np.empty((3, 2 * size), np.int64),
     )
 
 
 @part
 def chunk_in(arrays):
     """The `Chunk` that lies in the arrays of `memory`: views that are not counted (`kernels.borrow`)."""
-    lanes, motions, nears, work, searches, numbers, ends = arrays
+    lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
     # full vectors that cross a cache line cost a quarter of the speed
     aligned = -(lanes.ctypes.data // 8) % _LINE
     return Chunk(
         borrowed(lanes[aligned : aligned + at.SIZE]), borrowed(motions), borrowed(numbers[0]), borrowed(nears),
         borrowed(work), borrowed(searches), borrowed(numbers[1]), borrowed(numbers[2]), borrowed(numbers[3]),
-        borrowed(ends),
+        borrowed(ends), borrowed(blocks),
     )  # fmt: skip

@@ -39,3 +39,30 @@ def grouped(keys, n, order, ends):
         order[ends[keys[i]]] = i
         ends[keys[i]] += 1
     return least, greatest
+
+
+@part
+def blocks_of(keys, n, size, order, ends, blocks):
+    """Order the first n places by their keys, in blocks of `size` at most that have one key each.
+
+    Parameters
+    ----------
+    keys, n, order, ends
+        As in `grouped`.
+    size : int
+    blocks : int64[3, :], written
+        Rows: the key of each block, and from where to where it stands in `order`.
+
+    Returns
+    -------
+    int
+        The number of blocks; at most n.
+    """
+    least, greatest = grouped(keys, n, order, ends)
+    count = begin = 0
+    for key in range(least, greatest + 1):
+        for first in range(begin, ends[key], size):
+            blocks[0, count], blocks[1, count], blocks[2, count] = key, first, min(first + size, ends[key])
+            count += 1
+        begin = ends[key]
+    return count

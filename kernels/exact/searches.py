@@ -5,7 +5,7 @@ import math
 from kernels.exact import motion as of
 from kernels.exact import rows as at
 from kernels.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
-from kernels.exact.grouped import grouped
+from kernels.exact.grouped import blocks_of
 from kernels.exact.legendre import PANELS, REACH
 from kernels.exact.rows import LANES
 from kernels.exact.walk import SOUGHT, TURNS, turn_far, walk
@@ -43,7 +43,7 @@ def _load(chunk, first, last):
 def _keep_brackets(chunk, table, end, first, last):
     """Note where searches are bracketed; those that are not end here."""
     block = chunk.block
-    for lane in range(min(LANES, last - first)):
+    for lane in range(last - first):
         j, k = chunk.order[first + lane], block[at.PANEL + lane]
         i, _, column = _sought(chunk, j)
         if math.isnan(k):
@@ -78,16 +78,13 @@ def _collect(n, chunk):
 @part
 def _follow(n, tables, chunk, y_fall):
     """Follow n searches out to the panels on which the motions turn; their keys are then those, or -1."""
-    least, greatest = grouped(chunk.keys, n, chunk.order, chunk.ends)
-    begin = 0
-    for panel in range(least, greatest + 1):
-        last, table = chunk.ends[panel], panel // PANELS
-        for first in range(begin, last, LANES):
-            _load(chunk, first, last)
-            k = panel - table * PANELS - REACH
-            end = walk(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
-            _keep_brackets(chunk, table, end, first, last)
-        begin = last
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
+        _load(chunk, first, last)
+        k = panel - table * PANELS - REACH
+        end = walk(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
+        _keep_brackets(chunk, table, end, first, last)
 
 
 @part
@@ -106,7 +103,7 @@ def _close_ranks(n, chunk):
 @part
 def _keep_turns(chunk, first, last):
     block, motions = chunk.block, chunk.motions
-    for lane in range(min(LANES, last - first)):
+    for lane in range(last - first):
         i, side, column = _sought(chunk, chunk.order[first + lane])
         motions[i, column + of.END], motions[i, column + of.TURN] = TURNS, side * block[at.TILT + lane]
         motions[i, column + of.ERROR] = block[at.ERROR + lane]
@@ -117,16 +114,13 @@ def _keep_turns(chunk, first, last):
 @part
 def _to_roots(n, tables, chunk):
     """Find the turning points of n searches, each on its panel."""
-    least, greatest = grouped(chunk.keys, n, chunk.order, chunk.ends)
-    begin = 0
-    for panel in range(least, greatest + 1):
-        last, table = chunk.ends[panel], panel // PANELS
-        for first in range(begin, last, LANES):
-            _load(chunk, first, last)
-            k = panel - table * PANELS - REACH
-            turn_far(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
-            _keep_turns(chunk, first, last)
-        begin = last
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
+        _load(chunk, first, last)
+        k = panel - table * PANELS - REACH
+        turn_far(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
+        _keep_turns(chunk, first, last)
 
 
 @part

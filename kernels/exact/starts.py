@@ -2,7 +2,7 @@
 
 from kernels.exact import motion as of
 from kernels.exact import rows as at
-from kernels.exact.grouped import grouped
+from kernels.exact.grouped import blocks_of
 from kernels.exact.legendre import NODES, PANELS, TERMS
 from kernels.exact.root import ROUNDING
 from kernels.exact.rows import LANES
@@ -45,7 +45,7 @@ def _kinds(block):
 @part
 def _keep_motions(chunk, first, last):
     block, motions = chunk.block, chunk.motions
-    for lane in range(min(LANES, last - first)):
+    for lane in range(last - first):
         i = chunk.order[first + lane]
         motions[i, of.AHEAD], motions[i, of.KIND] = block[at.AHEAD + lane], block[at.KIND + lane]
         motions[i, of.TOP], motions[i, of.HEIGHT] = block[at.TOP + lane], block[at.HEIGHT + lane]
@@ -68,7 +68,7 @@ def _turn(chunk, sense, panels, panel, first, last):
         block[at.WANTED + lane] = 1.0 if wanted else 0.0
     turn_near(block, sense, panels, panel)
     column = 0 if ahead else of.BEHIND
-    for lane in range(min(LANES, last - first)):
+    for lane in range(last - first):
         i, wanted = chunk.order[first + lane], block[at.WANTED + lane]
         motions[i, column + of.END] = TURNS if wanted <= 0.0 else SOUGHT
         motions[i, column + of.TURN] = block[at.TILT + lane]
@@ -81,18 +81,15 @@ def _turn(chunk, sense, panels, panel, first, last):
 @part
 def about_starts(n, tables, chunk):
     """Expand n motions about their starts and find the turning points there."""
-    least, greatest = grouped(chunk.keys, n, chunk.order, chunk.ends)
-    begin_group = 0
-    for panel in range(least, greatest + 1):
-        last, table = chunk.ends[panel], panel // PANELS
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
         alpha, node = tables.alphas[table], table * NODES + 2 * (panel - table * PANELS)
-        for first in range(begin_group, last, LANES):
-            _load(chunk, first, last)
-            begin(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
-            saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
-            kicked = _kinds(chunk.block)
-            _keep_motions(chunk, first, last)
-            _turn(chunk, 1.0, tables.panels, panel, first, last)
-            if kicked:
-                _turn(chunk, -1.0, tables.panels, panel, first, last)
-        begin_group = last
+        _load(chunk, first, last)
+        begin(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
+        saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
+        kicked = _kinds(chunk.block)
+        _keep_motions(chunk, first, last)
+        _turn(chunk, 1.0, tables.panels, panel, first, last)
+        if kicked:
+            _turn(chunk, -1.0, tables.panels, panel, first, last)
