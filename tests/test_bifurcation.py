@@ -96,8 +96,9 @@ def test_drift_of_a_trapped_disk():
 
     for i in range(2):
         start = [tilt[i], 0.0, p[i], f[i], 0.0, 0.0, 0.0]
-        upright = lambda _, x: x[1]  # noqa: E731
-        done = solve_ivp(slopes, (0.0, 40.0), start, "DOP853", events=upright, rtol=1e-12, atol=1e-13)
+        done = solve_ivp(
+            slopes, (0.0, 40.0), start, "DOP853", events=lambda _, x: x[1], rtol=1e-12, atol=1e-13
+        )
         turns = done.t_events[0][done.t_events[0] > 0.1]
         period, end = turns[1], done.y_events[0][done.t_events[0] > 0.1][1]
         found = bifurcation.drift(tilt[i : i + 1], s[i : i + 1], o[i : i + 1], alpha, np.array([period]))

@@ -1,15 +1,12 @@
 """The figure of a cell: for every way in which a cell can end there is one, or a word why there is none."""
 
 import math
-import shlex
-import sys
 
 import numpy as np
 import pytest
 
 import sweep
 from sweep.checks.explain import explain
-from sweep.cli import main
 from sweep.errors import RequestError
 from sweep.figures import cellplot
 from sweep.schema import VARIABLES
@@ -90,27 +87,19 @@ def test_a_cell_without_a_motion_has_no_figure(ending):
         cellplot.figure(explained(ending))
 
 
-def test_the_command_tells_what_it_can(tmp_path, monkeypatch, capsys):
+def test_the_command_tells_what_it_can(tmp_path, command):
     """Where there is nothing to draw the words are printed all the same; the status is 2, and no figure is there."""
-    monkeypatch.chdir(tmp_path)
     sweep.run_to_file(CELLS["invalid"], tmp_path / "a.nc")
-    monkeypatch.setattr(sys, "argv", shlex.split("eulerdisk explain a.nc precession_rate=0 --plot cell.png"))
-    with pytest.raises(SystemExit) as end:
-        main()
-    out, err = capsys.readouterr()
-    assert end.value.code == 2
+    status, out, err = command("explain a.nc precession_rate=0 --plot cell.png")
+    assert status == 2
     assert "verdict     undecided" in out
     assert "no motion to draw. Rule: a motion begins with finite rates. Given: roll_rate=" in err
     assert not (tmp_path / "cell.png").exists()
 
 
-def test_a_folder_that_is_not_there_is_told_first(tmp_path, monkeypatch, capsys):
+def test_a_folder_that_is_not_there_is_told_first(tmp_path, command):
     """Where the figure could not be written nothing is explained, let alone computed."""
-    monkeypatch.chdir(tmp_path)
     sweep.run_to_file(CELLS["bounded"], tmp_path / "a.nc")
-    monkeypatch.setattr(sys, "argv", shlex.split("eulerdisk explain a.nc --plot missing/cell.png"))
-    with pytest.raises(SystemExit) as end:
-        main()
-    out, err = capsys.readouterr()
-    assert (end.value.code, out) == (2, "")
+    status, out, err = command("explain a.nc --plot missing/cell.png")
+    assert (status, out) == (2, "")
     assert "missing/cell.png: no such folder" in err

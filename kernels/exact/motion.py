@@ -8,7 +8,7 @@ import math
 from kernels.endings import BOUNDED, FELL, STEADY, UNRESOLVED
 from kernels.exact.period import period
 from kernels.exact.walk import BEYOND, OFF_TABLE
-from kernels.parts import part
+from kernels.parts import inlined, part
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
 # sin and cos of the tilt, the panel, the table
@@ -27,7 +27,7 @@ COLUMNS = END + 2 * BEHIND
 SWINGS, RESTS, UNCLEAR, WILD = 0.0, 1.0, 2.0, 3.0
 
 
-@part
+@inlined
 def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
     measures[0, cell] = least
     measures[1, cell] = greatest
@@ -38,7 +38,7 @@ def _write(cell, ending, wells, least, greatest, period, height, error, measures
     counts[1, cell] = wells
 
 
-@part
+@inlined
 def _write_nothing(cell, ending, wells, height, measures, counts):
     _write(cell, ending, wells, math.nan, math.nan, math.nan, height, math.nan, measures, counts)
 

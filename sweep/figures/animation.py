@@ -107,8 +107,8 @@ def _frames(dataset: "xr.Dataset", moments: Array) -> Iterator[Array]:
             passed = np.append(x[times < moment], pose.x), np.append(y[times < moment], pose.y)
             _draw_frame(drawn, pose, at, size, passed)
             drawn.text(0.03, 0.04, f"{TIME.spell(round(float(moment), 2))}", fontsize=10.0)
-            canvas.draw()  # type: ignore[no-untyped-call]
-            yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+            canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib types only a part
+            yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # likewise
 
 
 def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple[Array, Array]) -> None:

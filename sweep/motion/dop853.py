@@ -51,7 +51,7 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
     def fall(_: float, y: Array) -> float:
         return abs(float(y[0])) - fall_tilt
 
-    fall.terminal = True  # type: ignore[attr-defined]
+    fall.terminal = True  # type: ignore[attr-defined]  # scipy's way to say so
     first = np.concatenate([start[:4], np.zeros(5)])
     try:
         with np.errstate(over="raise", invalid="raise"):

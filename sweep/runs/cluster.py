@@ -35,7 +35,7 @@ def on_cluster(address: str, say: Say = unheard) -> Driver:
         If dask is not installed.
     """
     try:
-        import distributed  # noqa: F401
+        import distributed  # noqa: F401 - only to see that it is there
     except ImportError as problem:
         raise RequestError(
             "dask is not installed",

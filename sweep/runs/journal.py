@@ -119,7 +119,7 @@ class Journal:
             with open(unfinished, "wb") as file:
                 stream = _Summed(file, self._seed(number))
                 # opened on a stream that cannot seek, zipfile never goes back: one pass, one checksum
-                with zipfile.ZipFile(stream, "w") as archive:  # type: ignore[call-overload]
+                with zipfile.ZipFile(stream, "w") as archive:  # type: ignore[call-overload]  # writes only
                     for name, column in stored.items():
                         # a date of its own would make two files of the same block differ
                         with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member, stream.unsummed():
