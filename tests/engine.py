@@ -7,7 +7,7 @@ import numpy as np
 import referee
 from referee import FALL_TILT
 
-from kernels import disk
+from kernels.disk import equations as disk
 from sweep.engine.blocks import Span
 from sweep.engine.cells import starts as cell_starts
 from sweep.engine.compiled import integrate
@@ -17,7 +17,7 @@ from sweep.request.spec import SweepSpec
 
 @dataclass(frozen=True)
 class Results:
-    """What the kernel says of each cell; arrays of shape (n,), as described in `kernels.lanes.integrate`."""
+    """What the kernel says of each cell; arrays of shape (n,), as described in `kernels.lanes.schedule.integrate`."""
 
     least: np.ndarray
     greatest: np.ndarray

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.angles import sine_cosine, tilt_of
+from kernels.simd_math import angle_of, sine_cosine
 
 FLAT = math.nextafter(math.pi / 2, 0.0)
 TILTS = st.floats(-FLAT, FLAT, allow_subnormal=False)
@@ -24,7 +24,7 @@ def test_sine_and_cosine(tilt):
 def test_the_tilt_of_a_sine_and_a_cosine(tilt, common):
     """The tilt is right to 1e-15 of itself, whatever factor sine and cosine have in common."""
     S, C = common * math.sin(tilt), common * math.cos(tilt)
-    assert abs(tilt_of(S, C) - mpmath.atan2(S, C)) <= 1e-15 * abs(tilt)
+    assert abs(angle_of(S, C) - mpmath.atan2(S, C)) <= 1e-15 * abs(tilt)
 
 
 @given(TILTS)
@@ -32,10 +32,10 @@ def test_opposite_tilts(tilt):
     """Sine and tilt change sign with their argument, the cosine does not: to the last bit."""
     sine, cosine = sine_cosine(tilt)
     assert sine_cosine(-tilt) == (-sine, cosine)
-    assert tilt_of(-sine, cosine) == -tilt_of(sine, cosine)
+    assert angle_of(-sine, cosine) == -angle_of(sine, cosine)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_beyond_flat_the_side_is_kept(side):
     """A disk that a long step has carried beyond flat lies on the side to which it fell."""
-    assert math.copysign(1.0, tilt_of(side * math.sin(1.7), math.cos(1.7))) == side
+    assert math.copysign(1.0, angle_of(side * math.sin(1.7), math.cos(1.7))) == side

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sweep
-from kernels import contact, disk
+from kernels.disk import contact
+from kernels.disk import equations as disk
 from sweep.checks.compare import compare
 from sweep.checks.explain import explain
 from sweep.engine import compiled

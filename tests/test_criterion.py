@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.endings import BOUNDED, ENDINGS, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
+from kernels.disk.endings import BOUNDED, ENDINGS, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
 from sweep.errors import RequestError
 from sweep.request.criterion import Criterion, perturbation_scale
 from sweep.schema import FILL, STABLE, UNDECIDED, UNSTABLE

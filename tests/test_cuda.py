@@ -11,13 +11,13 @@ import pytest
 import referee
 
 import sweep
-from kernels.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 
 CHECKOUT = Path(__file__).parents[1]
 
 _SIMULATED = """
 import sys, numpy as np
-from kernels.cuda import integrate
+from kernels.lanes.cuda import integrate
 held = np.load(sys.argv[1])
 n = held["starts"].shape[1]
 measures, counts = np.full((6, n), -777.0), np.full((3, n), -777, np.int32)

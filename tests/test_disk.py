@@ -8,7 +8,7 @@ from engine import flow
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels import disk
+from kernels.disk import equations as disk
 
 TILTS = st.floats(-1.4, 1.4)
 RATES = st.floats(-20.0, 20.0)

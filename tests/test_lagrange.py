@@ -1,12 +1,14 @@
 import math
 
+import lagrange
 import mpmath
 import numpy as np
 import pytest
 import referee
 
 import sweep
-from kernels import contact, disk, lagrange
+from kernels.disk import contact
+from kernels.disk import equations as disk
 
 RNG = np.random.default_rng(4)
 

@@ -6,7 +6,7 @@ import pytest
 import referee
 from engine import coarse, errors
 
-from kernels.endings import BOUNDED, FELL, UNRESOLVED
+from kernels.disk.endings import BOUNDED, FELL, UNRESOLVED
 
 compiled = pytest.mark.compiled
 

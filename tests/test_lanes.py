@@ -8,9 +8,9 @@ from engine import coarse, errors, scattered
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kernels import lanes
-from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
-from kernels.steady import steady_roll_rate
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.disk.steady import steady_roll_rate
+from kernels.lanes import schedule as lanes
 
 compiled = pytest.mark.compiled
 FALL = referee.FALL_TILT

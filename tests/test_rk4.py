@@ -6,7 +6,8 @@ import pytest
 import referee
 from scipy.integrate import solve_ivp
 
-from kernels import disk, rk4
+from kernels.disk import equations as disk
+from kernels.disk import rk4
 
 #: Started in general position: no rate is zero, no symmetry helps.
 START = (0.4, 0.3, 1.1, 0.7)

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from kernels.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
 from sweep.engine import runner
 from sweep.engine.blocks import Span
 from sweep.errors import RequestError

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from kernels.endings import ENDINGS
+from kernels.disk.endings import ENDINGS
 from sweep.schema import (
     CONTACT_VARIABLES,
     EVERYDAY_UNITS,

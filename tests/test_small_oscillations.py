@@ -38,7 +38,7 @@ def motion(start, times):
 @pytest.mark.parametrize("name", ["rolling", "rolling, unstable", "spinning", "circling"])
 def test_linear_theory_is_the_limit_of_small_kicks(name):
     """A tenth of the kick leaves a hundredth, or less, of the difference between motion and linear theory."""
-    from kernels.steady import steady_roll_rate
+    from kernels.disk.steady import steady_roll_rate
 
     tilt, rate, turning, rolling = STARTS[name]
     rolling = float(steady_roll_rate(tilt, turning, 0.5, 0.5, 9.81)) if rolling is None else rolling

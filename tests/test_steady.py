@@ -6,7 +6,7 @@ import referee
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kernels import steady
+from kernels.disk import steady
 
 G = 9.81
 R = 0.5

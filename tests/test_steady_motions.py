@@ -6,7 +6,7 @@ import pytest
 import referee
 
 import sweep
-from kernels.steady import steady_precession_rates
+from kernels.disk.steady import steady_precession_rates
 from sweep.studies.steady import measured_coefficients, with_coefficients
 
 

@@ -6,7 +6,7 @@ import referee
 from scipy.integrate import solve_ivp
 
 import sweep
-from kernels.steady import steady_roll_rate
+from kernels.disk.steady import steady_roll_rate
 from sweep.engine import compiled
 from sweep.schema import PARAMETERS
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kernels import steady
-from kernels.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
-from kernels.exact import turning
+from kernels.disk import steady
+from kernels.disk.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
+from kernels.disk.exact import turning
 
 # uncompiled, the tables alone take minutes
 pytestmark = pytest.mark.compiled

@@ -5,8 +5,8 @@ import numba
 import numpy as np
 import pytest
 
-from kernels.endings import BOUNDED
-from kernels.exact import legendre, turning
+from kernels.disk.endings import BOUNDED
+from kernels.disk.exact import legendre, turning
 
 # uncompiled, the tables alone take minutes
 pytestmark = pytest.mark.compiled

@@ -19,7 +19,7 @@ def measure(repeats: int, rates: int = 2048, tilts: int = 512, step: float = _ST
     # the simulator has nothing to be timed
     if config.ENABLE_CUDASIM or not cuda.is_available():
         return None
-    from kernels.cuda import integrate
+    from kernels.lanes.cuda import integrate
 
     given = starts((f"roll_rate=2:4:{rates}", f"tilt=0.1deg:5deg:{tilts}:log"))
     n = given.shape[1]

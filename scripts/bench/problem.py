@@ -1,7 +1,7 @@
 """What every contender has to do: find the peak tilt of cells of the rolling preset, and how that is timed.
 
 A disk released at rest is at one turning point; its peak tilt is that of the other one, or its own. Whoever can may
-stop there. Starts are float64[7, n] as in `kernels.lanes.integrate`; the truth is the exact reduction.
+stop there. Starts are float64[7, n] as in `kernels.lanes.schedule.integrate`; the truth is the exact reduction.
 """
 
 import math
@@ -70,7 +70,7 @@ def periods(given: Array) -> Array:
 
 
 def scaled(given: Array) -> tuple[Array, Array]:
-    """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk`)."""
+    """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk.equations`)."""
     tilt, rate, precession, roll, alpha, radius, gravity = given
     unit = np.sqrt(radius / gravity)
     state = np.stack(

@@ -15,7 +15,7 @@ _TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-9, 1e-12, 1e-15)
 
 
 def _system(heyoka: Any) -> tuple[Any, Any]:
-    """Return the six polynomial equations (`kernels.disk`) and the event function; par[4] is the heading."""
+    """Return the six polynomial equations (`kernels.disk.equations`) and the event function; par[4] is the heading."""
     sin, cos, tan, w, o, s = heyoka.make_vars("sin", "cos", "tan", "w", "o", "s")
     a, b, c, d, heading = heyoka.par[0], heyoka.par[1], heyoka.par[2], heyoka.par[3], heyoka.par[4]
     pull = o * tan

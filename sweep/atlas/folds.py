@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from kernels.steady import marginal_precession_rates, steady_roll_rate
+from kernels.disk.steady import marginal_precession_rates, steady_roll_rate
 from sweep.atlas.theory import carried_rates
 from sweep.schema import Array
 

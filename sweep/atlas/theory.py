@@ -6,7 +6,7 @@ functions of the tilt (Chaplygin 1897), so what a start must have to turn back a
 
 import numpy as np
 
-from kernels.steady import (
+from kernels.disk.steady import (
     critical_precession_rate_squared,
     critical_roll_rate_squared,
     marginal_precession_rates,

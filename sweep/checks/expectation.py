@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels.steady import (
+from kernels.disk.steady import (
     critical_precession_rate_squared,
     critical_roll_rate_squared,
     stability_coefficient,

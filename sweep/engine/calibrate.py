@@ -8,7 +8,7 @@ from sweep.engine.blocks import MOST_BLOCK_CELLS, Span
 from sweep.engine.runner import compute, usable_threads, use_threads
 from sweep.request.spec import SweepSpec
 
-#: Cells that one thread takes at a time (`kernels.lanes.CHUNK`): a block gives every thread one at least.
+#: Cells that one thread takes at a time (`kernels.lanes.schedule.CHUNK`): a block gives every thread one at least.
 _SHARE = 2048
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels.steady import steady_precession_rates, steady_roll_rate
+from kernels.disk.steady import steady_precession_rates, steady_roll_rate
 from sweep.engine.blocks import Span
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import perturbation_scale

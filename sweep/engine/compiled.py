@@ -37,8 +37,8 @@ def cache_folder() -> Path:
 
 @lru_cache
 def integrate() -> Callable[..., None]:
-    """Return `kernels.lanes.integrate`, cached on disk where the cache folder can be written."""
-    from kernels import lanes
+    """Return `kernels.lanes.schedule.integrate`, cached on disk where the cache folder can be written."""
+    from kernels.lanes import schedule as lanes
 
     kernel: Callable[..., None] = lanes.integrate
     _cache_on_disk(kernel)
@@ -47,8 +47,8 @@ def integrate() -> Callable[..., None]:
 
 @lru_cache
 def extremes() -> Callable[..., tuple[Any, Any]]:
-    """Return `kernels.exact.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
-    from kernels.exact import legendre, turning
+    """Return `kernels.disk.exact.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels.disk.exact import legendre, turning
 
     found: Callable[..., tuple[Any, Any]] = turning.extremes
     for kernel in (legendre.build_tables, turning.reduce):
@@ -58,8 +58,8 @@ def extremes() -> Callable[..., tuple[Any, Any]]:
 
 @lru_cache
 def trajectory() -> Callable[..., tuple[int, int, float, int]]:
-    """Return `kernels.path.trajectory`, cached in the same way."""
-    from kernels import path
+    """Return `kernels.disk.trajectory.trajectory`, cached in the same way."""
+    from kernels.disk import trajectory as path
 
     kernel: Callable[..., tuple[int, int, float, int]] = path.trajectory
     _cache_on_disk(kernel)
@@ -68,8 +68,8 @@ def trajectory() -> Callable[..., tuple[int, int, float, int]]:
 
 @lru_cache
 def derived() -> Callable[..., None]:
-    """Return `kernels.path.derived`, cached in the same way."""
-    from kernels import path
+    """Return `kernels.disk.trajectory.derived`, cached in the same way."""
+    from kernels.disk import trajectory as path
 
     kernel: Callable[..., None] = path.derived
     _cache_on_disk(kernel)
@@ -78,8 +78,8 @@ def derived() -> Callable[..., None]:
 
 @lru_cache
 def contact_extremes() -> Callable[..., None]:
-    """Return `kernels.contact.contact_extremes`, cached in the same way."""
-    from kernels import contact
+    """Return `kernels.disk.contact.contact_extremes`, cached in the same way."""
+    from kernels.disk import contact
 
     kernel: Callable[..., None] = contact.contact_extremes
     _cache_on_disk(kernel)
@@ -88,8 +88,8 @@ def contact_extremes() -> Callable[..., None]:
 
 @lru_cache
 def coefficients() -> Callable[..., None]:
-    """Return `kernels.response.coefficients`, cached in the same way."""
-    from kernels import response
+    """Return `kernels.disk.growth_rates.coefficients`, cached in the same way."""
+    from kernels.disk import growth_rates as response
 
     kernel: Callable[..., None] = response.coefficients
     _cache_on_disk(kernel)

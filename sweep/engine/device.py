@@ -37,7 +37,7 @@ def check_device(spec: SweepSpec) -> None:
 
 
 def integrator(spec: SweepSpec) -> Callable[..., None]:
-    """Return the lane kernel for the device of a spec: `kernels.lanes.integrate` or `kernels.cuda.integrate`.
+    """Return the lane kernel for the device of a spec: `kernels.lanes.schedule.integrate` or `kernels.lanes.cuda.integrate`.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def integrator(spec: SweepSpec) -> Callable[..., None]:
     if spec.device == "cpu":
         return compiled.integrate()
     check_device(spec)
-    from kernels import cuda
+    from kernels.lanes import cuda
 
     kernel: Callable[..., None] = cuda.integrate
     return kernel

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernels.steady import stability_coefficient
+from kernels.disk.steady import stability_coefficient
 from sweep.schema import Array
 
 

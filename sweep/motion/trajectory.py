@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.endings import FELL, HORIZON, UNRESOLVED
-from kernels.steady import steady_roll_rate
+from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
+from kernels.disk.steady import steady_roll_rate
 from sweep.atlas.clock import created
 from sweep.atlas.declarations import COMPRESSION, CONTENT, CONVENTIONS, ascii_text
 from sweep.engine import compiled

@@ -97,7 +97,7 @@ class Criterion:
         Parameters
         ----------
         ending : array of int, shape (...)
-            How each cell ended, a code of `kernels.endings`.
+            How each cell ended, a code of `kernels.disk.endings`.
         tilt_min, tilt_max : array of float, shape (...)
             Extreme tilts in rad; what they hold where a cell has none does not matter.
         steady_tilt : array of float, broadcastable

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kernels.endings import ENDINGS, INVALID, UNRESOLVED
+from kernels.disk.endings import ENDINGS, INVALID, UNRESOLVED
 from sweep.engine.runner import Block
 from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS

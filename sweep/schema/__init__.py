@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from kernels.endings import ENDINGS
+from kernels.disk.endings import ENDINGS
 
 #: Stands in a file where a float has no value: netCDF's own default fill, because some readers mishandle NaN.
 FILL = 9.969209968386869e36

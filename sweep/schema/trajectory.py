@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from kernels.endings import FELL, HORIZON
+from kernels.disk.endings import FELL, HORIZON
 from sweep.schema import AUTOMATIC, PARAMETERS, SETTINGS, VARIABLES, Input, Quantity, Tolerance, Word
 
 #: The methods of integration of a single motion: the engine's own, and SciPy's for comparison.

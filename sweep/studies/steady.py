@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels.steady import marginal_precession_rates, stability_coefficient, steady_roll_rate
+from kernels.disk.steady import marginal_precession_rates, stability_coefficient, steady_roll_rate
 from sweep.atlas.clock import created
 from sweep.atlas.dataset import spec_of
 from sweep.engine import cells

@@ -1,0 +1,108 @@
+"""Equations of motion of the rolling disk in the scaled, trigonometry-free form.
+
+Time is counted in units of sqrt(R/g), so radius and gravity drop out. The state is carried as six numbers:
+S = sin(tilt), C = cos(tilt), T = tan(tilt), w = tilt rate, o = precession rate times cos(tilt), and
+s = roll rate + precession rate times sin(tilt), all rates scaled. Every right-hand side is a polynomial: neither
+trigonometry nor division stands in the inner loop, and S*S + C*C = 1 and T = S/C come as free gauges of the error.
+"""
+
+import math
+
+from kernels.jit import kernel, simd, simd_kernel
+
+
+@simd_kernel
+def inertia(alpha):
+    """Constants of the equations for one mass distribution.
+
+    Parameters
+    ----------
+    alpha : float
+        Axial moment of inertia over m R^2 (1/2 uniform disk, 1 hoop).
+
+    Returns
+    -------
+    tuple of 4 floats
+        1/(1 + alpha/2), 1 + alpha, alpha/2, 1/(1 + alpha).
+    """
+    return 1.0 / (1.0 + 0.5 * alpha), 1.0 + alpha, 0.5 * alpha, 1.0 / (1.0 + alpha)
+
+
+@simd_kernel
+def slopes(state, i_spin, drag):
+    """How a motion changes with its tilt, and what accelerates the tilt.
+
+    Parameters
+    ----------
+    state : tuple of 5 floats
+        S, C, T, o (see the module docstring) and p = (1+alpha) s.
+    i_spin, drag : float
+        alpha/2 and 2/(1+alpha).
+
+    Returns
+    -------
+    (dS, dC, dT, do, dp), acceleration
+        Derivatives with respect to the tilt; times w they are derivatives in scaled time. The acceleration of the tilt
+        in scaled time, times 1 + alpha/2.
+
+    Notes
+    -----
+    Newton's equations about the contact point with the rolling constraints eliminated; do and dp are Chaplygin's linear
+    system ds/dtheta = -o/(1+alpha), do/dtheta = -2s + o tan(theta) (1897).
+    """
+    S, C, T, o, p = state
+    oT = o * T
+    return (C, -S, 1.0 + T * T, oT - drag * p, -o), S + o * (p - i_spin * oT)
+
+
+@simd
+def scaled(S, C, tilt_rate, precession_rate, roll_rate, unit):
+    """State (S, C, T, w, o, s) of a start given in sine and cosine and rates [rad/s]; `unit` is sqrt(R/g) in s."""
+    return (
+        S,
+        C,
+        S / C,
+        unit * tilt_rate,
+        unit * precession_rate * C,
+        unit * (roll_rate + precession_rate * S),
+    )
+
+
+@kernel
+def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
+    """State as of `scaled`, of a start given in tilt [rad]."""
+    return scaled(math.sin(tilt), math.cos(tilt), tilt_rate, precession_rate, roll_rate, unit)
+
+
+@simd_kernel
+def energy(S, C, w, o, s, alpha):
+    """Energy over m g R (scaled state): conserved along every motion (physics of a disk without slip)."""
+    return 0.5 * (1.0 + 0.5 * alpha) * w * w + 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + C
+
+
+@simd_kernel
+def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
+    """Energy minus the start's energy, over m g R, formed from differences.
+
+    Subtracting two energies would drown a nearly upright motion, whose whole budget is tilt**2, in the rounding of
+    cos(tilt) = 1 - tilt**2/2.
+    """
+    return (
+        0.5 * (1.0 + 0.5 * alpha) * (w - w0) * (w + w0)
+        + 0.5 * (1.0 + alpha) * (s - s0) * (s + s0)
+        + 0.25 * alpha * (o - o0) * (o + o0)
+        - (S - S0) * (S + S0) / (C + C0)
+    )
+
+
+@simd
+def force(state, constants):
+    """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
+
+    V' = -(S + o q) with q = (1+alpha) s - (alpha/2) o T, differentiated along s' = -o/(1+alpha), o' = oT - 2s.
+    """
+    S, C, T, _, o, s = state
+    q = constants[1] * s - constants[2] * (o * T)
+    o_slope = o * T - 2.0 * s
+    q_slope = -o - constants[2] * (o_slope * T + o * (1.0 + T * T))
+    return abs(S + o * q), -(C + o_slope * q + o * q_slope)

@@ -1,0 +1,102 @@
+"""One motion of the exact reduction: what is known of it, and what its turning points say of its cell.
+
+The scalar side of the reduction, once per cell. `motions` holds a row per motion of a chunk, with the columns below.
+"""
+
+import math
+
+from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
+from kernels.disk.exact.period import period
+from kernels.disk.exact.turning_point_search import BEYOND, OFF_TABLE
+from kernels.jit import inlined, internal
+
+# The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
+# sin and cos of the tilt, the panel, the table
+TILT, W, UNIT, Y_0, X_0, S_0, O_0, SIN, COS, PANEL_0, TABLE = range(11)
+# The motion, as in `kernels.disk.exact.layout`; its kind
+AHEAD, TOP, HEIGHT, C_1, C_2, BASE, KIND = range(11, 18)
+KINETIC, PULL, CURVATURE, LEVEL = range(18, 22)
+# Of the turning point ahead, and in the following columns of the one behind: how the search ended, tilt, its estimated
+# error, distance in y from the start, slope of V there, and the excess where the expansion about the start ends
+END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(22, 28)
+#: Columns from a turning point to the other one's.
+BEHIND = EXCESS + 1 - END
+COLUMNS = END + 2 * BEHIND
+
+#: Kinds of motions.
+SWINGS, RESTS, UNCLEAR, WILD = 0.0, 1.0, 2.0, 3.0
+
+
+@inlined
+def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
+    measures[0, cell] = least
+    measures[1, cell] = greatest
+    measures[2, cell] = period
+    measures[3, cell] = height
+    measures[4, cell] = error
+    counts[0, cell] = ending
+    counts[1, cell] = wells
+
+
+@inlined
+def _write_nothing(cell, ending, wells, height, measures, counts):
+    _write(cell, ending, wells, math.nan, math.nan, math.nan, height, math.nan, measures, counts)
+
+
+@internal
+def _outcome(motion, fall_tilt):
+    """What the turning points say: (ending, least, greatest tilt, error); a fall shows only what came before."""
+    tilt, ahead = motion[TILT], motion[AHEAD]
+    kicked = motion[W] != 0.0
+    falls = motion[END] == BEYOND or ahead * motion[TURN] >= fall_tilt
+    looks_back = kicked and not falls
+    if motion[END] == OFF_TABLE or (looks_back and motion[END + BEHIND] == OFF_TABLE):
+        return UNRESOLVED, math.nan, math.nan, math.nan
+    first, error = (ahead * fall_tilt, 0.0) if falls else (motion[TURN], motion[ERROR])
+    second = tilt
+    if looks_back:
+        second = motion[TURN + BEHIND]
+        falls = motion[END + BEHIND] == BEYOND or -ahead * second >= fall_tilt
+        if falls:
+            second = -ahead * fall_tilt
+        else:
+            error = max(error, motion[ERROR + BEHIND])
+    # rounding of the last place must not put the start outside its own interval
+    return FELL if falls else BOUNDED, min(tilt, first, second), max(tilt, first, second), error
+
+
+@internal
+def _period(motion, tables, table, near, work):
+    """Nutation period [s] of a bounded motion."""
+    k0 = int(motion[PANEL_0])
+    swing = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
+    # released at rest, the disk starts from its other turning point
+    distance, slope = (
+        (motion[DISTANCE + BEHIND], motion[SLOPE + BEHIND]) if motion[W] != 0.0 else (0.0, near[1])
+    )
+    return motion[UNIT] * period(
+        swing, tables.panels, tables.nodes, near, work, motion[DISTANCE], motion[SLOPE], distance, slope,
+        motion[TOP], motion[HEIGHT],
+    )  # fmt: skip
+
+
+@internal
+def leave(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
+    """Write the cell of a motion whose turning points are known."""
+    kind, height = motion[KIND], motion[HEIGHT]
+    wells = 1 if math.isnan(motion[TOP]) else 2
+    if kind == WILD:
+        _write_nothing(cell, UNRESOLVED, 0, math.nan, measures, counts)
+        return
+    if kind == RESTS:
+        tilt = motion[TILT]
+        _write(cell, STEADY, wells, tilt, tilt, math.nan, height, 0.0, measures, counts)
+        return
+    if kind == UNCLEAR:
+        _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
+        return
+    ending, least, greatest, error = _outcome(motion, fall_tilt)
+    duration = math.nan
+    if with_period and ending == BOUNDED:
+        duration = _period(motion, tables, table, near, work)
+    _write(cell, ending, wells, least, greatest, duration, height, error, measures, counts)

@@ -1,0 +1,64 @@
+"""Roots of polynomials in brackets, side by side, one per lane (`kernels.disk.exact.layout`)."""
+
+import math
+
+from kernels.disk.exact import layout as at
+from kernels.disk.exact.layout import LANES
+from kernels.disk.exact.polynomial import value_slope
+from kernels.jit import internal
+
+ROUNDING = 2.0**-53
+#: Newton inside a bracket ends by itself; the bound only makes that certain.
+MOST_STEPS = 100
+
+
+@internal
+def _closer(block, scale):
+    """One step of Newton's in every active lane; whether there are any left."""
+    left = 0
+    for lane in range(LANES):
+        x, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
+        last, last_slope = block[at.LAST + lane], block[at.SLOPE + lane]
+        active = block[at.ACTIVE + lane]
+        here, slope = value_slope(block, at.WORK + lane, LANES, x)
+        outer = x if here > 0.0 else outer
+        inner = inner if here > 0.0 else x
+        inverse = 1.0 / slope
+        step = here * inverse
+        new = x - step
+        inside = (new - inner) * (new - outer) <= 0.0
+        new = new if inside else 0.5 * (inner + outer)
+        step = step if inside else x - new
+        # What Newton leaves is step^2 V''/(2 V'), and the last two slopes tell V'': it saves one evaluation.
+        bend = step * (slope - last_slope) / last
+        bend = bend if inside & (last != 0.0) else math.nan
+        size = abs(step)
+        rest = abs(bend) * size * abs(inverse)
+        close = (rest if rest < size else size) <= ROUNDING * (2.0 * abs(x) + scale)
+        slope = slope + bend if close & (bend == bend) else slope
+        on = active > 0.0
+        block[at.ROOT + lane] = new if on else x
+        block[at.SLOPE + lane] = slope if on else last_slope
+        # what a lane that is done does with these nobody reads
+        block[at.LAST + lane] = step
+        block[at.INNER + lane] = inner
+        block[at.OUTER + lane] = outer
+        block[at.ACTIVE + lane] = 0.0 if close else active
+        left |= int(on) & int(not close)
+    return left != 0
+
+
+@internal
+def zeros(block, scale):
+    """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
+
+    Newton in a bracket from the guesses in ROOT, in the lanes that are ACTIVE; leaves the roots in ROOT and the slopes
+    there in SLOPE, exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its
+    distance at each step until it sees the two roots apart; the bracket keeps it on the right side.
+    """
+    for lane in range(LANES):
+        block[at.LAST + lane] = 0.0
+        block[at.SLOPE + lane] = math.nan
+    for _ in range(MOST_STEPS):
+        if not _closer(block, scale):
+            return

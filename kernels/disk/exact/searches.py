@@ -1,0 +1,134 @@
+"""The other passes over a chunk: turning points beyond the expansions about the starts."""
+
+import math
+
+from kernels.disk.exact import layout as at
+from kernels.disk.exact import motion as of
+from kernels.disk.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
+from kernels.disk.exact.grouped import blocks_of
+from kernels.disk.exact.layout import LANES
+from kernels.disk.exact.legendre import PANELS, REACH
+from kernels.disk.exact.turning_point_search import SOUGHT, TURNS, turn_far, walk
+from kernels.jit import internal
+
+
+@internal
+def _sought(chunk, j):
+    """Of a search: its motion, the side (+1, -1) to which it looks, and where the motion's columns for it begin."""
+    i, behind = chunk.sought[j] // 2, chunk.sought[j] % 2
+    ahead = chunk.motions[i, of.AHEAD]
+    return i, -ahead if behind else ahead, of.BEHIND if behind else 0
+
+
+@internal
+def _load(chunk, first, last):
+    block, motions, searches = chunk.block, chunk.motions, chunk.searches
+    for lane in range(LANES):
+        j = chunk.order[min(first + lane, last - 1)]
+        i, side, column = _sought(chunk, j)
+        y0, barrier = side * motions[i, of.Y_0], side * motions[i, of.TOP]
+        block[at.SIDE + lane], block[at.Y_0 + lane] = side, y0
+        block[at.C_1 + lane], block[at.Q + lane] = motions[i, of.C_1], side * motions[i, of.C_2]
+        block[at.BASE + lane] = motions[i, of.BASE]
+        # a motion below its saddle turns before it
+        blocked = motions[i, of.HEIGHT] > 0.0 and barrier > y0
+        block[at.BARRIER + lane] = barrier if blocked else math.inf
+        block[at.KINETIC + lane], block[at.PULL + lane] = motions[i, of.KINETIC], motions[i, of.PULL]
+        block[at.CURVATURE + lane], block[at.LEVEL + lane] = motions[i, of.CURVATURE], motions[i, of.LEVEL]
+        block[at.EXCESS + lane], block[at.ROOT + lane] = motions[i, column + of.EXCESS], searches[j, GUESS]
+        block[at.INNER + lane], block[at.OUTER + lane] = searches[j, INNER], searches[j, OUTER]
+
+
+@internal
+def _keep_brackets(chunk, table, end, first, last):
+    """Note where searches are bracketed; those that are not end here."""
+    block = chunk.block
+    for lane in range(last - first):
+        j, k = chunk.order[first + lane], block[at.PANEL + lane]
+        i, _, column = _sought(chunk, j)
+        if math.isnan(k):
+            chunk.keys[j] = -1
+            chunk.motions[i, column + of.END] = end
+        else:
+            chunk.keys[j] = table * PANELS + REACH + int(k)
+            chunk.searches[j, INNER], chunk.searches[j, OUTER] = (
+                block[at.INNER + lane],
+                block[at.OUTER + lane],
+            )
+            chunk.searches[j, GUESS] = block[at.ROOT + lane]
+
+
+@internal
+def _collect(n, chunk):
+    """List what is to be sought for n motions, and on which panel each search begins; returns the number."""
+    count = 0
+    for i in range(n):
+        if chunk.motions[i, of.KIND] != of.SWINGS:
+            continue
+        for behind in range(2 if chunk.motions[i, of.W] != 0.0 else 1):
+            if chunk.motions[i, of.END + behind * of.BEHIND] == SOUGHT:
+                chunk.sought[count] = 2 * i + behind
+                _, side, _ = _sought(chunk, count)
+                panel = int(side * chunk.motions[i, of.PANEL_0])
+                chunk.keys[count] = int(chunk.motions[i, of.TABLE]) * PANELS + REACH + panel
+                count += 1
+    return count
+
+
+@internal
+def _follow(n, tables, chunk, y_fall):
+    """Follow n searches out to the panels on which the motions turn; their keys are then those, or -1."""
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
+        _load(chunk, first, last)
+        k = panel - table * PANELS - REACH
+        end = walk(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
+        _keep_brackets(chunk, table, end, first, last)
+
+
+@internal
+def _close_ranks(n, chunk):
+    """Move the searches that go on to the front; returns their number."""
+    count = 0
+    for j in range(n):
+        if chunk.keys[j] >= 0:
+            chunk.keys[count], chunk.sought[count] = chunk.keys[j], chunk.sought[j]
+            for column in range(SEARCH_COLUMNS):
+                chunk.searches[count, column] = chunk.searches[j, column]
+            count += 1
+    return count
+
+
+@internal
+def _keep_turns(chunk, first, last):
+    block, motions = chunk.block, chunk.motions
+    for lane in range(last - first):
+        i, side, column = _sought(chunk, chunk.order[first + lane])
+        motions[i, column + of.END], motions[i, column + of.TURN] = TURNS, side * block[at.TILT + lane]
+        motions[i, column + of.ERROR] = block[at.ERROR + lane]
+        motions[i, column + of.DISTANCE] = side * block[at.DISTANCE + lane]
+        motions[i, column + of.SLOPE] = block[at.SLOPE + lane]
+
+
+@internal
+def _to_roots(n, tables, chunk):
+    """Find the turning points of n searches, each on its panel."""
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
+        _load(chunk, first, last)
+        k = panel - table * PANELS - REACH
+        turn_far(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
+        _keep_turns(chunk, first, last)
+
+
+@internal
+def search(n, tables, chunk, y_fall):
+    """Find the turning points of n motions that do not lie within the expansions about their starts."""
+    count = _collect(n, chunk)
+    if count > 0:
+        _follow(count, tables, chunk, y_fall)
+        count = _close_ranks(count, chunk)
+    if count > 0:
+        _to_roots(count, tables, chunk)

@@ -1,0 +1,95 @@
+"""The first pass over a chunk: everything about the starts, where most turning points of slow motions lie."""
+
+from kernels.disk.exact import layout as at
+from kernels.disk.exact import motion as of
+from kernels.disk.exact.grouped import blocks_of
+from kernels.disk.exact.layout import LANES
+from kernels.disk.exact.legendre import NODES, PANELS, TERMS
+from kernels.disk.exact.near_turning_points import begin, noise, turn_near
+from kernels.disk.exact.root import ROUNDING
+from kernels.disk.exact.saddle import saddles
+from kernels.disk.exact.turning_point_search import SOUGHT, TURNS
+from kernels.jit import internal
+
+#: A force at rest below this share of its terms is rounding (as in `kernels.disk.leg_control`).
+_STEADY = 16.0 * ROUNDING
+
+
+@internal
+def _load(chunk, first, last):
+    block, motions = chunk.block, chunk.motions
+    for lane in range(LANES):
+        i = chunk.order[min(first + lane, last - 1)]
+        block[at.Y_0 + lane], block[at.X_0 + lane] = motions[i, of.Y_0], motions[i, of.X_0]
+        block[at.S_0 + lane], block[at.O_0 + lane] = motions[i, of.S_0], motions[i, of.O_0]
+        block[at.SIN + lane], block[at.COS + lane] = motions[i, of.SIN], motions[i, of.COS]
+        block[at.W_0 + lane] = motions[i, of.W]
+
+
+@internal
+def _kinds(block):
+    """Tell the KIND of each motion; whether one of them was kicked."""
+    kicked = 0
+    for lane in range(LANES):
+        w, height, base = block[at.W_0 + lane], block[at.HEIGHT + lane], block[at.BASE + lane]
+        at_rest = (w == 0.0) & (abs(block[at.FORCE + lane]) <= _STEADY * block[at.PULL + lane])
+        on_separatrix = abs(height) <= noise(block, lane, block[at.TOP + lane] - block[at.Y_0 + lane])
+        kind = of.UNCLEAR if on_separatrix else of.SWINGS
+        kind = of.RESTS if at_rest else kind
+        # a number that is not finite minus itself is none
+        block[at.KIND + lane] = kind if base - base == 0.0 else of.WILD
+        kicked |= int(w != 0.0)
+    return kicked != 0
+
+
+@internal
+def _keep_motions(chunk, first, last):
+    block, motions = chunk.block, chunk.motions
+    for lane in range(last - first):
+        i = chunk.order[first + lane]
+        motions[i, of.AHEAD], motions[i, of.KIND] = block[at.AHEAD + lane], block[at.KIND + lane]
+        motions[i, of.TOP], motions[i, of.HEIGHT] = block[at.TOP + lane], block[at.HEIGHT + lane]
+        motions[i, of.C_1], motions[i, of.C_2] = block[at.C_1 + lane], block[at.C_2 + lane]
+        motions[i, of.BASE] = block[at.BASE + lane]
+        motions[i, of.KINETIC], motions[i, of.PULL] = block[at.KINETIC + lane], block[at.PULL + lane]
+        motions[i, of.CURVATURE], motions[i, of.LEVEL] = block[at.CURVATURE + lane], block[at.LEVEL + lane]
+        if len(chunk.nears) > 0:
+            for n in range(TERMS):
+                chunk.nears[i, n] = block[at.NEAR + n * LANES + lane]
+
+
+@internal
+def _turn(chunk, sense, panels, panel, first, last):
+    """Look for the turning points of a block on one side; those that lie farther out are left to be sought."""
+    block, motions = chunk.block, chunk.motions
+    ahead = sense > 0.0
+    for lane in range(LANES):
+        wanted = (block[at.KIND + lane] == of.SWINGS) & (ahead | (block[at.W_0 + lane] != 0.0))
+        block[at.WANTED + lane] = 1.0 if wanted else 0.0
+    turn_near(block, sense, panels, panel)
+    column = 0 if ahead else of.BEHIND
+    for lane in range(last - first):
+        i, wanted = chunk.order[first + lane], block[at.WANTED + lane]
+        motions[i, column + of.END] = TURNS if wanted <= 0.0 else SOUGHT
+        motions[i, column + of.TURN] = block[at.TILT + lane]
+        motions[i, column + of.ERROR] = block[at.ERROR + lane]
+        motions[i, column + of.DISTANCE] = block[at.DISTANCE + lane]
+        motions[i, column + of.SLOPE] = block[at.SLOPE + lane]
+        motions[i, column + of.EXCESS] = block[at.EXCESS + lane]
+
+
+@internal
+def about_starts(n, tables, chunk):
+    """Expand n motions about their starts and find the turning points there."""
+    for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
+        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        table = panel // PANELS
+        alpha, node = tables.alphas[table], table * NODES + 2 * (panel - table * PANELS)
+        _load(chunk, first, last)
+        begin(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
+        saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
+        kicked = _kinds(chunk.block)
+        _keep_motions(chunk, first, last)
+        _turn(chunk, 1.0, tables.panels, panel, first, last)
+        if kicked:
+            _turn(chunk, -1.0, tables.panels, panel, first, last)

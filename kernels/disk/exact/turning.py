@@ -1,0 +1,118 @@
+"""The exact reduction: extreme tilts for all time, wells, separatrix and period of many cells, without time stepping.
+
+A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not exceed its
+energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
+"""
+
+import math
+
+import numpy as np
+from numba import prange
+
+from kernels.disk.exact.chunk import Tables, memory
+from kernels.disk.exact.legendre import stretched, tables
+from kernels.disk.exact.reduction import reduce_chunk
+from kernels.jit import parallel
+from kernels.lanes.intrinsics import without_refcount
+from kernels.lanes.stride import coprime_stride
+
+#: Cells that one task of the parallel loop owns.
+CHUNK = 2048
+#: Tables held at once when alpha is an axis: 147 kB each.
+TABLES = 128
+
+
+@parallel
+def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts):
+    """Find the extremes of every cell for all time.
+
+    Parameters
+    ----------
+    starts : float64[7, n]
+        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha [1] (not read), radius [m],
+        gravity [m/s^2].
+    fall_tilt : float
+        Magnitude of the tilt [rad] that counts as a fall.
+    with_period : bool
+        Whether to compute the period: a quadrature, several times the cost of the rest.
+    alphas : float64[m]
+        The values of alpha that occur, in (0, 1].
+    which : int64[n]
+        Index of each cell's alpha, negative where it is not in (0, 1].
+    panels, nodes : arrays
+        `kernels.disk.exact.legendre.tables` of `alphas`.
+    measures : float64[5, n], written
+        Rows: least and greatest tilt [rad], nutation period [s], separatrix [1], estimated error of the extremes [rad].
+        NaN where a measure does not exist. Separatrix is the saddle of the potential minus the energy, over m g
+        radius: positive for a motion trapped in one of two wells, negative for one that passes over the saddle, NaN
+        for one well.
+    counts : int32[2, n], written
+        Rows: ending (`kernels.disk.endings`), wells of the potential (1, 2; 0 where it is not known).
+
+    Notes
+    -----
+    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and what came before.
+    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite
+    and it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
+    """
+    n = which.size
+    chunks = (n + CHUNK - 1) // CHUNK
+    y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
+    step = coprime_stride(chunks)
+    for place in prange(chunks):
+        chunk = place * step % chunks
+        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+        own = Tables(without_refcount(alphas), without_refcount(panels), without_refcount(nodes))
+        reduce_chunk(
+            start, stop, without_refcount(starts), fall_tilt, y_fall, with_period, without_refcount(which), own,
+            memory(stop - start, alphas.size, with_period), without_refcount(measures), without_refcount(counts),
+        )  # fmt: skip
+
+
+def extremes(starts, fall_tilt, with_period=False):
+    """Measures and counts of `reduce`, as new arrays: builds the tables of every alpha that occurs.
+
+    Parameters
+    ----------
+    starts : float64[7, n]
+    fall_tilt : float
+    with_period : bool
+
+    Returns
+    -------
+    measures : float64[5, n]
+    counts : int32[2, n]
+    """
+    starts = np.ascontiguousarray(starts, dtype=np.float64)
+    measures, counts = np.empty((5, starts.shape[1])), np.empty((2, starts.shape[1]), np.int32)
+    known, which = _tables_of(starts[4])
+    if known.size <= TABLES and (which[:-1] <= which[1:]).all():
+        reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
+        return measures, counts
+    # the cells of a table together, so that blocks are full and few tables are held at once
+    order = np.argsort(which, kind="stable")
+    which = which[order]
+    for first in range(0, known.size, TABLES):
+        begin, end = np.searchsorted(which, [first if first > 0 else -1, first + TABLES])
+        cells, some = order[begin:end], known[first : first + TABLES]
+        found, numbers = np.empty((5, cells.size)), np.empty((2, cells.size), np.int32)
+        own = np.take(starts, cells, axis=1)
+        local = np.maximum(which[begin:end] - first, -1)
+        reduce(own, fall_tilt, with_period, some, local, *tables(some), found, numbers)
+        measures[:, cells], counts[:, cells] = found, numbers
+    return measures, counts
+
+
+def _tables_of(alpha):
+    """The values of alpha for which tables are to be built, and which one each cell uses; -1 for impossible values."""
+    # sorting a million equal numbers would take as long as reducing a million cells
+    if alpha.size and (alpha == alpha[0]).all():
+        found, which = alpha[:1], np.zeros(alpha.size, np.int64)
+    else:
+        found, which = np.unique(alpha, return_inverse=True)
+        which = which.astype(np.int64)
+    possible = (found > 0.0) & (found <= 1.0)
+    if possible.any():
+        places = np.where(possible, np.cumsum(possible) - 1, -1)
+        return found[possible], places[which]
+    return np.ones(1), np.full(alpha.size, -1)

@@ -1,0 +1,76 @@
+"""Turning points far from the start: out to the panel on which the excess changes sign, then to the root there.
+
+Every search looks outward along positive y: under y -> -y, p -> -p nothing changes, and the tables are bit-symmetric.
+All functions treat a block of searches (`kernels.disk.exact.layout`).
+"""
+
+import math
+
+from kernels.disk.exact import layout as at
+from kernels.disk.exact.layout import LANES
+from kernels.disk.exact.legendre import NODES, PANEL, PANELS, REACH, Y_END
+from kernels.disk.exact.near_turning_points import tilts
+from kernels.disk.exact.potential import NEAR, NODE, rise, rise_at
+from kernels.disk.exact.root import zeros
+from kernels.disk.exact.saddle import expand_excess
+from kernels.jit import internal
+
+#: How a search for a turning point ends.
+TURNS, BEYOND, OFF_TABLE, SOUGHT = 0.0, 1.0, 2.0, 3.0
+
+
+@internal
+def _passed(block, alpha, nodes, node, k, inner):
+    """Take every search that is still on past panel k, or bracket its root there; whether any is left."""
+    there, outer, left = rise_at(nodes, node), NODE, 0
+    for lane in range(LANES):
+        before = block[at.EXCESS + lane]
+        excess = rise(alpha, there, block[at.C_1 + lane], block[at.Q + lane]) - block[at.BASE + lane]
+        on = block[at.ACTIVE + lane] > 0.0
+        barrier = block[at.BARRIER + lane] - k * PANEL
+        within = barrier <= NODE
+        hit = on & (within | (excess > 0.0))
+        end = barrier if within else outer
+        guess = inner - before * (outer - inner) / (excess - before)
+        guess = 0.5 * (inner + end) if within else guess
+        block[at.EXCESS + lane] = excess
+        block[at.PANEL + lane] = k if hit else block[at.PANEL + lane]
+        block[at.INNER + lane] = inner if hit else block[at.INNER + lane]
+        block[at.OUTER + lane] = end if hit else block[at.OUTER + lane]
+        block[at.ROOT + lane] = guess if hit else block[at.ROOT + lane]
+        block[at.ACTIVE + lane] = 0.0 if hit else block[at.ACTIVE + lane]
+        left |= int(on) & int(not hit)
+    return left != 0
+
+
+@internal
+def walk(block, alpha, table, nodes, start, y_fall):
+    """Bracket the root of the excess of searches that begin on panel `start`.
+
+    Leaves PANEL, INNER, OUTER and ROOT (a guess); PANEL is NaN where the search passed y_fall or the table's end.
+    Returns which of the two happened to these.
+    """
+    for lane in range(LANES):
+        block[at.ACTIVE + lane] = 1.0
+        block[at.PANEL + lane] = math.nan
+    inner = NEAR - PANEL
+    for k in range(start + 1, REACH):
+        if k * PANEL + inner >= y_fall:
+            return BEYOND
+        if not _passed(block, alpha, nodes, table * NODES + 2 * (REACH + k) + 1, k, inner):
+            return BEYOND
+        inner = -NODE
+    return BEYOND if y_fall <= Y_END else OFF_TABLE
+
+
+@internal
+def turn_far(block, alpha, table, panels, nodes, k):
+    """Find the turning points that `walk` bracketed on panel k: DISTANCE (outward), TILT (outward), ERROR, SLOPE."""
+    expand_excess(block, alpha, table, panels, nodes, k)
+    for lane in range(LANES):
+        block[at.ACTIVE + lane] = 1.0
+    zeros(block, abs(k) * PANEL)
+    for lane in range(LANES):
+        block[at.X + lane] = block[at.ROOT + lane]
+        block[at.DISTANCE + lane] = (k * PANEL - block[at.Y_0 + lane]) + block[at.ROOT + lane]
+    tilts(block, panels, table * PANELS + REACH + k)

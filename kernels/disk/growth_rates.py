@@ -1,0 +1,61 @@
+"""How a kick to a motion grows or swings, followed with RK4 for a short while."""
+
+import math
+
+from numba import prange
+
+from kernels.disk.equations import inertia, scaled_state
+from kernels.disk.rk4 import step
+from kernels.jit import internal, parallel
+
+#: Kick [1] over the fastest rate of the cell: the part of the response that is odd in it is linear to its square.
+_KICK = 1e-5
+#: RK4 steps for one unit of time, that of the fastest rate.
+_STEPS = 64
+
+
+@internal
+def _deviation(state, S0, C0, constants, h):
+    """Sine of the tilt's distance from the start after one and after two units of time."""
+    for _ in range(_STEPS):
+        state = step(state, constants, h)
+    once = state[0] * C0 - state[1] * S0
+    for _ in range(_STEPS):
+        state = step(state, constants, h)
+    return once, state[0] * C0 - state[1] * S0
+
+
+@internal
+def _coefficient(starts, cell):
+    unit = math.sqrt(starts[5, cell] / starts[6, cell])
+    S, C, T, w, o, s = scaled_state(starts[0, cell], 0.0, starts[2, cell], starts[3, cell], unit)
+    fastest = 1.0 + abs(o) + abs(s) + abs(o * T)
+    kick, constants, h = _KICK * fastest, inertia(starts[4, cell]), 1.0 / (fastest * _STEPS)
+    up = _deviation((S, C, T, kick, o, s), S, C, constants, h)
+    down = _deviation((S, C, T, -kick, o, s), S, C, constants, h)
+    # of sinh(g t) and sin(f t) alike, twice the time gives the function times twice its cosine
+    cosine = 0.5 * (up[1] - down[1]) / (up[0] - down[0])
+    rate = math.acosh(cosine) if cosine > 1.0 else math.acos(cosine)
+    rate *= fastest / unit
+    return -rate * rate if cosine > 1.0 else rate * rate
+
+
+@parallel
+def coefficients(starts, found):
+    """Measure the coefficient k of small oscillations d'' + k d = 0 about steady motions.
+
+    Parameters
+    ----------
+    starts : float64[7, n]
+        As in `kernels.lanes.schedule.integrate`; each a steady motion. Their tilt rates are not read.
+    found : float64[n], written
+        k [rad^2/s^2], negative where a kick grows; NaN where a start is none.
+
+    Notes
+    -----
+    Each motion is kicked up and down and integrated twice as long again; half the difference d of the two is linear in
+    the kick up to its square. d(2t)/(2 d(t)) is cos(sqrt(k) t) or cosh(sqrt(-k) t): neither the size of the kick
+    nor any theory of k enters.
+    """
+    for cell in prange(found.size):
+        found[cell] = _coefficient(starts, cell)

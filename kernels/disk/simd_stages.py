@@ -1,0 +1,121 @@
+"""What is done to every cell alike, in vector code: its scaled start, the way it sets off, its turning point.
+
+The functions work on one column of the flat array of `kernels.disk.layout` and are inlined into loops over all columns
+(`kernels.lanes.schedule`). So that these become full-width vectors no function has a branch that cannot become a selection,
+each loads before it stores, and all that they call is inlined too: a loop with a call that is left when it is first
+compiled stays scalar, seven times as slow. A column without a cell holds harmless numbers; what is found there is not
+looked at.
+"""
+
+import math
+
+from kernels.disk import layout as at
+from kernels.disk.endings import BOUNDED
+from kernels.disk.equations import energy, force, inertia, scaled
+from kernels.disk.error_estimate import EPS, estimated_error, loss
+from kernels.disk.rk4 import approach_turning_point, carried, tilt_acceleration
+from kernels.disk.step_size import first_step
+from kernels.jit import simd
+from kernels.simd_math import angle_of, sine_cosine
+
+#: A single cell may not hold a worker for ever: after about this many steps it is unresolved.
+MOST_STEPS = 1.0e8
+
+
+@simd
+def constants_of(lane, lanes):
+    """Return the constants of `kernels.disk.equations.inertia` of a column."""
+    a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
+    return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
+
+
+@simd
+def start_of(lane, lanes):
+    """Return S, C, w, o, s of a column's start."""
+    S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
+    return S, C, w, lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
+
+
+@simd
+def state_of(lane, lanes):
+    """Return the state of a column."""
+    S, C, T = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane]
+    s = lanes[at.I_INVERSE + lane] * lanes[at.P + lane]
+    return S, C, T, lanes[at.W + lane], lanes[at.O_RATE + lane], s
+
+
+@simd
+def time_left(lane, duration, lanes):
+    """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
+    return duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
+
+
+@simd
+def prepare(lane, given_step, pace, lanes):
+    """Scale the start that a column was given in SI units, and choose its step (a given one, or 0 for our choice)."""
+    _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
+    S, C = sine_cosine(lanes[at.LEAST + lane])
+    alpha, unit = lanes[at.ALPHA + lane], lanes[at.UNIT + lane]
+    state, constants = scaled(S, C, tilt_rate, precession_rate, roll_rate, unit), inertia(alpha)
+    _, _, T, w, o, s = state
+    acceleration = tilt_acceleration(state, constants)
+    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
+    steady = (w == 0.0) & (abs(acceleration) <= 8.0 * EPS * terms)
+    _, stiffness = force(state, constants)
+    own = first_step(state, constants, pace)
+    lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
+    lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = o, s
+    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
+    lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
+    lanes[at.DRAG + lane] = 2.0 * constants[3]
+    lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
+    lanes[at.STEADY + lane], lanes[at.STIFFNESS + lane] = 1.0 if steady else 0.0, stiffness
+    lanes[at.STEP + lane] = given_step / unit if given_step > 0.0 else own
+    lanes[at.REFINED + lane], lanes[at.FAILED + lane] = 0.0, math.nan
+    lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane], lanes[at.STEPS_KEPT + lane] = 0.0, 0.0, 0.0
+    lanes[at.ERROR + lane], lanes[at.CHANGE + lane], lanes[at.STEPS + lane] = 0.0, 0.0, 0.0
+
+
+@simd
+def set_off(lane, given_step, duration, lanes):
+    """Place a column at its start, facing the way that it goes now, with the step scale that it holds."""
+    S, C, w, o, s = start_of(lane, lanes)
+    constants, scale = constants_of(lane, lanes), lanes[at.STEP + lane]
+    # the motion backward in time is the motion forward with all rates reversed
+    sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
+    state = S, C, S / C, sense * w, sense * o, sense * s
+    acceleration, p = tilt_acceleration(state, constants), constants[1] * state[5]
+    left, most = time_left(lane, duration, lanes), MOST_STEPS * scale
+    end = most if most < left else left  # min() is a call
+    uniform = 0.5 * scale if given_step > 0.0 else 0.0
+    graded = 0.0 if given_step > 0.0 else 0.5 * scale
+    lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, state[2]
+    lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = state[3], state[4], p
+    lanes[at.TIME + lane], lanes[at.HALF + lane] = 0.0, uniform + graded * C
+    lanes[at.HALF_UNIFORM + lane], lanes[at.HALF_GRADED + lane] = uniform, graded
+    lanes[at.HEADING + lane] = math.copysign(1.0, acceleration if w == 0.0 else state[3])
+    lanes[at.END + lane] = end
+
+
+@simd
+def longest(lane, lanes):
+    """Bound on one correction of a landing: two steps."""
+    return 4.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane] * abs(lanes[at.C + lane]))
+
+
+@simd
+def land(lane, lowest, lanes):
+    """Finish on the turning point that a column has just passed, if its first correction leads there."""
+    state, constants, steps = state_of(lane, lanes), constants_of(lane, lanes), lanes[at.STEPS + lane]
+    turned = lanes[at.HEADING + lane] * state[3] < 0.0
+    start, whole, alpha = start_of(lane, lanes), lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane]
+    before, end = lanes[at.TIME + lane], lanes[at.END + lane]
+    state, elapsed, left, near = approach_turning_point(state, constants, longest(lane, lanes))
+    state = carried(state, constants, 0.5 * state[3] * left)
+    t = before + (elapsed + left)
+    lost, rounding, change = loss(state, start, whole, alpha, steps)
+    error = estimated_error(BOUNDED, state, lost, rounding, constants)
+    landed = turned & near & (state[1] > lowest) & (not (t > end))
+    lanes[at.LANDED + lane], lanes[at.TIME_END + lane] = 1.0 if landed else 0.0, t
+    lanes[at.TILT_END + lane] = angle_of(state[0], state[1])
+    lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = error, change
