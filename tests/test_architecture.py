@@ -83,12 +83,6 @@ def test_kernels_never_raise(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=named)
-def test_file_fits_in_the_head(path: Path) -> None:
-    """No Python file is longer than 300 lines."""
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
-
-
-@pytest.mark.parametrize("path", SOURCES, ids=named)
 def test_path_says_what_it_is_for(path: Path) -> None:
     """No module or folder is a drawer for everything."""
     parts = {part.strip("_") for part in path.relative_to(CHECKOUT).with_suffix("").parts}
