@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import kernels
-from sweep.arrival import on_arrival
+from sweep.import_hook import when_imported
 from sweep.version import __version__
 
 if getattr(kernels, "MARK", None) != "eulerdisk":
@@ -19,19 +19,19 @@ if getattr(kernels, "MARK", None) != "eulerdisk":
 
 if TYPE_CHECKING:
     from sweep.atlas.dataset import run as run
-    from sweep.atlas.verdicts import reclassify as reclassify
-    from sweep.atlas.verdicts import refine as refine
-    from sweep.checks.audit import verify as verify
+    from sweep.atlas.reclassify import reclassify as reclassify
+    from sweep.atlas.reclassify import refine as refine
+    from sweep.checks.verify import verify as verify
     from sweep.errors import RequestError as RequestError
     from sweep.files.reading import open_atlas as open_atlas
-    from sweep.files.store import save as save
+    from sweep.files.netcdf import save as save
     from sweep.motion.trajectory import simulate as simulate
     from sweep.request.axes import Range as Range
     from sweep.request.axes import Values as Values
     from sweep.request.criterion import Criterion as Criterion
     from sweep.request.spec import SweepSpec as SweepSpec
-    from sweep.request.trajectory import TrajectorySpec as TrajectorySpec
-    from sweep.runs.running import run_to_file as run_to_file
+    from sweep.motion.request import TrajectorySpec as TrajectorySpec
+    from sweep.runs.run import run_to_file as run_to_file
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
@@ -39,23 +39,23 @@ _HOME = {
     "Range": "sweep.request.axes",
     "RequestError": "sweep.errors",
     "SweepSpec": "sweep.request.spec",
-    "TrajectorySpec": "sweep.request.trajectory",
+    "TrajectorySpec": "sweep.motion.request",
     "Values": "sweep.request.axes",
     "open_atlas": "sweep.files.reading",
-    "reclassify": "sweep.atlas.verdicts",
-    "refine": "sweep.atlas.verdicts",
+    "reclassify": "sweep.atlas.reclassify",
+    "refine": "sweep.atlas.reclassify",
     "run": "sweep.atlas.dataset",
-    "run_to_file": "sweep.runs.running",
-    "save": "sweep.files.store",
+    "run_to_file": "sweep.runs.run",
+    "save": "sweep.files.netcdf",
     "simulate": "sweep.motion.trajectory",
-    "verify": "sweep.checks.audit",
+    "verify": "sweep.checks.verify",
 }
 
 __all__ = ["__version__", *_HOME]
 
 
 # dataset.eulerdisk, as soon as there are datasets
-on_arrival("xarray", lambda: import_module("sweep.accessor"))
+when_imported("xarray", lambda: import_module("sweep.accessor"))
 
 
 def __getattr__(name: str) -> Any:

@@ -6,12 +6,13 @@ imported here before something is asked.
 
 import html
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import xarray as xr
 
+from sweep.atlas.quantities import edge_names
 from sweep.errors import RequestError
-from sweep.schema import STABLE, UNSTABLE, boundary_quantities
+from sweep.model.quantity import STABLE, UNSTABLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,23 +60,23 @@ class Eulerdisk:
 
     @property
     def critical(self) -> xr.DataArray:
-        """The analytic critical rate [rad/s], the upper edge of the unstable band, over the remaining axes."""
+        """The analytic critical value [SI], the upper edge of the unstable band, over the remaining axes."""
         return self.boundary()["critical"]
 
     def boundary(self, axis: str | None = None, edge: str = "upper") -> xr.Dataset:
-        """Return the boundary of stability along a rate.
+        """Return the boundary of stability along a control parameter, for the disk a rate.
 
         Parameters
         ----------
         axis : str, optional
-            The rate; needed only if the atlas has boundaries along two.
+            The parameter; needed only if the atlas has boundaries along two.
         edge : {"upper", "lower"}
             The edge of the unstable band: stable above it, or below it.
 
         Returns
         -------
         xarray.Dataset
-            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [rad/s], over the remaining axes.
+            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [SI], over the remaining axes.
 
         Raises
         ------
@@ -83,14 +84,9 @@ class Eulerdisk:
             If it is no atlas, or has no such boundary.
         """
         self._check()
-        name = axis or self._rate(edge)
-        names = dict(
-            zip(
-                boundary_quantities(name, edge),
-                ("measured", "halfwidth", "predicted", "critical"),
-                strict=True,
-            )
-        )
+        name = axis or self._control(edge)
+        given = ("measured", "halfwidth", "predicted", "critical")
+        names = dict(zip(edge_names(name, edge), given, strict=True))
         if not set(names) <= set(self._dataset.data_vars):
             self._no_boundary(f"{edge} edge along {name}")
         found = self._dataset[list(names)].rename(names)
@@ -100,7 +96,7 @@ class Eulerdisk:
 
     def reclassify(self, criterion: "Criterion | str") -> xr.Dataset:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
-        from sweep.atlas.verdicts import reclassify
+        from sweep.atlas.reclassify import reclassify
 
         return reclassify(self._ordered(), criterion)
 
@@ -112,7 +108,7 @@ class Eulerdisk:
         RequestError
             If an axis has no value, or a value lies outside the atlas.
         """
-        from sweep.checks.nearest import nearest_cell
+        from sweep.checks.nearest_cell import nearest_cell
 
         place = nearest_cell(self.spec, given)
         rows = [
@@ -173,11 +169,11 @@ class Eulerdisk:
 
     def _check(self) -> None:
         if not _is_atlas(self._dataset):
+            given = ", ".join(map(str, self._dataset.data_vars)) or "no variables"
             raise RequestError(
-                "not a stability atlas",
-                "the accessor eulerdisk serves datasets that sweep.run and eulerdisk run have made",
-                f"a dataset of {', '.join(map(str, self._dataset.data_vars)) or 'no variables'}",
-                "open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True))",
+                "This is no stability atlas: the accessor eulerdisk serves datasets that sweep.run and eulerdisk run "
+                f"have made; got a dataset of {given}.",
+                hint="Open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
             )
 
     def _verdict(self, code: int) -> xr.DataArray:
@@ -186,27 +182,25 @@ class Eulerdisk:
         verdict.attrs = {}
         return verdict.rename({STABLE: "stable", UNSTABLE: "unstable"}[code])
 
-    def _rate(self, edge: str) -> str:
-        rates = [
-            name
-            for name in ("roll_rate", "precession_rate")
-            if f"boundary_{'lower_' if edge == 'lower' else ''}{name}" in self._dataset
-        ]
-        if len(rates) != 1:
-            self._no_boundary(f"{edge} edges along {' and '.join(rates) or 'no rate'}")
-        return rates[0]
+    def _control(self, edge: str) -> str:
+        from sweep.atlas.dataset import spec_named
 
-    def _no_boundary(self, given: str) -> None:
+        parameters = spec_named(self._dataset).model.parameters
+        controls = [name for name in parameters if edge_names(name, edge)[0] in self._dataset]
+        if len(controls) != 1:
+            self._no_boundary(f"{edge} edges along {' and '.join(controls) or 'no parameter'}")
+        return controls[0]
+
+    def _no_boundary(self, given: str) -> NoReturn:
         held = [
             str(name)
             for name in self._dataset.data_vars
             if str(name).startswith("boundary_") and not str(name).endswith("_halfwidth")
         ]
         raise RequestError(
-            "no such boundary, or more than one",
-            f"this atlas has {', '.join(held) or 'no boundary: no rate is among its axes'}",
-            given,
-            "name one of them, as in boundary('roll_rate', 'upper')",
+            f"There is no such boundary, or more than one: this atlas has {', '.join(held) or 'none'}; asked for was "
+            f"the {given}.",
+            hint="Name one of them, as in boundary('roll_rate', 'upper').",
         )
 
 

@@ -1,20 +1,20 @@
 """Brackets around changes of verdict, halved all at once: one call of the kernel per halving."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.engine import cells
-from sweep.engine.runner import measure
+from sweep.engine.compute import compute, reach_and_scale
+from sweep.engine.grid import completed
+from sweep.model.description import Starts
+from sweep.model.quantity import STABLE, UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, STABLE, UNDECIDED, Array, Truths
 
 #: Share of the width that each side of an undecided stretch may keep.
 _SIDE = 0.25
 
-#: What rounding alone may do to an extreme tilt [rad]: the estimated errors do not count it.
+#: What rounding alone may do to an extreme [rad]: the estimated errors do not count it.
 _ROUNDING = 2e-14
 
 
@@ -28,17 +28,17 @@ class Brackets:
 
     Parameters
     ----------
-    values : mapping of str to array, shape (n,)
+    starts : mapping of str to array, shape (n,)
         The starts, in SI; what they hold for the parameter of the segment does not matter.
     along : array of int, shape (n,)
-        Which parameter each segment runs along: a place in `schema.PARAMETERS`.
+        Which parameter each segment runs along: a place among the parameters of the model.
     near, far : arrays, shape (n,)
         Value of that parameter at the two ends, in SI, in either order.
     near_verdict, far_verdict : arrays of int, shape (n,)
         Verdicts there, stable or unstable.
     """
 
-    values: Mapping[str, Array]
+    starts: Starts
     along: Places
     near: Array
     far: Array
@@ -46,7 +46,7 @@ class Brackets:
     far_verdict: Codes
 
 
-def refined(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
+def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
     """Bisect every bracket until it is no wider than `width`, or has no number left between its ends.
 
     Parameters
@@ -126,30 +126,30 @@ class _Known:
 def verdicts(spec: SweepSpec, given: Brackets, which: Places, places: Array) -> npt.NDArray[np.int8]:
     """Return the verdicts at places on some of the segments, shape of `which`."""
     along = given.along[which]
-    values = {
-        name: np.where(along == number, places, given.values[name][which])
-        for number, name in enumerate(PARAMETERS)
+    starts = {
+        name: np.where(along == number, places, given.starts[name][which])
+        for number, name in enumerate(spec.model.parameters)
     }
-    return judged(spec, cells.complete(spec, values))
+    return judged(spec, completed(spec, starts))
 
 
-def judged(spec: SweepSpec, given: Mapping[str, Array]) -> npt.NDArray[np.int8]:
-    """Return the verdicts of starts, undecided where the estimated error of the extreme tilts may change them.
+def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
+    """Return the verdicts of starts, undecided where the estimated error of the extremes may change them.
 
     Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
-    found = measure(spec, dict(given))
-    low, high, error = (
-        np.asarray(found[name], np.float64) for name in ("tilt_min", "tilt_max", "tilt_error")
-    )
-    ending, error = np.asarray(found["ending"], np.int8), error + _ROUNDING
-    steady, scale = cells.steady_tilt(spec, given), cells.scale(spec, given)
+    model, found = spec.model, compute(spec, starts)
+    error = model.error(found) + _ROUNDING
+    low, high = (np.asarray(found[name], np.float64) for name in model.extremes)
     wide, narrow = (
-        spec.criterion.verdict(ending, low - by, high + by, steady, scale) for by in (error, -error)
+        spec.criterion.verdict(model.endings, moved, *reach_and_scale(spec, starts, moved))
+        for moved in (
+            {**found, model.extremes[0]: low - by, model.extremes[1]: high + by} for by in (error, -error)
+        )
     )
-    grazes = (found["stability"] == STABLE) & (np.maximum(high, -low) + error >= spec.fall_tilt)
-    codes = np.where((wide != narrow) | grazes, UNDECIDED, found["stability"])
+    lost = (found["stability"] == STABLE) & model.may_be_lost(spec, found, error)
+    codes = np.where((wide != narrow) | lost, UNDECIDED, found["stability"])
     return codes.astype(np.int8, copy=False)
 
 

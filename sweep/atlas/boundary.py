@@ -1,16 +1,14 @@
-"""The boundary of stability as the cells show it: where along a rate the verdict changes, and between which cells."""
+"""The boundary of stability as the cells show it: where along a control parameter the verdict changes, and between which cells."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas import theory
-from sweep.atlas.bisection import Brackets, refined
-from sweep.engine import cells
-from sweep.engine.blocks import Span
+from sweep.atlas.bisection import Brackets, bisected
+from sweep.engine.grid import whole
+from sweep.model.quantity import STABLE, UNSTABLE, Array
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, STABLE, UNSTABLE, Array
 
 
 @dataclass(frozen=True)
@@ -19,8 +17,7 @@ class Edge:
 
     `measured` lies in the middle of the bracket between the last unstable and the first stable cell, `halfwidth` is
     half that bracket; undecided cells between the two widen it. Where the spec says ``boundary = "refined"`` the
-    bracket was bisected. `critical` and `predicted` are those of
-    `theory.edges`.
+    bracket was bisected. `critical` and `predicted` are those of `sweep.model.description.Model.lines`.
     """
 
     measured: Array
@@ -30,27 +27,27 @@ class Edge:
 
 
 def edges(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[tuple[str, str], Edge]:
-    """Find the edges of the unstable band along every rate axis of a grid.
+    """Find the edges of the unstable band along every control parameter among the axes of a grid.
 
     Parameters
     ----------
     spec : SweepSpec
     stability : array of int, shape spec.shape
-        Verdicts, as in `schema.VARIABLES`.
+        Verdicts (`sweep.model.quantity`).
 
     Returns
     -------
     dict of (axis, "upper" or "lower") to Edge
-        The upper edge (stable above) of every rate axis, and the lower edge (stable below) where theory or the cells
-        have one.
+        The upper edge (stable above) of every such axis, and the lower edge (stable below) where theory or the
+        cells have one.
     """
     found: dict[tuple[str, str], Edge] = {}
-    for axis in theory.spun_rates(spec):
-        rates = getattr(spec, axis).array()
+    for axis in spec.model.controls(spec.axes):
+        values = getattr(spec, axis).array()
         rows = np.moveaxis(stability, spec.axes.index(axis), -1)
-        lines = theory.edges(spec, axis)
+        lines = theory_lines(spec, axis)
         for name, bracket in (("upper", upper_bracket(rows)), ("lower", lower_bracket(rows))):
-            inside, outside = _values(rates, bracket[0]), _values(rates, bracket[1])
+            inside, outside = _values(values, bracket[0]), _values(values, bracket[1])
             if spec.boundary_width is not None:
                 inside, outside = _narrowed(spec, axis, inside, outside, spec.boundary_width)
             measured = 0.5 * (inside + outside)
@@ -61,15 +58,26 @@ def edges(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[tuple[str
     return found
 
 
+def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
+    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`."""
+    rows = _rows(spec, axis)
+    lines = spec.model.lines(spec, axis, whole(rows))
+    return {name: (line[0].reshape(rows.shape), line[1].reshape(rows.shape)) for name, line in lines.items()}
+
+
+def _rows(spec: SweepSpec, axis: str) -> SweepSpec:
+    """Return the spec of the rows along an axis: it has one value there, not zero if that can be."""
+    return spec.replace(**{axis: next((float(end) for end in getattr(spec, axis).ends() if end), 1.0)})
+
+
 def _narrowed(spec: SweepSpec, axis: str, inside: Array, outside: Array, width: float) -> tuple[Array, Array]:
     """Bisect the brackets of all rows at once."""
-    rows = spec.replace(**{axis: float(np.max(np.abs(getattr(spec, axis).ends()))) or 1.0})
     found = np.flatnonzero(np.isfinite(inside.reshape(-1)))
-    values = {name: each[found] for name, each in cells.starts(rows, Span(0, rows.size)).items()}
-    number = list(PARAMETERS).index(axis)
+    starts = {name: each[found] for name, each in whole(_rows(spec, axis)).items()}
+    number = list(spec.model.parameters).index(axis)
     codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
     ends = inside.reshape(-1)[found], outside.reshape(-1)[found]
-    fine = refined(spec, Brackets(values, np.full(found.size, number), *ends, *codes), width)
+    fine = bisected(spec, Brackets(starts, np.full(found.size, number), *ends, *codes), width)
     narrow = [np.full(inside.size, np.nan) for _ in ends]
     narrow[0][found], narrow[1][found] = fine.near, fine.far
     return narrow[0].reshape(inside.shape), narrow[1].reshape(inside.shape)
@@ -102,5 +110,5 @@ def lower_bracket(rows: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.intp], 
     return np.where(first < 0, -1, n - 1 - first), np.where(last < 0, -1, n - 1 - last)
 
 
-def _values(rates: Array, places: npt.NDArray[np.intp]) -> Array:
-    return np.where(places < 0, np.nan, rates[places])
+def _values(values: Array, places: npt.NDArray[np.intp]) -> Array:
+    return np.where(places < 0, np.nan, values[places])

@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.bisection import Brackets, refined, verdicts
-from sweep.engine import cells
-from sweep.engine.blocks import Span
+from sweep.atlas.bisection import Brackets, bisected, verdicts
+from sweep.atlas.quantities import CURVES, POINTS
+from sweep.engine.grid import whole
+from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, UNDECIDED, Array, Truths
-from sweep.schema.curves import CURVES, POINTS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_NUMBER = {name: number for number, name in enumerate(PARAMETERS)}
 
 Ints = npt.NDArray[np.intp]
 
@@ -61,14 +58,14 @@ def curves(spec: SweepSpec, stability: npt.NDArray[np.integer], width: float) ->
     """
     changes = [_changes(stability, axis) for axis in (-2, -1)]
     brackets = _brackets(spec, stability, changes)
-    fine = refined(spec, brackets, width)
+    fine = bisected(spec, brackets, width)
     chains, closed = _chains(_links(spec, stability, changes))
     order = np.concatenate(chains) if chains else np.zeros(0, np.intp)
     middle, half = 0.5 * (fine.near + fine.far), 0.5 * np.abs(fine.far - fine.near)
-    points, halfwidths = {}, {}
+    points, halfwidths, numbers = {}, {}, _numbers(spec)
     for name in spec.axes:
-        measured = fine.along == _NUMBER[name]
-        points[name] = np.where(measured, middle, fine.values[name])[order]
+        measured = fine.along == numbers[name]
+        points[name] = np.where(measured, middle, fine.starts[name])[order]
         halfwidths[name] = np.where(measured, half, 0.0)[order]
     return Curves(
         np.array([len(chain) for chain in chains], np.intp), np.array(closed, bool), points, halfwidths
@@ -78,6 +75,10 @@ def curves(spec: SweepSpec, stability: npt.NDArray[np.integer], width: float) ->
 def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
     """Return what an atlas holds on its grid: its dimensions are axes of its spec, and no others."""
     return dataset.drop_dims((CURVES, POINTS), errors="ignore")
+
+
+def _numbers(spec: SweepSpec) -> dict[str, int]:
+    return {name: number for number, name in enumerate(spec.model.parameters)}
 
 
 def _changes(stability: npt.NDArray[np.integer], axis: int) -> Truths:
@@ -95,14 +96,14 @@ def _brackets(spec: SweepSpec, stability: npt.NDArray[np.integer], changes: list
         after[axis] = after[axis] + 1
         ends.append([np.ravel_multi_index(place, spec.shape) for place in (here, tuple(after))])
     near, far = (np.concatenate(side) for side in zip(*ends, strict=True))
-    names = [spec.axes[axis] for axis in (-2, -1)]
-    along = np.repeat([_NUMBER[name] for name in names], [len(pair[0]) for pair in ends])
-    grid = cells.starts(spec, Span(0, spec.size))
+    numbers, names = _numbers(spec), [spec.axes[axis] for axis in (-2, -1)]
+    along = np.repeat([numbers[name] for name in names], [len(pair[0]) for pair in ends])
+    grid = whole(spec)
     places = {name: values[near] for name, values in grid.items()}
     beyond = {name: values[far] for name, values in grid.items()}
 
     def chosen(values: dict[str, Array]) -> Array:
-        return np.where(along == _NUMBER[names[0]], values[names[0]], values[names[1]])
+        return np.where(along == numbers[names[0]], values[names[0]], values[names[1]])
 
     flat = stability.reshape(-1)
     return Brackets(places, along, chosen(places), chosen(beyond), flat[near], flat[far])
@@ -135,11 +136,11 @@ def _links(spec: SweepSpec, stability: npt.NDArray[np.integer], changes: list[Tr
 
 def _middle_verdicts(spec: SweepSpec, squares: tuple[Ints, ...]) -> npt.NDArray[np.int8]:
     """Return the verdicts at the middles of squares, given by the places of their first corners."""
-    grid = cells.starts(spec, Span(0, spec.size))
+    grid = whole(spec)
     corner = np.ravel_multi_index(squares, spec.shape)
     opposite = np.ravel_multi_index((*squares[:-2], squares[-2] + 1, squares[-1] + 1), spec.shape)
     values = {name: 0.5 * (each[corner] + each[opposite]) for name, each in grid.items()}
-    last = _NUMBER[spec.axes[-1]]
+    last = _numbers(spec)[spec.axes[-1]]
     nothing = np.zeros(len(corner), np.int8)
     at = Brackets(
         values, np.full(len(corner), last), values[spec.axes[-1]], values[spec.axes[-1]], nothing, nothing

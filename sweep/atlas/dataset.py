@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary import edges
 from sweep.atlas.curves import Curves, curves
-from sweep.atlas.declarations import (
+from sweep.atlas.cf_metadata import (
     COMPRESSION,
     Declaration,
     cell_declarations,
@@ -17,8 +17,8 @@ from sweep.atlas.declarations import (
     edge_declarations,
     global_attributes,
 )
-from sweep.engine.blocks import BLOCK_CELLS, chunk_shape
-from sweep.engine.runner import Block, run_blocks
+from sweep.engine.compute import Block, run_blocks
+from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 
@@ -40,7 +40,7 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
     Returns
     -------
     xarray.Dataset
-        Dimensions: the spec's axes in order. See `schema.VARIABLES` for the variables; their encoding is that of the
+        Dimensions: the spec's axes in order. The variables are those of the model; their encoding is that of the
         file profile, so that ``to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")`` writes an atlas.
     """
     import xarray as xr
@@ -59,6 +59,20 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
     )
 
 
+def spec_named(dataset: "xr.Dataset") -> SweepSpec:
+    """Return the spec that an atlas states, of which it may be a selection.
+
+    Raises
+    ------
+    RequestError
+        If the spec cannot be read.
+    """
+    try:
+        return SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    except RequestError as error:
+        raise error.at(place_of(dataset)) from None
+
+
 def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec that an atlas was made from.
 
@@ -67,26 +81,20 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     RequestError
         If the spec cannot be read, or the atlas is only a part of what it asks for.
     """
-    try:
-        spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
-    except RequestError as error:
-        raise error.at(place_of(dataset)) from None
+    spec = spec_named(dataset)
     sizes, whole = dict(dataset["ending"].sizes), dict(zip(spec.axes, spec.shape, strict=True))
     if sizes != whole:
         raise RequestError(
-            "not the whole atlas",
-            "the dimensions of an atlas are the axes of its spec",
-            f"{sizes} of {whole}",
-            "take the whole atlas, and select from the result",
-            place_of(dataset),
+            f"This is not the whole atlas: its dimensions must be the axes of its spec, {whole}; got {sizes}.",
+            hint="Take the whole atlas, and select from the result.",
+            where=place_of(dataset),
         )
     if tuple(sizes) != spec.axes:
         raise RequestError(
-            "the dimensions are in another order",
-            "the dimensions of an atlas stand in the order of the axes of its spec",
-            ", ".join(map(str, sizes)),
-            f"dataset.transpose({', '.join(map(repr, spec.axes))}, ...) in Python",
-            place_of(dataset),
+            f"The dimensions must stand in the order of the axes of the spec, {', '.join(spec.axes)}; got "
+            f"{', '.join(map(str, sizes))}.",
+            hint=f"Use dataset.transpose({', '.join(map(repr, spec.axes))}, ...) in Python.",
+            where=place_of(dataset),
         )
     return spec
 
@@ -102,11 +110,9 @@ def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = Non
     missing = [name for name in names if name not in dataset]
     if missing:
         raise RequestError(
-            "an atlas without its measures",
-            f"{', '.join(names)} are needed for this",
-            f"missing: {', '.join(missing)}",
-            "give an atlas as eulerdisk run made it",
-            place or place_of(dataset),
+            f"The atlas lacks {', '.join(missing)}, which this needs.",
+            hint="Give an atlas as eulerdisk run made it.",
+            where=place or place_of(dataset),
         )
 
 

@@ -10,14 +10,16 @@ from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, Array
+from sweep.model.quantity import Array, Quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What decides what a cell's measures mean; all other settings say how they were reached.
-_MEANING = ("criterion", "method", "duration", "fall_tilt")
+#: Settings that say how the measures of a cell were reached; all others decide what they mean.
 _STEPPING = ("step", "tolerance")
+
+#: Options that say what is recorded or how, and not what is meant.
+_PRESENTATION = ("title", "boundary", "device")
 
 
 @dataclass(frozen=True)
@@ -56,16 +58,14 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
-    places = {name: _matches(_values(specs[0], name), _values(specs[1], name), name) for name in axes}
+    places = {name: _matches(_values(specs[0], name), _values(specs[1], name), specs[0].model.parameters[name]) for name in axes}
     if not common:
         _check_same_grid(specs, axes, places)
     empty = [name for name, (left, _) in places.items() if not left.size]
     if empty:
         raise RequestError(
-            "no cell in common",
-            "two atlases are compared where they share values of every axis",
-            f"no common value of {', '.join(empty)}",
-            "compare atlases of overlapping grids",
+            f"The two atlases have no cell in common: no value of {', '.join(empty)} is in both.",
+            hint="Compare atlases of overlapping grids.",
         )
     parts = [
         _part(dataset, axes, {name: both[side] for name, both in places.items()})
@@ -92,24 +92,32 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
 
 
 def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
-    fields = [name for name in _MEANING if getattr(new, name) != getattr(reference, name)]
-    for name in PARAMETERS:
+    if new.model is not reference.model:
+        raise RequestError(
+            f"The two atlases are of different models: {new.model.name} and {reference.model.name}.",
+            hint="Compare atlases of one model.",
+        )
+    settled = (*_STEPPING, *_PRESENTATION, *new.model.parameters, *new.model.options)
+    fields = [
+        name for name in new.words() if name not in settled and getattr(new, name) != getattr(reference, name)
+    ]
+    for name, quantity in new.model.parameters.items():
         values = getattr(new, name), getattr(reference, name)
-        # a rate that each cell computes for itself is a word
+        # a parameter that each cell computes for itself is a word
         if any(isinstance(value, str) for value in values):
             fields += [name] if values[0] != values[1] else []
         elif (
             name not in (*new.axes, *reference.axes)
-            and not _same(np.array(values[0]), np.array(values[1]), name).all()
+            and not _same(np.array(values[0]), np.array(values[1]), quantity).all()
         ):
             fields.append(name)
     if fields:
         given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
         raise RequestError(
-            f"not comparable: they differ in {', '.join(fields)}",
-            "two atlases are compared for the same disk, starts, criterion and method",
-            given,
-            "compare with an atlas of the same request (run --from makes one); against exact values, eulerdisk verify",
+            "The two atlases cannot be compared: they must be of the same system, starts, criterion and method, and "
+            f"they differ in {given}.",
+            hint="Compare with an atlas of the same request (run --from makes one); against exact values, use "
+            "eulerdisk verify.",
         )
 
 
@@ -131,10 +139,9 @@ def _check_same_grid(
             f"{name} {getattr(specs[0], name)} and {getattr(specs[1], name)}" for name in fields
         )
         raise RequestError(
-            f"not the same grid: they differ in {', '.join(fields)}",
-            "two atlases have the same axes with the same values, in the same order",
-            given,
-            "add --common to compare the cells that both have",
+            "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "
+            f"order, and they differ in {given}.",
+            hint="Add --common to compare the cells that both have.",
         )
 
 
@@ -143,21 +150,21 @@ def _values(spec: SweepSpec, name: str) -> Array:
     return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
 
 
-def _same(left: Array, right: Array, name: str) -> npt.NDArray[np.bool_]:
-    tolerance = PARAMETERS[name].tolerance
+def _same(left: Array, right: Array, quantity: Quantity) -> npt.NDArray[np.bool_]:
+    tolerance = quantity.tolerance
     near: npt.NDArray[np.bool_] = np.abs(left - right) <= tolerance.absolute + tolerance.relative * np.abs(
         right
     )
     return near
 
 
-def _matches(new: Array, reference: Array, name: str) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def _matches(new: Array, reference: Array, quantity: Quantity) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the indices, in each of two increasing arrays, of the values that both have."""
     after = np.searchsorted(new, reference)
     # the match, if there is one, is the neighbour on either side
     left, right = (np.clip(after + shift, 0, new.size - 1) for shift in (-1, 0))
     nearest = np.where(np.abs(new[left] - reference) <= np.abs(new[right] - reference), left, right)
-    found = np.flatnonzero(_same(new[nearest], reference, name))
+    found = np.flatnonzero(_same(new[nearest], reference, quantity))
     return nearest[found], found
 
 

@@ -1,6 +1,6 @@
 """Two atlases side by side: do they say the same? The regression check.
 
-Decisions (endings, verdicts) have to be equal, measures within the tolerance of `schema`, and missing where missing. A
+Decisions (endings, verdicts) have to be equal, measures within the tolerances of the tables, and missing where missing. A
 cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
 """
 
@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sweep.atlas.quantities import EDGES, curve_quantities, edge_quantities, point_quantities
 from sweep.checks.alignment import Pair, align
-from sweep.checks.flips import Mask, endings_on_edge, verdicts_on_edge
-from sweep.schema import EFFORT, PARAMETERS, Array, Quantity, Tolerance, boundary_quantities
-from sweep.schema.curves import curve_quantities, point_quantities
-from sweep.schema.exact import atlas_variables
+from sweep.checks.borderline import Mask, endings_on_edge, verdicts_on_edge
+from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Array, Quantity, Tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,11 +32,12 @@ _COMPARED = ("sweep_spec", "sweep_fingerprint")
 
 @dataclass(frozen=True)
 class Cell:
-    """The cell where two atlases differ most: its coordinates [SI], its values, and how they differ."""
+    """The cell where two atlases differ most: its coordinates [SI], its values, and its coordinates in words."""
 
     where: dict[str, float]
     new: float | None
     reference: float | None
+    place: str
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,11 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain types, for JSON."""
-        return {"same": self.same, **asdict(self)}
+        found: dict[str, Any] = {"same": self.same, **asdict(self)}
+        for finding in found["findings"]:
+            if finding["worst"] is not None:
+                del finding["worst"]["place"]
+        return found
 
 
 def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False) -> Comparison:
@@ -129,25 +133,32 @@ def _left_out(name: str, axis: str, pair: Pair) -> str:
         return f"only a part of {', '.join(sorted(along))} is common"
     if name.startswith(_MEASURED) and pair.boundaries[0] != pair.boundaries[1]:
         return f"boundary differs: {' and '.join(pair.boundaries)}"
-    if name in EFFORT and pair.other_steps:
+    if _is_effort(name, pair) and pair.other_steps:
         return f"{', '.join(pair.other_steps)} differ"
-    if name in EFFORT and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
+    if _is_effort(name, pair) and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
         return "the kernels differ"
     return ""
+
+
+def _is_effort(name: str, pair: Pair) -> bool:
+    """Whether a variable tells of the run rather than of the motion, its errors and its work."""
+    quantity = pair.spec.model.variables.get(name)
+    return quantity is not None and quantity.tolerance in (ERROR_GAUGE, STEP_COUNT)
 
 
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
     """Yield what an atlas of this kind may hold, with the axis along which it was looked for, if there is one."""
     held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
-    for name, quantity in {**atlas_variables(pair.spec.method, pair.spec.contact), **PARAMETERS}.items():
+    model = pair.spec.model
+    for name, quantity in {**model.cell_variables(pair.spec), **model.parameters}.items():
         if name in held:
             yield quantity, ""
     for axis in pair.axes:
-        for edge in ("upper", "lower"):
-            for name, quantity in boundary_quantities(axis, edge).items():
+        for edge in EDGES:
+            for name, quantity in edge_quantities(model.parameters[axis], edge).items():
                 if name in held:
                     yield quantity, axis
-    for name, quantity in {**curve_quantities(), **point_quantities(pair.spec.axes)}.items():
+    for name, quantity in {**curve_quantities(), **point_quantities(model.parameters, pair.spec.axes)}.items():
         if name in held:
             yield quantity, ""
 
@@ -228,7 +239,12 @@ def _worst(
         for dim, i in zip(pair.reference[name].dims, place, strict=True)
     }
     values = [float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)]
-    return Cell(where, *(None if np.isnan(value) else value for value in values))
+    known = pair.spec.model.parameters
+    words = (
+        f"{dim} {known[dim].spell(value) if dim in known else int(value)}" for dim, value in where.items()
+    )
+    new, reference = (None if np.isnan(value) else value for value in values)
+    return Cell(where, new, reference, ", ".join(words) or "the only one")
 
 
 def _absence(quantity: Quantity, pair: Pair) -> Finding:

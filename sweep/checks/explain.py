@@ -11,16 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas.dataset import require, spec_of
-from sweep.checks import expectation
-from sweep.checks.nearest import nearest_cell
-from sweep.checks.why import reach_of, why
-from sweep.engine import cells
-from sweep.engine.blocks import Span
-from sweep.engine.compiled import kernel_hash
-from sweep.engine.runner import compute, exact_measures
+from sweep.atlas.quantities import EDGES, edge_names
+from sweep.checks.nearest_cell import nearest_cell
+from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
+from sweep.engine.grid import Span, starts_of
+from sweep.model.description import FAILED, LOST, MISSING, UNDISTURBED
+from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
-from sweep.schema import EFFORT, PARAMETERS, VARIABLES, Quantity
-from sweep.schema.exact import atlas_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,10 +25,7 @@ if TYPE_CHECKING:
 
 _WIDTH = 118
 
-#: The code of an ending, and what is said where there is nothing to repeat.
-_NOT_COMPUTED = next(
-    code for code, name in (VARIABLES["ending"].flags or {}).items() if name == "not_computed"
-)
+#: What is said of a cell that has not been computed.
 _NOTHING = ("repeated    nothing to repeat: the cell has not been computed",)
 
 
@@ -40,7 +34,7 @@ class Explanation:
     """A cell in words.
 
     `text` is the report; `start` has every parameter, `stored` every measure of the cell, `exact` those that the
-    exact reduction knows [SI]; `repeated` says whether a new run of the cell agrees within the tolerances, `exactly`
+    exact reference knows [SI], none if the model lacks one; `repeated` says whether a new run of the cell agrees within the tolerances, `exactly`
     whether to the bit. A cell that was not computed has nothing to disagree with.
     """
 
@@ -61,7 +55,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     dataset : xarray.Dataset
         A whole atlas.
     given : mapping of str to number or text
-        A value for every axis, as in `nearest.nearest_cell`.
+        A value for every axis, as in `nearest_cell`.
 
     Raises
     ------
@@ -72,30 +66,34 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     place = nearest_cell(spec, given)
     number = int(np.ravel_multi_index(tuple(place.values()), spec.shape)) if place else 0
     span = Span(number, number + 1)
-    starts = cells.starts(spec, span)
+    starts, model = starts_of(spec, span), spec.model
     start = {name: float(values[0]) for name, values in starts.items()}
-    measures = atlas_variables(spec.method, spec.contact)
+    measures = model.cell_variables(spec)
     require(dataset, measures)
-    table = {**measures, **PARAMETERS}
+    table = {**measures, **model.parameters}
     cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
     stored = {str(name): float(values) for name, values in cell.data_vars.items()}
-    exact = {name: float(values[0]) for name, values in exact_measures(spec, starts).items()}
-    computed = int(stored["ending"]) != _NOT_COMPUTED
+    exact = {}
+    if model.exact is not None:
+        exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
+    computed = model.endings.of(stored["ending"]).role != MISSING
     differing, beyond = _repeat(spec, span, cell, table) if computed else ([], [])
-    if dataset.attrs.get("kernel_hash") != kernel_hash():
-        beyond = [name for name in beyond if name not in EFFORT]
+    if dataset.attrs.get("kernel_hash") != arithmetic_hash(spec):
+        # other kernels make other errors with other work
+        beyond = [name for name in beyond if table[name].tolerance not in (ERROR_GAUGE, STEP_COUNT)]
     lines = [
         *_where(spec, place, given),
         *_start(spec, start),
         "",
         *_stored(spec, stored),
         "",
-        *(_repeated(dataset, differing, beyond) if computed else _NOTHING),
-        *_exact(exact, stored),
+        *(_repeated(spec, dataset, differing, beyond) if computed else _NOTHING),
+        *_exact(spec, exact, stored),
         "",
-        *expectation.in_words(dataset, spec, start, stored, place),
+        *model.expectation(spec, start, stored),
+        *_lines(dataset, spec, start, place),
         "",
-        *why(spec, start, stored),
+        *_verdict(spec, start, stored),
     ]
     return Explanation("\n".join(map(_folded, lines)), spec, start, stored, exact, not beyond, not differing)
 
@@ -110,7 +108,7 @@ def _repeat(
 ) -> tuple[list[str], list[str]]:
     """Run one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
     differing, beyond = [], []
-    for name, column in compute(spec, span).items():
+    for name, column in compute(spec, starts_of(spec, span)).items():
         new, old = column[0], cell[name].values[()]
         if new.tobytes() == old.tobytes() or (np.isnan(new) and np.isnan(old)):
             continue
@@ -125,35 +123,35 @@ def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object
     at = []
     for name, i in place.items():
         axis = getattr(spec, name).array()
-        at.append(f"{name} {PARAMETERS[name].spell(axis[i])} ({i + 1} of {axis.size})")
+        at.append(f"{name} {spec.model.parameters[name].spell(axis[i])} ({i + 1} of {axis.size})")
     asked = ", ".join(f"{name}={value}" for name, value in given.items())
     yield f"cell        {', '.join(at) or 'the only one'}" + (f"; nearest to {asked}" if asked else "")
 
 
 def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
     fixed = [
-        f"{name} {PARAMETERS[name].spell(value) if np.isfinite(value) else 'none'}"
+        f"{name} {spec.model.parameters[name].spell(value) if np.isfinite(value) else 'none'}"
         for name, value in start.items()
         if name not in spec.axes
     ]
     yield f"start       {', '.join(fixed)}"
-    yield f"disturbed   {'steady circling at this tilt' if spec.circling else 'the upright disk'}"
+    yield f"disturbed   {spec.model.disturbed_motion(spec)}"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
-    codes = VARIABLES["ending"].flags or {}
-    yield f"ending      {codes[int(stored['ending'])].replace('_', ' ')}"
-    for name, quantity in atlas_variables(spec.method, spec.contact).items():
+    variables = spec.model.cell_variables(spec)
+    yield f"ending      {variables['ending'].flag(stored['ending'])}"
+    for name, quantity in variables.items():
         value: Any = stored.get(name, np.nan)
         if quantity.flags is None and np.isfinite(value):
             digits = 3 if quantity.dtype == "f4" else 10
             yield f"  {name:<17} {quantity.spell(value, digits):<22} {quantity.long_name}"
 
 
-def _repeated(dataset: "xr.Dataset", differing: list[str], beyond: list[str]) -> Iterator[str]:
+def _repeated(spec: SweepSpec, dataset: "xr.Dataset", differing: list[str], beyond: list[str]) -> Iterator[str]:
     made = str(dataset.attrs.get("kernel_hash", "unknown"))
     kernels = (
-        "the same kernels" if made == kernel_hash() else f"other kernels than those of the file ({made[:12]})"
+        "the same kernels" if made == arithmetic_hash(spec) else f"other kernels than those of the file ({made[:12]})"
     )
     if not differing:
         yield f"repeated    from the file alone, with {kernels}: every value agrees bit for bit"
@@ -166,11 +164,13 @@ def _repeated(dataset: "xr.Dataset", differing: list[str], beyond: list[str]) ->
         yield f"repeated    from the file alone, with {kernels}: {', '.join(beyond)} DIFFER beyond the tolerance"
 
 
-def _exact(exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    ending = (VARIABLES["ending"].flags or {})[int(exact["ending"])]
-    yield f"exact       without time stepping: {ending.replace('_', ' ')}"
-    for name in ("tilt_min", "tilt_max", "nutation_period"):
-        quantity, value = VARIABLES[name], exact[name]
+def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+    if spec.model.exact is None:
+        return
+    variables = spec.model.variables
+    yield f"exact       without time stepping: {variables['ending'].flag(exact['ending'])}"
+    for name in spec.model.exact.compared:
+        quantity, value = variables[name], exact[name]
         if np.isfinite(value):
             apart = abs(value - stored[name])
             # a difference of tilts is nothing to be read in degrees
@@ -182,6 +182,66 @@ def _exact(exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[
             yield f"  {name:<17} {quantity.spell(value):<22} {says}"
 
 
-def departure(explanation: Explanation) -> tuple[float, float]:
-    """Return the steady tilt of an explained cell and the limit of its departure from it, both [rad]."""
-    return reach_of(explanation.spec, explanation.start, explanation.stored)[1:]
+def _lines(
+    dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
+) -> Iterator[str]:
+    """Yield where the boundaries of the cell's row lie."""
+    for axis in spec.axes:
+        for edge in EDGES:
+            measured, halfwidth, predicted, critical = edge_names(axis, edge)
+            if measured not in dataset:
+                continue
+            row = {name: i for name, i in place.items() if name != axis}
+            values = {
+                name: float(dataset[name].isel(row)) for name in (measured, halfwidth, predicted, critical)
+            }
+            units = spec.model.parameters[axis].units
+            width = f" +- {values[halfwidth]:.2g}" if np.isfinite(values[halfwidth]) else ""
+            side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
+            here = f"this cell is at {start[axis]:.6g}"
+            yield f"boundary    {side} {_value(values[measured], units)}{width} as measured in this row; {here}"
+            yield f"            {_value(values[predicted], units)} as predicted for this start and this criterion"
+            yield f"            {_value(values[critical], units)} in the limit of no perturbation"
+
+
+def _value(value: float, units: str) -> str:
+    return f"{value:.6g} {units}" if np.isfinite(value) else "none"
+
+
+def _verdict(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+    """Yield the lines that lead from a cell's measures to its verdict."""
+    yield f"verdict     {spec.model.variables['stability'].flag(stored['stability'])} by {spec.criterion}"
+    yield f"because     {_reason(spec, start, stored)}"
+
+
+def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:
+    model, ending, verdict = spec.model, spec.model.endings.of(stored["ending"]), int(stored["stability"])
+    if ending.role in (MISSING, FAILED, UNDISTURBED):
+        return ending.reason
+    if ending.role == LOST:
+        return model.lost_in_words(spec, stored)
+    reach, _, limit = departure(spec, start, stored)
+    coordinate = model.parameters[model.coordinate]
+    far, name = coordinate.spell(reach, 6), model.coordinate.replace("_", " ")
+    allowed = spec.criterion.limit_in_words(limit, coordinate)
+    if verdict == UNSTABLE:
+        return f"the {name} left its steady value by {far}, more than {allowed}"
+    if verdict == STABLE:
+        return (
+            f"the {name} never leaves its steady value by more than {far}, at most {allowed}; {ending.reason}"
+        )
+    return (
+        f"the {name} has left its steady value by {far}, at most {allowed}, but the duration of {spec.duration:g} s "
+        f"{model.endings.of(stored['ending']).reason}"
+    )
+
+
+def departure(
+    spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
+) -> tuple[float, float, float]:
+    """Return how far a cell left its undisturbed value, that value, and the criterion's limit, in the same unit [SI]."""
+    starts = {name: np.array([value]) for name, value in start.items()}
+    measured = {name: np.array([stored[name]]) for name in spec.model.extremes}
+    reach, scale = reach_and_scale(spec, starts, measured)
+    limit = float(np.nan_to_num(spec.criterion.allowed(scale))[0])
+    return float(reach[0]), float(spec.model.undisturbed(spec, starts)[0]), limit

@@ -1,17 +1,20 @@
-"""What a run takes, before anything is computed: bytes on disk and in memory, seconds, in words for people."""
+"""What a run takes: bytes on disk and in memory, seconds, how large its blocks are, and what a machine computes.
+
+Nothing heavy is imported here before the speed of the kernels is measured.
+"""
 
 import math
 import shutil
-from collections.abc import Collection
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from sweep.engine.blocks import MOST_BLOCK_CELLS
+from sweep.engine.compute import compute, usable_threads, use_threads
+from sweep.engine.grid import MOST_BLOCK_CELLS, whole
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS
-from sweep.schema.exact import DERIVED, atlas_variables
 
 #: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
 FILE_SHARE = 0.8
@@ -32,17 +35,26 @@ _STAGES_BYTES = 500
 _GRID_BYTES = 6
 
 
-def cell_bytes(spec: SweepSpec, without: Collection[str] = ()) -> int:
-    """Return the bytes of one cell's variables, without those that are named."""
-    kinds = {name: each.dtype for name, each in atlas_variables(spec.method, spec.contact).items()}
-    if spec.computed_rate is not None:
-        kinds[spec.computed_rate] = PARAMETERS[spec.computed_rate].dtype
-    return sum(np.dtype(kind).itemsize for name, kind in kinds.items() if name not in without)
+#: Cells that one thread takes at a time (`kernels.lanes.schedule.CHUNK`): a block gives every thread one at least.
+_THREAD_CELLS = 2048
+
+
+def cell_bytes(spec: SweepSpec) -> int:
+    """Return the bytes of one cell's variables in the file."""
+    return sum(_sizes(spec).values())
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:
     """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
-    return 1.01 * cells * cell_bytes(spec, DERIVED) + 1e4
+    derived = spec.model.variables.keys() - {*spec.model.measures, *spec.model.counts}
+    stored = sum(size for name, size in _sizes(spec).items() if name not in derived)
+    return 1.01 * cells * stored + 1e4
+
+
+def _sizes(spec: SweepSpec) -> dict[str, int]:
+    kinds = {name: each.dtype for name, each in spec.model.cell_variables(spec).items()}
+    kinds |= {name: spec.model.parameters[name].dtype for name in spec.computed}
+    return {name: np.dtype(kind).itemsize for name, kind in kinds.items()}
 
 
 def file_bytes(spec: SweepSpec) -> float:
@@ -58,12 +70,6 @@ def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
 def run_bytes(spec: SweepSpec) -> float:
     """Return the bytes on disk at the end of a run, when the journal and the file are both there, at most."""
     return journal_bytes(spec, spec.size) + file_bytes(spec)
-
-
-def block_cells(rate: float, least: int) -> int:
-    """Return the cells of a block, a multiple of `least`, at `rate` cells per second."""
-    wanted = int(rate * _BLOCK_SECONDS) // least * least
-    return min(max(wanted, least), max(MOST_BLOCK_CELLS, least))
 
 
 def seconds(cells: int, rate: float, threads: int, processors: int) -> float:
@@ -101,20 +107,112 @@ def describe(
     most = cells or MOST_BLOCK_CELLS
     shape = " x ".join(map(str, spec.shape)) or "one"
     blocks = f"{math.ceil(spec.size / most)} of {min(most, spec.size)} cells"
-    time = "not measured"
+    expected = "not measured"
     if rate is not None:
-        expected = seconds(spec.size, rate, threads, processors)
-        time = f"about {duration(expected)} ({rate:.3g} cells per second)"
+        taken = seconds(spec.size, rate, threads, processors)
+        expected = f"about {duration(taken)} ({rate:.3g} cells per second)"
     free = _free(path)
-    room = f"{size(free)} free" if math.isfinite(free) else "nobody knows how much is free"
+    room = f"{size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
-        f"time     {time}",
+        f"time     {expected}",
         f"memory   about {size(memory_bytes(spec, most))}",
         f"disk     at most {size(journal_bytes(spec, spec.size))} for the journal, which goes at the end, and at most "
         f"{size(file_bytes(spec))} for the file; {room} in {path.parent.resolve()}",
     ]
+
+
+def suitable_block(rate: float, least: int) -> int:
+    """Return the cells of a block, a multiple of `least`, at `rate` cells per second."""
+    wanted = int(rate * _BLOCK_SECONDS) // least * least
+    return min(max(wanted, least), max(MOST_BLOCK_CELLS, least))
+
+
+def cells_per_second(
+    spec: SweepSpec,
+    threads: int | None = None,
+    *,
+    patience: float = 0.2,
+    clock: Callable[[], float] = time.perf_counter,
+) -> float:
+    """Measure how many cells of a spec are computed in a second.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+        As in `compute.use_threads`.
+    patience : float
+        Seconds of computing that are measurement enough.
+    clock : callable
+        What a second is.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    use_threads(threads)
+    wanted = usable_threads(threads)
+    # loading or compiling the kernels is not what is measured
+    _seconds(coarse(spec, 1), clock)
+    cells = 256
+    while True:
+        sample = coarse(spec, cells)
+        took = _seconds(sample, clock)
+        if took < patience:
+            # the shorter of two: on a busy machine a short measurement may have waited more than it worked
+            took = min(took, _seconds(sample, clock))
+        if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
+            # a small sample does not keep all threads busy
+            return sample.size / took * wanted / min(wanted, -(-sample.size // _THREAD_CELLS))
+        # no further than needed: the next one must not take for ever
+        cells *= 4 if 8 * took < patience else 2
+
+
+def _seconds(spec: SweepSpec, clock: Callable[[], float]) -> float:
+    began = clock()
+    compute(spec, whole(spec))
+    return clock() - began
+
+
+def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
+    """Choose the cells of a block: some seconds of work, but not more than memory and a small loss allow.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    least = least_cells(threads)
+    if spec.size <= least:
+        return least
+    # the processor's time: on a busy machine the clock on the wall would lead to blocks too small to be worth a file
+    rate = cells_per_second(spec, 1, patience=0.02, clock=time.process_time) * usable_threads(threads)
+    return suitable_block(rate, least)
+
+
+def least_cells(threads: int | None = None) -> int:
+    """Return the cells of a block that gives every thread something to do.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    return _THREAD_CELLS * usable_threads(threads)
+
+
+def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
+    """Return a spec of about so many cells of another, spread evenly over its grid."""
+    share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
+    picked: dict[str, list[float]] = {}
+    for name in spec.axes:
+        values = getattr(spec, name).array()
+        count = max(1, round(len(values) * share))
+        picked[name] = [float(values[(2 * i + 1) * len(values) // (2 * count)]) for i in range(count)]
+    return spec.replace(**picked)
 
 
 def check_room(path: Path, needed: float) -> None:
@@ -134,11 +232,10 @@ def check_room(path: Path, needed: float) -> None:
     free = _free(path)
     if needed > free:
         raise RequestError(
-            "the atlas does not fit on the disk",
-            f"about {size(needed)} are free for the file and the journal that it is made from",
-            f"{size(free)} free in {path.parent.resolve()}",
-            f"free {size(needed - free)}, use fewer cells or another disk",
-            str(path),
+            f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
+            f"{size(needed)}, and {size(free)} are free in {path.parent.resolve()}.",
+            hint=f"Free {size(needed - free)}, use fewer cells or another disk.",
+            where=str(path),
         )
 
 

@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import distance_transform_edt
 
 from sweep.figures.panels import Panel
-from sweep.figures.ticks import SQUEEZED, add_scaled_axis, set_log_ticks, set_scale
-from sweep.schema import VARIABLES, Array, Truths
+from sweep.figures.scales import SQUEEZED, add_scaled_axis, set_log_ticks, set_scale
+from sweep.model.quantity import Array, Quantity, Truths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,14 +73,14 @@ def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
     set_scale(axes, "y", panel.y)
     hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
     hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
-    hatch(axes, panel, panel.slips, panel.slipping, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
+    hatch(axes, panel, panel.marked, panel.marking, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
     if panel.edges:
         _draw_edges(axes, panel)
     if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
         _draw_outline(axes, panel)
     name_regions(axes, panel, panel.verdicts())
-    if panel.in_g_over_r is not None:
-        add_scaled_axis(axes, "y", panel.y, panel.in_g_over_r)
+    if panel.unit is not None:
+        add_scaled_axis(axes, "y", panel.y, panel.unit)
     return background
 
 
@@ -103,9 +103,9 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
         if cells.any():
             look = {"linestyle": "", "color": INK, "markersize": 3.5, **_VERDICTS[name]}
             axes.plot(panel.x.values[cells], peak[cells], label=name, **look)
-    if panel.slips.any():
+    if panel.marked.any():
         look = {"linestyle": "", "marker": "x", "color": "#c8380a", "markersize": 5.0}
-        axes.plot(panel.x.values[panel.slips], peak[panel.slips], label=panel.slipping, **look)
+        axes.plot(panel.x.values[panel.marked], peak[panel.marked], label=panel.marking, **look)
     set_scale(axes, "x", panel.x)
     for edge in panel.edges:
         for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):
@@ -114,9 +114,9 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
             axes.axvline(place, label=f"analytic: {panel.line}", **_LINES["analytic"])
         for place in edge.predicted[np.isfinite(edge.predicted)]:
             axes.axvline(place, label=f"predicted, {panel.criterion}", **_LINES["predicted"])
-    _set_peak_scale(axes, peak)
-    if panel.in_g_over_r is not None:
-        add_scaled_axis(axes, "x", panel.x, panel.in_g_over_r)
+    _set_peak_scale(axes, peak, panel.peak_quantity)
+    if panel.unit is not None:
+        add_scaled_axis(axes, "x", panel.x, panel.unit)
 
 
 def _ratio_ends(panel: Panel) -> tuple[float, float]:
@@ -131,7 +131,7 @@ def _ratio_ends(panel: Panel) -> tuple[float, float]:
 def _draw_edges(axes: "Axes", panel: Panel) -> None:
     several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
     lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
-    if panel.circling_from_upright:
+    if panel.joined:
         # slow and fast edge are one curve: out along one, back along the other
         (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
         lines = [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
@@ -141,8 +141,8 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
     for x, y in lines:
         _draw_line(axes, panel, "analytic", x, y, f": {panel.line}")
-    if panel.circling_from_upright:
-        _mark_circling_ends(axes, panel, *lines[0][1][[0, -1]])
+    if panel.joined:
+        _name_ends(axes, panel, *lines[0][1][[0, -1]])
     else:
         _name_line(axes, panel, lines[0][1])
 
@@ -167,7 +167,7 @@ def _draw_points(axes: "Axes", edge: str, x: Array, y: Array, error: Array, labe
 
 
 def _draw_outline(axes: "Axes", panel: Panel) -> None:
-    """Draw the borders of the unstable cells, for a map whose boundary no rate and no line can show."""
+    """Draw the borders of the unstable cells, for a map whose boundary no control and no line can show."""
     assert panel.y is not None
     x, y, unstable = panel.x.borders, panel.y.borders, dict(panel.verdicts())["unstable"]
     rows, columns = np.nonzero(unstable[:, 1:] != unstable[:, :-1])
@@ -254,10 +254,11 @@ def _name_line(axes: "Axes", panel: Panel, line: Array) -> None:
         )  # fmt: skip
 
 
-def _mark_circling_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
-    """Say where the curve k = 0 ends at zero tilt: where the disk spins upright, and where it rolls upright."""
+def _name_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
+    """Name the two ends of a curve that both edges form, where it meets zero of the coordinate."""
     assert panel.y is not None
-    for height, name, offset in zip(ends, panel.upright, ((14.0, 17.0), (45.0, 9.0)), strict=True):
+    assert panel.joined is not None
+    for height, name, offset in zip(ends, panel.joined, ((14.0, 17.0), (45.0, 9.0)), strict=True):
         if panel.y.ends[0] <= height <= panel.y.ends[1]:
             axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
             axes.annotate(
@@ -266,8 +267,8 @@ def _mark_circling_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
             )  # fmt: skip
 
 
-def _set_peak_scale(axes: "Axes", peak: Array) -> None:
-    axes.set_ylabel(VARIABLES["peak_tilt"].plot_label)
+def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
+    axes.set_ylabel(quantity.plot_label)
     positive = peak[np.isfinite(peak) & (peak > 0.0)]
     if positive.size and positive.max() > SQUEEZED * positive.min():
         axes.set_yscale("log")

@@ -1,19 +1,21 @@
 """What a panel of a figure shows: an atlas turned into the arrays, labels and words that are drawn."""
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas import theory
+from sweep.atlas.boundary import theory_lines
 from sweep.atlas.curves import without_curves
+from sweep.atlas.dataset import spec_named
+from sweep.atlas.quantities import EDGES, edge_names
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
+from sweep.model.description import FAILED, MISSING
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
 from sweep.request.axes import Values
 from sweep.request.spec import SweepSpec
-from sweep.schema import CONTACT_VARIABLES, PARAMETERS, STABLE, UNDECIDED, UNSTABLE, VARIABLES, Array, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,17 +23,11 @@ if TYPE_CHECKING:
 #: Points on a line of theory: enough that a curve looks smooth whatever the grid.
 _FINE = 400
 
-#: Where circling's lines start: they end at zero tilt, where no disk circles.
-_UPRIGHT = 1e-6
-
-#: Endings that leave nothing to draw.
-_NO_RESULT = ("not_computed", "unresolved", "invalid")
+#: Where the lines of motions start that exist only away from zero of the coordinate, but end there.
+_NEAR_ZERO = 1e-6
 
 #: Fixed parameters in a line of the caption: more would be wider than the panel.
 _MOST_IN_LINE = 4
-
-_CODES = {name: code for code, name in (VARIABLES["ending"].flags or {}).items()}
-
 
 @dataclass(frozen=True)
 class Edge:
@@ -58,11 +54,11 @@ class Edge:
 class Panel:
     """All that is drawn of one atlas.
 
-    `peak` [deg], `stability` and `no_result` have the shape (rows of y, columns of x), or (columns of x) where `y` is
-    None. `line` and `upright` (spinning, rolling) are the analytic lines as formulas in mathtext, `lost` names the
-    endings behind `no_result`, `in_g_over_r` is R/g [s2] where a squared rate is drawn and has one such unit.
-    `method` is how the cells were computed.
-    `slips` are the cells that need more than the friction coefficient, or lift off; `slipping` says so.
+    `peak`, in the units of the label of `peak_quantity`, `stability` and `no_result` have the shape (rows of y, columns
+    of x), or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `lost` names the
+    endings behind `no_result`, `unit` is that of `Model.scaled_square` where a square is drawn. `joined` names the two
+    ends of the line where both edges are one curve (`Model.joined_edges`). `method` is how the cells were computed.
+    `marked` are the cells that were asked to be hatched; `marking` says why.
     """
 
     title: str
@@ -72,16 +68,16 @@ class Panel:
     x: Scale
     y: Scale | None
     peak: Array
+    peak_quantity: Quantity
     stability: npt.NDArray[np.integer]
     no_result: Truths
     lost: str
     edges: tuple[Edge, ...]
-    in_g_over_r: float | None
-    circling_from_upright: bool
-    upright: tuple[str, str]
+    unit: tuple[float, str] | None
+    joined: tuple[str, str] | None
     method: str
-    slips: Truths
-    slipping: str
+    marked: Truths
+    marking: str
 
     @property
     def undecided(self) -> Truths:
@@ -101,15 +97,15 @@ class Panel:
         )
 
 
-def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
+def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     """Return what is drawn of an atlas.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas, or a selection from one; axes of a single value are left out.
-    friction : float, optional
-        Friction coefficient of disk and plane: cells that need more are marked.
+    marked : xarray.DataArray of bool, optional
+        Cells to be hatched, on the dimensions of the atlas; its name says what they are.
 
     Returns
     -------
@@ -118,60 +114,56 @@ def panel(dataset: "xr.Dataset", friction: float | None = None) -> Panel:
     Raises
     ------
     RequestError
-        If the atlas has no axis or more than two, or no contact forces to hold `friction` against.
+        If the atlas has no axis or more than two.
     """
     dataset = without_curves(dataset).squeeze()
     spec = drawn_spec(dataset)
-    rate = next((name for name in theory.spun_rates(spec) if f"boundary_{name}" in dataset), None)
-    x_name, y_name = _names(dataset, rate)
-    x = scale(
-        x_name, dataset[x_name].values, squares=x_name == rate, from_zero=spec.circling and x_name == "tilt"
-    )
-    y = scale(y_name, dataset[y_name].values, squares=y_name == rate) if y_name else None
-    cells = dataset[["peak_tilt", "stability", "ending"]].transpose(*filter(None, (y_name, x_name))).load()
-    peak, ending = cells["peak_tilt"].values * VARIABLES["peak_tilt"].plot_scale, cells["ending"].values
-    lost = [name for name in _NO_RESULT if np.any(ending == _CODES[name])]
+    model = spec.model
+    control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
+    joined = model.joined_edges(spec)
+    x_name, y_name = _names(dataset, control)
+
+    def axis(name: str, from_zero: bool = False) -> Scale:
+        values = dataset[name].values
+        return scale(model.parameters[name], values, squares=name == control, from_zero=from_zero)
+
+    x, y = axis(x_name, joined is not None and x_name == model.coordinate), axis(y_name) if y_name else None
+    order = tuple(filter(None, (y_name, x_name)))
+    cells = dataset[[model.peak, "stability", "ending"]].transpose(*order).load()
+    quantity, ending = model.variables[model.peak], cells["ending"].values
+    peak = cells[model.peak].values * quantity.plot_scale
+    lost = [
+        each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)
+    ]
     up, across = (y, x) if y else (x, None)
-    square = f"{up.quantity.symbol}^2 = ".replace("_0", "")
+    whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
     return Panel(
         title=spec.headline.partition(":")[0],
         caption=_caption(spec),
-        criterion=_criterion(spec),
-        line="$k = 0$" if spec.circling else f"${'' if up.squared else square}{_formula(rate, spec)}$",
+        criterion=spec.criterion.label(model.parameters[model.coordinate]),
+        line=_line(spec, control, up),
         x=x,
         y=y,
         peak=peak,
+        peak_quantity=quantity,
         stability=cells["stability"].values,
-        no_result=np.isin(ending, [_CODES[name] for name in lost]) | ~np.isfinite(peak),
-        lost=", ".join(lost).replace("_", " ") or "no peak",
-        edges=tuple(_edges(dataset, spec, rate, up, across)) if rate else (),
-        in_g_over_r=_unit_squared(spec) if up.squared else None,
-        circling_from_upright=spec.circling and x_name == "tilt" and x.ends[0] == 0.0 and up.squared,
-        upright=(
-            rf"spinning: $\dot\psi^2 = {_formula('precession_rate', spec)}$",
-            rf"rolling: $\dot\phi^2 = {_formula('roll_rate', spec)}$",
-        ),
+        no_result=np.isin(ending, [each.code for each in lost]) | ~np.isfinite(peak),
+        lost=", ".join(each.name for each in lost).replace("_", " ") or "no peak",
+        edges=tuple(_edges(dataset, spec, control, up, across)) if control else (),
+        unit=model.scaled_square(spec, control) if control and up.squared else None,
+        joined=joined if whole_curve else None,
         method={"rk4": "RK4"}.get(spec.method, spec.method),
-        slips=_slips(dataset, cells["ending"], friction),
-        slipping="" if friction is None else f"slips or lifts off at friction {friction:g}",
+        marked=np.zeros(ending.shape, bool) if marked is None else marked.squeeze().transpose(*order).values,
+        marking="" if marked is None else str(marked.name),
     )
 
 
-def _slips(dataset: "xr.Dataset", like: "xr.DataArray", friction: float | None) -> Truths:
-    """Cells that would need more than a friction coefficient, in the shape of the drawn ones."""
-    if friction is None:
-        return np.zeros(like.shape, dtype=bool)
-    missing = [name for name in CONTACT_VARIABLES if name not in dataset]
-    if missing:
-        raise RequestError(
-            "this atlas holds no contact forces",
-            "friction is held against an atlas that was made with contact=yes",
-            f"friction={friction:g}, without {' and '.join(missing)}",
-            "make it again with eulerdisk run SPEC contact=yes",
-            str(dataset.attrs["title"]),
-        )
-    lifts, needed = (dataset[name].transpose(*like.dims).values for name in CONTACT_VARIABLES)
-    return np.asarray((lifts <= 0.0) | (needed > friction))
+def _line(spec: SweepSpec, control: str | None, up: Scale) -> str:
+    """Return the formula of the analytic line, in mathtext: of the square where a square is drawn."""
+    label = spec.model.line_label(spec, control) if control else ""
+    if "=" in label or up.squared or not label:
+        return f"${label}$" if label else "theory"
+    return f"${up.quantity.symbol}^2 = {label}$".replace("_0", "")
 
 
 def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
@@ -179,48 +171,42 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) > 2:
         raise RequestError(
-            "too many axes for a figure",
-            "a figure shows an atlas of one axis or two",
-            f"{len(dims)} axes: {', '.join(dims)}",
-            f"select one value of {' and of '.join(dims[2:])}, e.g. atlas.isel({dims[-1]}=0) in Python",
+            f"A figure shows an atlas of one axis or two; this one has {len(dims)}: {', '.join(dims)}.",
+            hint=f"Select one value of {' and of '.join(dims[2:])}, e.g. atlas.isel({dims[-1]}=0) in Python.",
         )
     if not dims:
         raise RequestError(
-            "nothing to draw",
-            "a figure shows an atlas of one axis or two",
-            "a single cell",
-            "give a parameter a range, e.g. roll_rate=2:4:100",
+            "A figure shows an atlas of one axis or two; this one is a single cell.",
+            hint="Give a parameter a range, e.g. roll_rate=2:4:100.",
         )
-    spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    spec = spec_named(dataset)
     return spec.replace(**{name: float(dataset[name]) for name in spec.axes if name not in dims})
 
 
-def _names(dataset: "xr.Dataset", rate: str | None) -> tuple[str, str | None]:
-    """(x, y): the rate that has a boundary goes up, else the atlas's first axis does."""
+def _names(dataset: "xr.Dataset", control: str | None) -> tuple[str, str | None]:
+    """(x, y): the control that has a boundary goes up, else the first axis of the atlas does."""
     dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) == 1:
         return dims[0], None
-    y = rate or dims[0]
+    y = control or dims[0]
     return next(name for name in dims if name != y), y
 
 
-def _edges(dataset: "xr.Dataset", spec: SweepSpec, rate: str, up: Scale, across: Scale | None) -> list[Edge]:
-    """Return the edges of the unstable band along a rate, which is the scale `up`."""
+def _edges(
+    dataset: "xr.Dataset", spec: SweepSpec, control: str, up: Scale, across: Scale | None
+) -> list[Edge]:
+    """Return the edges of the unstable band along a control, which is the scale `up`."""
     fine = _fine(dataset, across) if across else np.zeros(1)
     smooth = spec.replace(**{across.quantity.name: Values(tuple(fine))}) if across else spec
-    lines = theory.edges(smooth, rate)
+    lines = theory_lines(smooth, control)
     nothing = np.full(fine.shape, np.nan)
     edges = []
-    for name, lower in (("upper", ""), ("lower", "lower_")):
-        if f"boundary_{lower}{rate}" not in dataset:
+    for name in EDGES:
+        measured_name, halfwidth_name, _, critical_name = edge_names(control, name)
+        if measured_name not in dataset:
             continue
         measured, half, analytic = (
-            np.atleast_1d(dataset[each].values)
-            for each in (
-                f"boundary_{lower}{rate}",
-                f"boundary_{lower}{rate}_halfwidth",
-                f"critical_{lower}{rate}",
-            )
+            np.atleast_1d(dataset[each].values) for each in (measured_name, halfwidth_name, critical_name)
         )
         has = np.isfinite(measured)
         middle, low, high = measured[has], (measured - half)[has], (measured + half)[has]
@@ -256,44 +242,24 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
     start, stop = dataset[across.quantity.name].values[[0, -1]]
     if across.log:
         return np.geomspace(start, stop, _FINE)
-    return np.linspace(_UPRIGHT if across.ends[0] == 0.0 and start > 0.0 else start, stop, _FINE)
-
-
-def _unit_squared(spec: SweepSpec) -> float | None:
-    """R/g [s2], unless cells differ in radius or gravity."""
-    if isinstance(spec.radius, float) and isinstance(spec.gravity, float):
-        return spec.radius / spec.gravity
-    return None
-
-
-def _formula(rate: str | None, spec: SweepSpec) -> str:
-    """Squared critical rate of the upright disk (see `theory`), in mathtext."""
-    rolling = rate == "roll_rate"
-    if spec.alpha == 0.5:
-        return "g/3R" if rolling else "4g/5R"
-    if spec.alpha == 1.0:
-        return "g/4R" if rolling else "2g/3R"
-    return r"g/[2(1{+}\alpha)R]" if rolling else r"2g/[(2{+}\alpha)R]"
-
-
-def _criterion(spec: SweepSpec) -> str:
-    limit = spec.criterion.limit
-    if spec.criterion.kind == "departure":
-        return f"departure {math.degrees(limit):.4g}°"
-    return f"amplification {limit:.4g}"
+    return np.linspace(_NEAR_ZERO if across.ends[0] == 0.0 and start > 0.0 else start, stop, _FINE)
 
 
 def _caption(spec: SweepSpec) -> str:
     """What counts as unstable, and the parameters that are the same in every cell and not zero."""
-    return f"unstable: {_criterion(spec).replace(' ', ' above ')}, or a fall\n{fixed_parameters(spec)}"
+    model = spec.model
+    label = spec.criterion.label(model.parameters[model.coordinate])
+    lost = f", or {model.lost_name}" if model.lost_name else ""
+    return f"unstable: {label.replace(' ', ' above ')}{lost}\n{fixed_parameters(spec)}"
 
 
 def fixed_parameters(spec: SweepSpec) -> str:
     """Return the parameters that are the same in every cell and not zero, in mathtext."""
     parts = []
-    for name in ("alpha", "radius", "gravity", "tilt", "tilt_rate", "precession_rate", "roll_rate"):
-        fixed, quantity = getattr(spec, name), PARAMETERS[name]
-        if isinstance(fixed, float) and fixed != 0.0:
+    # what the system is made of stands before its start, which is zero by default
+    for name in sorted(spec.fixed, key=lambda name: spec.model.parameters[name].default == 0.0):
+        fixed, quantity = getattr(spec, name), spec.model.parameters[name]
+        if fixed != 0.0:
             unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
             parts.append(f"${quantity.symbol} = {fixed * quantity.plot_scale:.4g}$ {unit}".rstrip())
     lines = [", ".join(parts[i : i + _MOST_IN_LINE]) for i in range(0, len(parts), _MOST_IN_LINE)]

@@ -18,14 +18,15 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from sweep.atlas.dataset import require
+from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
+from sweep.figures.disk.friction import slipping
 from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
-from sweep.figures.panels import Panel, panel
-from sweep.figures.ticks import set_log_ticks
+from sweep.figures.panels import Panel, drawn_spec, panel
+from sweep.figures.scales import set_log_ticks
 from sweep.files.filenames import FORMATS, check_format
 from sweep.files.store import published
-from sweep.schema import VARIABLES
+from sweep.model.quantity import Quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,14 +85,17 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
 
     Notes
     -----
-    An axis of a rate that has a boundary shows the rate's square, and on the other side the square in units of g/R.
+    An axis along which there is a boundary shows the square of the parameter, and on the other side the square in the
+    unit of the model (for the disk g/R).
     Under a map, a strip shows the boundary over the analytic line.
     """
     if not datasets:
-        raise RequestError("nothing to draw", "a figure has a panel or more", "no atlas", "give an atlas")
+        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     for dataset in datasets:
-        require(dataset, ("peak_tilt",))
-    panels = [panel(dataset, friction) for dataset in datasets]
+        require(dataset, (spec_named(dataset).model.peak,))
+    panels = [
+        panel(dataset, None if friction is None else slipping(dataset, friction)) for dataset in datasets
+    ]
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)
     strip = _STRIP if any(each.has_ratio for each in panels) else 0.0
@@ -112,7 +116,7 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
             else:
                 _draw_alone(drawn.add_subplot(grid[row : row + len(parts), column]), each, norm)
         if any(each.y for each in panels):
-            _add_colour_bar(drawn, norm)
+            _add_colour_bar(drawn, norm, panels[0].peak_quantity)
     return drawn
 
 
@@ -128,11 +132,9 @@ def save(drawn: Figure, path: str | Path) -> None:
     ending = check_format(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
         raise RequestError(
-            "no such folder, or it cannot be written",
-            "a figure goes into a folder that exists and can be written",
-            str(path.parent),
-            f"`mkdir -p {shlex.quote(str(path.parent))}`, or choose another",
-            str(path),
+            f"A figure goes into a folder that exists and can be written; {path.parent} does not, or cannot.",
+            hint=f"Run `mkdir -p {shlex.quote(str(path.parent))}`, or choose another.",
+            where=str(path),
         )
     with matplotlib.rc_context(STYLE), published(path) as unfinished:
         drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=FORMATS[ending])
@@ -187,9 +189,9 @@ def _norm(panels: Sequence[Panel]) -> LogNorm:
     return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
 
 
-def _add_colour_bar(drawn: Figure, norm: LogNorm) -> None:
+def _add_colour_bar(drawn: Figure, norm: LogNorm, peak: Quantity) -> None:
     bar = drawn.colorbar(
-        ScalarMappable(norm, colours()), ax=drawn.axes, label=VARIABLES["peak_tilt"].plot_label,
+        ScalarMappable(norm, colours()), ax=drawn.axes, label=peak.plot_label,
         pad=0.015, fraction=0.03, aspect=40,
     )  # fmt: skip
     set_log_ticks(bar.ax.yaxis, float(norm.inverse(1.0) / norm.inverse(0.0)))

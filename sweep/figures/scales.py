@@ -1,13 +1,26 @@
-"""The axes of a panel: parameters in the units of their labels, rates squared, with the borders between cells."""
+"""The axes of a panel: parameters in the units of their labels, controls squared, and how matplotlib shows them."""
 
+import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from sweep.schema import PARAMETERS, Array, Quantity
+from sweep.model.quantity import Array, Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 #: Ratio of the ends beyond which values that are not evenly spaced are drawn on a logarithmic axis.
 _MANY = 3.0
+
+#: Largest over smallest value beyond which a linear axis would squeeze the small ones.
+SQUEEZED = 20.0
+
+#: Ratio of the ends of a logarithmic axis below which its ticks are even, and above which they are powers of ten.
+_EVEN, _POWERS = 4.0, 300.0
 
 #: Share of an axis below which it begins at zero.
 _NEAR_ZERO = 0.2
@@ -15,7 +28,7 @@ _NEAR_ZERO = 0.2
 
 @dataclass(frozen=True)
 class Scale:
-    """One axis of a panel: a parameter, or the square of a rate, in the units of its label.
+    """One axis of a panel: a parameter, or its square, in the units of its label.
 
     `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis.
     """
@@ -32,7 +45,8 @@ class Scale:
         """Label with symbol and unit."""
         if not self.squared:
             return self.quantity.plot_label
-        return rf"{self.quantity.name.replace('_', ' ')} squared {self.symbol} (rad$^2$ s$^{{-2}}$)"
+        units = " ".join(f"{name}$^{{{2 * power}}}$" for name, power in _powers(self.quantity.units))
+        return f"{self.quantity.name.replace('_', ' ')} squared {self.symbol} ({units})"
 
     @property
     def symbol(self) -> str:
@@ -44,13 +58,13 @@ class Scale:
         return values**2 if self.squared else values * self.quantity.plot_scale
 
 
-def scale(name: str, values: Array, *, squares: bool, from_zero: bool = False) -> Scale:
+def scale(quantity: Quantity, values: Array, *, squares: bool, from_zero: bool = False) -> Scale:
     """Return the axis of a parameter.
 
     Parameters
     ----------
-    name : str
-        A parameter of `schema.PARAMETERS`.
+    quantity : Quantity
+        A parameter of the model.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
     squares : bool
@@ -69,7 +83,7 @@ def scale(name: str, values: Array, *, squares: bool, from_zero: bool = False) -
     low, high = borders[[0, -1]]
     if not log and low > 0.0 and (from_zero or squared) and low < _NEAR_ZERO * high:
         low = 0.0
-    bare = Scale(PARAMETERS[name], values, borders, (low, high), log, squared)
+    bare = Scale(quantity, values, borders, (low, high), log, squared)
     return replace(
         bare,
         values=bare.shown(values),
@@ -81,3 +95,61 @@ def scale(name: str, values: Array, *, squares: bool, from_zero: bool = False) -
 def _borders(values: Array) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     return np.concatenate(([2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]))
+
+
+def _powers(units: str) -> list[tuple[str, int]]:
+    """Return the units of CF's spelling with their powers: ``rad s-1`` is rad to 1, s to -1."""
+    split = (word.rstrip("-0123456789") for word in units.split())
+    return [(name, int(word[len(name) :] or 1)) for name, word in zip(split, units.split(), strict=True)]
+
+
+def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
+    """Show a scale on the x or y axis: label, ends, ticks."""
+    getattr(axes, f"set_{which}label")(scale.label)
+    _apply_scale(axes, which, scale, 1.0)
+
+
+def add_scaled_axis(axes: "Axes", which: str, scale: Scale, unit: tuple[float, str]) -> None:
+    """Add the axis in units of the system on the other side: the same scale, as the two are proportional.
+
+    `unit` is what the values are multiplied with, and its name in mathtext.
+    """
+    other = axes.twinx() if which == "y" else axes.twiny()
+    _apply_scale(other, which, scale, unit[0])
+    getattr(other, f"set_{which}label")(f"{scale.symbol}$\\,{unit[1]}$")
+
+
+def _apply_scale(axes: "Axes", which: str, scale: Scale, factor: float) -> None:
+    low, high = scale.ends
+    rescale, axis = getattr(axes, f"set_{which}scale"), getattr(axes, f"{which}axis")
+    if scale.log:
+        rescale("log")
+        set_log_ticks(axis, high / low)
+    elif scale.squared and low * SQUEEZED < high:
+        rescale("function", functions=(_root, np.square))
+        roots = MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, math.sqrt(factor * high))
+        axis.set_major_locator(FixedLocator(np.square(roots).tolist()))
+    getattr(axes, f"set_{which}lim")(factor * low, factor * high)
+
+
+def set_log_ticks(axis: "Axis", reach: float) -> None:
+    """Put plain numbers on a logarithmic axis whose ends have the ratio `reach`."""
+    if reach < _EVEN:
+        axis.set_major_locator(MaxNLocator(5))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0,) if reach > _POWERS else (1.0, 2.0, 5.0), numticks=10))
+    axis.set_major_formatter(FuncFormatter(_plain_number))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _plain_number(value: float, _: object = None) -> str:
+    """Return a number as people write it: 0.001, 10; as a power of ten where that is shorter."""
+    if abs(value) >= 1e-3 or value == 0.0:
+        return f"{value:.6g}"
+    digits, _, power = f"{value:.3e}".partition("e")
+    times = "" if float(digits) == 1.0 else rf"{float(digits):g}\times "
+    return f"${times}10^{{{int(power)}}}$"
+
+
+def _root(values: Array) -> Array:
+    return np.sqrt(np.maximum(values, 0.0))

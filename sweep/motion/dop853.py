@@ -7,7 +7,7 @@ from typing import NoReturn
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.schema import Array
+from sweep.model.quantity import Array
 
 #: Relative and absolute error per step that DOP853 is asked for.
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
@@ -78,10 +78,8 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
 
 def _give_up(words: str) -> NoReturn:
     raise RequestError(
-        "this motion could not be resolved",
-        "the state stays finite, and DOP853 finds a step that is small enough",
-        words,
-        "give a shorter duration, slower rates, or a smaller fall_tilt; or method=rk4",
+        f"DOP853 could not resolve this motion: {words}.",
+        hint="Give a shorter duration, slower rates, or a smaller fall_tilt; or method=rk4.",
     )
 
 

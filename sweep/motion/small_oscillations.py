@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernels.disk.steady import stability_coefficient
-from sweep.schema import Array
+from sweep.model.quantity import Array
 
 
 @dataclass(frozen=True)

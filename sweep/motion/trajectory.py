@@ -9,14 +9,15 @@ import numpy.typing as npt
 
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from kernels.disk.steady import steady_roll_rate
-from sweep.atlas.clock import created
-from sweep.atlas.declarations import COMPRESSION, CONTENT, CONVENTIONS, ascii_text
-from sweep.engine import compiled
+from sweep.atlas.cf_metadata import COMPRESSION, CONTENT, CONVENTIONS, ascii_text, created
 from sweep.errors import RequestError
+from sweep.model.disk.tables import STEADY_ROLL
+from sweep.model.kernel import Kernel, code_hash
+from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion import dop853
-from sweep.request.trajectory import TrajectorySpec
-from sweep.schema import AUTOMATIC, FILL, STEADY_ROLL, Array, Quantity
-from sweep.schema.trajectory import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
+from sweep.motion.quantities import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
+from sweep.motion.request import TrajectorySpec
+from sweep.request.words import AUTOMATIC
 from sweep.version import __version__
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 #: Version of the layout of the file.
 FORMAT = 1
+
+_MODULE = "kernels.disk.trajectory"
+_TRAJECTORY, _DERIVED = Kernel(_MODULE, "trajectory"), Kernel(_MODULE, "derived")
 
 #: Step times the fastest frequency of the state: the report's motions are then within 1e-9 of the exact ones.
 _PACE = 0.005
@@ -62,7 +66,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `schema.trajectory.TRAJECTORY`. A motion that falls ends with the
+        Dimension elapsed_time [s]; the variables of `motion.quantities.TRAJECTORY`. A motion that falls ends with the
         sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises
@@ -122,23 +126,22 @@ def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, fl
     step = 0.0 if isinstance(spec.step, str) else spec.step
     for refinement in range(_MOST_REFINEMENTS + 1):
         settings = np.array([step, _PACE / 2**refinement, spec.fall_tilt])
-        ending, filled, last, _ = compiled.trajectory()(start, settings, times, samples)
+        ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
             continue
         drift = np.abs(_derived(start, samples[:, :filled])[1]).max()
         if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
     raise RequestError(
-        "this motion could not be resolved",
-        "the state stays finite, and the motion takes at most 1e8 steps",
-        f"gave up at {last:.6g} s",
-        "give a shorter step or duration, slower rates, or a smaller fall_tilt",
+        "This motion could not be resolved: its state must stay finite, and it may take at most 1e8 steps; gave up at "
+        f"{last:.6g} s.",
+        hint="Give a shorter step or duration, slower rates, or a smaller fall_tilt.",
     )
 
 
 def _derived(start: Array, samples: Array) -> Array:
     results = np.empty((8, samples.shape[1]))
-    compiled.derived()(start, np.ascontiguousarray(samples[:4]), results)
+    _DERIVED.load()(start, np.ascontiguousarray(samples[:4]), results)
     return results
 
 
@@ -226,7 +229,7 @@ def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
         "eulerdisk_trajectory_format": np.int32(FORMAT),
         "trajectory_request": spec.canonical(),
         "method": spec.method,
-        "kernel_hash": compiled.kernel_hash(),
+        "kernel_hash": code_hash([_MODULE]),
         "versions": json.dumps(
             {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")},
             sort_keys=True,

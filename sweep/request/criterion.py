@@ -1,35 +1,32 @@
-"""What counts as unstable: the stability criterion and its verdicts.
+"""What counts as unstable: the criteria of stability.
 
 ``departure:5deg``: the tilt leaves its steady value by more than 5 degrees. ``amplification:10``: it leaves it by
-more than ten times the scale of the perturbation that was put in.
+more than ten times the scale of the perturbation that was put in. A criterion is one class of this file: how it is
+written, its verdict, the limit that theory and figures draw, and its words.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from types import MappingProxyType
-from typing import NoReturn, Self
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.request.quantities import read_number
-from sweep.schema import STABLE, UNDECIDED, UNSTABLE, VARIABLES, Array, Quantity
+from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings
+from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity
+from sweep.request.values import read_number
 
-_KINDS: Mapping[str, Quantity] = MappingProxyType(
-    {
-        "departure": replace(VARIABLES["peak_tilt"], name="departure"),
-        "amplification": VARIABLES["amplification"],
-    }
-)
-_CODES = {name: code for code, name in (VARIABLES["ending"].flags or {}).items()}
-_DO = "write departure:5deg or amplification:10"
+_HINT = "Write departure:5deg or amplification:10."
+
+_DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
+_AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
 
 
 @dataclass(frozen=True)
-class Criterion:
-    """A limit to how far the tilt may leave its steady value.
+class Criterion(ABC):
+    """A rule for which cells are unstable; `Criterion(kind, limit)` and `Criterion.parse` return one of its kinds.
 
     Parameters
     ----------
@@ -47,21 +44,35 @@ class Criterion:
     kind: str
     limit: float
 
+    #: The quantity that the limit is read as.
+    quantity: ClassVar[Quantity]
+
+    def __new__(cls, kind: str = "", *_: Any, **__: Any) -> Self:
+        """Return a criterion of the class that its kind names."""
+        if cls is Criterion and kind not in _KINDS:
+            raise RequestError(
+                f"{shown(kind)} is no criterion. A criterion is departure:ANGLE or amplification:NUMBER.",
+                hint=_HINT,
+                where="criterion",
+            )
+        return super().__new__(_KINDS[kind] if cls is Criterion else cls)  # type: ignore[return-value]
+
     def __post_init__(self) -> None:
-        """Refuse an unknown kind and an impossible limit."""
-        if self.kind not in _KINDS:
-            _refuse("not a criterion", "a criterion is departure:ANGLE or amplification:NUMBER", self.kind)
-        object.__setattr__(self, "limit", read_number(self.limit, _KINDS[self.kind]))
+        """Read the limit, and refuse one that is not possible."""
+        object.__setattr__(self, "limit", read_number(self.limit, self.quantity))
         if not self.limit > 0.0:
-            _refuse("this limit leaves nothing stable", "the limit of a criterion is above 0", str(self))
-        # Two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians.
-        if self.kind == "departure" and self.limit >= math.pi:
-            _refuse(
-                "no tilt departs that far", "a departure is below 180 deg; a bare number is in rad", str(self)
+            raise RequestError(
+                f"The limit of a criterion must be above 0, or nothing is stable; got {self}.",
+                hint=_HINT,
+                where="criterion",
             )
 
-    @classmethod
-    def parse(cls, text: str) -> Self:
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what pickle makes the criterion again from."""
+        return Criterion, (self.kind, self.limit)
+
+    @staticmethod
+    def parse(text: str) -> "Criterion":
         """Return the criterion that a text spells; `str` gives the text back.
 
         Raises
@@ -72,38 +83,62 @@ class Criterion:
         kind, colon, limit = text.partition(":")
         kind = kind.strip()
         if kind not in _KINDS or not colon:
-            _refuse("not a criterion", "a criterion is departure:ANGLE or amplification:NUMBER", text)
+            raise RequestError(
+                f"{shown(text)} is no criterion. A criterion is departure:ANGLE or amplification:NUMBER.",
+                hint=_HINT,
+                where="criterion",
+            )
         try:
-            return cls(kind, read_number(limit, _KINDS[kind]))
+            return Criterion(kind, read_number(limit, _KINDS[kind].quantity))
         except RequestError as error:
-            raise error.at("criterion", f"criterion={shown(text)}") from None
+            raise error.at(f"criterion={shown(text)}") from None
 
+    @abstractmethod
     def __str__(self) -> str:
         """Return the criterion as it is written in a request; `parse` gives exactly this criterion back."""
-        if self.kind == "departure":
-            return f"{self.kind}:{_angle(self.limit)}"
-        return f"{self.kind}:{self.limit!r}".removesuffix(".0")
+
+    @abstractmethod
+    def allowed(self, scale: Array) -> Array:
+        """Return the largest stable distance from the undisturbed value, for perturbations of a given size.
+
+        Parameters
+        ----------
+        scale : array of float, shape (...)
+            Size of the perturbation (`sweep.model.description.Model.perturbation`), in the unit of the coordinate.
+
+        Returns
+        -------
+        array of float, shape (...)
+            In the same unit; NaN where the criterion says nothing.
+        """
+
+    @abstractmethod
+    def in_words(self, coordinate: Quantity) -> str:
+        """Return how far is too far, in words: ``more than 5 deg``."""
+
+    @abstractmethod
+    def label(self, coordinate: Quantity) -> str:
+        """Return the criterion as a figure says it: ``departure 5°``."""
+
+    @abstractmethod
+    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
+        """Return the limit of one cell in words, `allowed` in the unit of the coordinate."""
 
     def verdict(
-        self,
-        ending: npt.NDArray[np.integer],
-        tilt_min: Array,
-        tilt_max: Array,
-        steady_tilt: Array | float,
-        scale: Array | float,
+        self, endings: Endings, measured: Columns, reach: Array, scale: Array
     ) -> npt.NDArray[np.int8]:
         """Return the stability of cells: 0 undecided, 1 stable, 2 unstable.
 
         Parameters
         ----------
-        ending : array of int, shape (...)
-            How each cell ended, a code of `kernels.disk.endings`.
-        tilt_min, tilt_max : array of float, shape (...)
-            Extreme tilts in rad; what they hold where a cell has none does not matter.
-        steady_tilt : array of float, broadcastable
-            Tilt of the undisturbed motion in rad, 0 for an upright disk.
+        endings : Endings
+            Those of the model.
+        measured : mapping of str to array, shape (...)
+            The measures of the cells; ``ending`` holds codes of `endings`.
+        reach : array of float, shape (...)
+            How far the coordinate went from its undisturbed value; NaN where a cell has no extremes.
         scale : array of float, broadcastable
-            Scale of the perturbation in rad (see `perturbation_scale`); an amplification criterion needs it.
+            Size of the perturbation, in the same unit.
 
         Returns
         -------
@@ -111,60 +146,85 @@ class Criterion:
 
         Notes
         -----
-        A fall is unstable. A departure beyond the limit is unstable, be it that time then ran out. Only a cell whose
-        extremes are final (bounded) and within the limit is stable. All others are undecided, and so is every
+        A lost motion is unstable (a fall). A departure beyond the limit is unstable, be it that time then ran out. Only
+        a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
         cell that could not be resolved, whatever its extremes say.
         """
-        reach = np.maximum(np.abs(tilt_max - steady_tilt), np.abs(tilt_min - steady_tilt))
-        limit: Array | float = self.limit
-        if self.kind == "amplification":
-            # nothing is amplified where nothing was put in
-            limit = np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
-        bounded = ending == _CODES["bounded"]
+        ending, limit = measured["ending"], self.allowed(scale)
+        final = endings.have(FINAL, ending)
         # Both comparisons are false for NaN: a cell without numbers is neither stable nor unstable.
-        beyond = (bounded | (ending == _CODES["horizon"])) & (reach > limit)
-        kept = np.where(bounded & (reach <= limit), STABLE, UNDECIDED)
-        return np.where(beyond | (ending == _CODES["fell"]), UNSTABLE, kept).astype(np.int8)
+        beyond = (final | endings.have(OPEN, ending)) & (reach > limit)
+        kept = np.where(final & (reach <= limit), STABLE, UNDECIDED)
+        return np.where(beyond | endings.have(LOST, ending), UNSTABLE, kept).astype(np.int8)
 
 
-def perturbation_scale(
-    tilt: Array | float,
-    tilt_rate: Array | float,
-    steady_tilt: Array | float,
-    alpha: Array | float,
-    radius: Array | float,
-    gravity: Array | float,
-) -> Array:
-    """Return the scale of the perturbation in a start, in rad.
+class Departure(Criterion):
+    """The coordinate leaves its undisturbed value by more than an angle."""
 
-    Parameters
-    ----------
-    tilt, tilt_rate : array of float, broadcastable
-        The start, in rad and rad/s.
-    steady_tilt : array of float, broadcastable
-        Tilt of the undisturbed motion, in rad.
-    alpha, radius, gravity : array of float, broadcastable
-        Mass distribution (0 < alpha <= 1), radius in m and gravity in m/s2.
+    quantity = _DEPARTURE
 
-    Returns
-    -------
-    array of float, shape of the broadcast
-        sqrt((tilt - steady_tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius).
+    def __post_init__(self) -> None:
+        """Refuse an angle that no motion can reach."""
+        super().__post_init__()
+        # Two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians.
+        if self.limit >= math.pi:
+            raise RequestError(
+                f"A departure must be below 180 deg; a bare number is in rad. Got {self}.",
+                hint=_HINT,
+                where="criterion",
+            )
 
-    Notes
-    -----
-    W is the rate at which a disk standing still falls from upright (the tilt grows as exp(W t)): it turns a kick into
-    the tilt that the kick is worth.
-    """
-    fall_rate = np.sqrt(2.0 * np.asarray(gravity) / ((2.0 + np.asarray(alpha)) * np.asarray(radius)))
-    return np.asarray(np.hypot(np.asarray(tilt) - steady_tilt, tilt_rate / fall_rate))
+    def __str__(self) -> str:
+        """Return ``departure:ANGLE``."""
+        # Degrees where they say exactly the same angle, because 5deg can be read and 0.08726646259971647rad cannot.
+        degrees = f"{round(math.degrees(self.limit), 9):.15g}"
+        exact = math.radians(float(degrees)) == self.limit
+        return f"{self.kind}:{degrees}deg" if exact else f"{self.kind}:{self.limit!r}rad"
+
+    def allowed(self, scale: Array) -> Array:
+        """Return the limit."""
+        return np.full(np.shape(scale), self.limit)
+
+    def in_words(self, coordinate: Quantity) -> str:
+        """Return how far is too far."""
+        return f"more than {coordinate.spell(self.limit, 6)}"
+
+    def label(self, coordinate: Quantity) -> str:
+        """Return the criterion as a figure says it."""
+        return f"departure {coordinate.spell(self.limit, 4).replace(' deg', '°')}"
+
+    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
+        """Return the limit of one cell."""
+        return f"the {coordinate.spell(allowed, 6)} of the criterion"
 
 
-def _angle(radians: float) -> str:
-    # Degrees where they say exactly the same angle, because 5deg can be read and 0.08726646259971647rad cannot.
-    degrees = round(math.degrees(radians), 9)
-    return f"{degrees:.15g}deg" if math.radians(float(f"{degrees:.15g}")) == radians else f"{radians!r}rad"
+class Amplification(Criterion):
+    """The coordinate leaves its undisturbed value by more than a multiple of the perturbation."""
+
+    quantity = _AMPLIFICATION
+
+    def __str__(self) -> str:
+        """Return ``amplification:NUMBER``."""
+        return f"{self.kind}:{self.limit!r}".removesuffix(".0")
+
+    def allowed(self, scale: Array) -> Array:
+        """Return the multiple of the perturbation; NaN without one, for nothing is amplified there."""
+        return np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
+
+    def in_words(self, coordinate: Quantity) -> str:
+        """Return how far is too far."""
+        return f"more than {self.limit:.6g} times the perturbation"
+
+    def label(self, coordinate: Quantity) -> str:
+        """Return the criterion as a figure says it."""
+        return f"amplification {self.limit:.4g}"
+
+    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
+        """Return the limit of one cell, and the perturbation that it is a multiple of."""
+        scale = coordinate.spell(allowed / self.limit, 6)
+        return (
+            f"the {coordinate.spell(allowed, 6)} of the criterion ({self.limit:g} times the perturbation, {scale})"
+        )
 
 
-def _refuse(what: str, rule: str, given: str) -> NoReturn:
-    raise RequestError(what, rule, given, _DO, "criterion")
+_KINDS: dict[str, type[Criterion]] = {"departure": Departure, "amplification": Amplification}

@@ -10,35 +10,36 @@ The same words in Python, in TOML and on the command line::
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal, NoReturn, Self
-
-from pydantic import BaseModel, ConfigDict, model_validator
+from types import MappingProxyType
+from typing import Any, NoReturn, Self
 
 from sweep.errors import RequestError, shown
+from sweep.model import registry
+from sweep.model.description import Model
+from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
-from sweep.request.quantities import Range, Value, Values
-from sweep.request.rules import check_circling, check_size, check_steps
-from sweep.request.unknown import unknown_word
-from sweep.request.words import find_spec_file, place, read_file, read_word, split_words
-from sweep.schema import GRID, PARAMETERS, SETTINGS, STEADY_PRECESSION, STEADY_ROLL, WORDS
+from sweep.request.words import (
+    GRID,
+    find_spec_file,
+    names,
+    options,
+    place,
+    read_file,
+    read_word,
+    split_words,
+    unknown_word,
+)
 
-#: Words that came after the first files.
-_YOUNGER = ("contact", "boundary", "device")
-
-#: (whether the disk rolls, whether it precesses) -> what it does.
-_MOTIONS = {
-    (True, False): "Rolling along a line",
-    (False, True): "Spinning about the vertical",
-    (True, True): "Rolling and precessing",
-    (False, False): "Neither rolling nor spinning",
-}
-
-_NAMES = (*PARAMETERS, *SETTINGS, *WORDS)
+#: Beyond this no disk holds the atlas.
+_MOST_CELLS = 2**40
+#: More steps than this take a cell many seconds, and a run for ever; the kernels give such a cell up.
+MOST_STEPS = 10**8
 
 
-class SweepSpec(BaseModel):
+class SweepSpec:
     """A grid of starts, how each is integrated, and the criterion of stability. It cannot be changed.
 
     Parameters
@@ -47,7 +48,7 @@ class SweepSpec(BaseModel):
         A number, or a list or a range (an axis), in SI or as text with units. Axes are the dimensions of the atlas in
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
         Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
-        rates that keep the tilt constant at a given `roll_rate`.
+        rates that keep the tilt constant at a given `roll_rate`. Another model has parameters of its own.
     criterion : Criterion or str
         What counts as unstable, e.g. ``departure:5deg``.
     duration, step : float or str
@@ -62,8 +63,15 @@ class SweepSpec(BaseModel):
     boundary : str
         ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
+    model : str
+        The registered model that is integrated; the disk if not given.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
+
+    Attributes
+    ----------
+    model : Model
+    axes : tuple of str
 
     Raises
     ------
@@ -71,59 +79,67 @@ class SweepSpec(BaseModel):
         If a word is not known, a value is not possible, or values do not go together.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
+    model: Model
     axes: tuple[str, ...]
-    tilt: Value
-    tilt_rate: Value
-    precession_rate: Value | Literal["steady-slow", "steady-fast"]
-    roll_rate: Value | Literal["steady"]
-    alpha: Value
-    radius: Value
-    gravity: Value
-    criterion: Criterion
-    duration: float
-    step: float | Literal["auto"]
-    fall_tilt: float
-    tolerance: float
-    method: str
-    contact: str
-    boundary: str
-    device: str
-    title: str
+    _values: Mapping[str, Any]
 
     def __init__(self, **words: Any) -> None:
-        super().__init__(**words)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read(cls, words: Any) -> dict[str, object]:
-        # All reading is done here, ahead of pydantic, whose own messages do not say what to do.
+        model = registry.named(str(words.pop("model", registry.DEFAULT)))
+        order = words.pop("axes", None)
+        known = names(model)
         for name in words:
-            if name not in _NAMES and name != "axes":
-                unknown_word(name, _NAMES)
-        values = _defaults() | {name: read_word(name, raw) for name, raw in words.items() if name != "axes"}
-        given = tuple(name for name in words if isinstance(values.get(name), Range | Values))
-        values["axes"] = _read_axes(words.get("axes", given), given)
-        check_circling(values)
-        check_steps(values)
-        check_size([len(values[name]) for name in given])
-        return values
+            if name not in known:
+                unknown_word(name, known, model, _words_of_simulate())
+        values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
+        given = tuple(name for name in words if isinstance(values[name], Range | Values))
+        model.check(values)
+        _check_steps(values)
+        _check_size([len(values[name]) for name in given])
+        for name, value in (
+            ("model", model),
+            ("axes", given if order is None else _read_axes(order, given)),
+            ("_values", MappingProxyType(values)),
+        ):
+            object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the value of a parameter, a setting or an option."""
+        if name.startswith("_") or name not in self._values:
+            raise AttributeError(f"a spec of the model {self.model.name} has no {name}")
+        return self._values[name]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change."""
         raise RequestError(
-            "a spec cannot be changed",
-            "one spec stands for one atlas",
-            f"{name}={shown(value)}",
-            f"make another one with spec.replace({name}=...)",
-            name,
+            f"A spec cannot be changed: one spec stands for one atlas; got {name}={shown(value)}.",
+            hint=f"Make another one with spec.replace({name}=...).",
+            where=name,
         )
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two specs ask for the same atlas."""
+        return isinstance(other, SweepSpec) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        """Return the hash of `canonical`."""
+        return hash(self.canonical())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what pickle makes the spec again from: models are registered, not pickled."""
+        return SweepSpec.from_canonical, (self.canonical(),)
+
+    def __repr__(self) -> str:
+        """Return the words that make this spec."""
+        words = ", ".join(f"{name}={str(value)!r}" for name, value in self.words().items())
+        return f"SweepSpec({words})"
+
+    def _key(self) -> tuple[Any, ...]:
+        return self.model.name, self.axes, dict(self._values)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each of `axes`; () for a single cell."""
-        return tuple(len(getattr(self, name)) for name in self.axes)
+        return tuple(len(self._values[name]) for name in self.axes)
 
     @property
     def size(self) -> int:
@@ -131,26 +147,19 @@ class SweepSpec(BaseModel):
         return math.prod(self.shape)
 
     @property
-    def circling(self) -> bool:
-        """Whether each cell has the rates that keep its tilt: its steady tilt is its tilt, otherwise 0."""
-        return self.computed_rate is not None
+    def computed(self) -> tuple[str, ...]:
+        """Parameters that each cell computes for itself, because the request gives a word instead of a number."""
+        return tuple(name for name in self.model.parameters if isinstance(self._values[name], str))
 
     @property
-    def computed_rate(self) -> str | None:
-        """Name of the rate that is computed per cell so that its tilt stays constant; None if all are given."""
-        if self.roll_rate == STEADY_ROLL:
-            return "roll_rate"
-        return "precession_rate" if self.precession_rate in STEADY_PRECESSION else None
+    def fixed(self) -> tuple[str, ...]:
+        """Parameters with the same number in all cells."""
+        return tuple(name for name in self.model.parameters if isinstance(self._values[name], float))
 
     @property
     def headline(self) -> str:
-        """The title; where none was given, what is looked at, which follows from the rates."""
-        if self.title:
-            return self.title
-        if self.circling:
-            return "Circling at constant tilt: stability of the steady motion"
-        rolls, turns = (getattr(self, name) != 0.0 for name in ("roll_rate", "precession_rate"))
-        return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
+        """The title; where none was given, what is looked at."""
+        return str(self.title) or self.model.headline(self)
 
     @property
     def boundary_width(self) -> float | None:
@@ -159,7 +168,7 @@ class SweepSpec(BaseModel):
 
     @classmethod
     def preset(cls, name: str) -> Self:
-        """Return one of the specs that come with the package: rolling, spinning, circling.
+        """Return one of the specs that come with a model, for the disk: rolling, spinning, circling.
 
         Raises
         ------
@@ -197,11 +206,13 @@ class SweepSpec(BaseModel):
             If the file or a word cannot be read, or the result is not a request.
         """
         path = find_spec_file(spec)
-        changes = split_words(words, _NAMES)
+        held = read_file(path)
+        model = registry.named(str(held.get("model", registry.DEFAULT)))
+        changes = split_changes(words, model)
         try:
-            return cls(**{**read_file(path), **changes})
+            return cls(**{**held, **changes})
         except RequestError as error:
-            if error.where in changes or error.where is None or error.where == str(path):
+            if error.where is None or error.where == str(path) or error.where.partition("=")[0] in changes:
                 raise
             raise error.at(f"{place(path)}: {error.where}") from None
 
@@ -213,24 +224,40 @@ class SweepSpec(BaseModel):
         RequestError
             If the result is not a request.
         """
-        words = self._words()
+        words = self.words()
         kept = {name: words[name] for name in words if name in self.axes or name not in changes}
-        return type(self)(**{**kept, **changes})
+        return type(self)(**{"model": self.model.name, **kept, **changes})
+
+    def words(self) -> dict[str, Any]:
+        """Return every word with its value; axes first, for their order is the order of the words."""
+        return {
+            name: self._values[name] for name in dict.fromkeys(("title", *self.axes, *names(self.model)))
+        }
 
     def to_toml(self) -> str:
         """Return the text of a TOML file from which `from_toml` makes the same spec."""
-        units = {name: quantity.units for name, quantity in {**PARAMETERS, **SETTINGS}.items()}
-        return "".join(
-            f"{name} = {_toml(value)}" + (f"  # {units[name]}\n" if units.get(name, "1") != "1" else "\n")
-            for name, value in self._words().items()
-        )
+        quantities = {**self.model.parameters, **self.model.settings}
+        lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml(self.model.name)}"]
+        for name, value in self.words().items():
+            units = quantities[name].units if name in quantities else "1"
+            lines.append(f"{name} = {_toml(value)}" + (f"  # {units}" if units != "1" else ""))
+        return "\n".join(lines) + "\n"
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        # younger than the first files: left out where it says nothing, so that their texts and fingerprints stay
-        silent = {name for name in _YOUNGER if getattr(self, name) == WORDS[name].default}
-        words = self.model_dump(mode="json", exclude=silent)
-        return json.dumps(words, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        rows = {**self.model.parameters, **self.model.settings, **options(self.model)}
+        defaults = _defaults(self.model)
+        words = {
+            name: _to_json(value)
+            for name, value in self._values.items()
+            # older atlases do not mention what was added later: so their texts and fingerprints stay
+            if not (rows[name].added_later and value == defaults[name])
+        }
+        if self.model.name != registry.DEFAULT:
+            words["model"] = self.model.name
+        return json.dumps(
+            {**words, "axes": self.axes}, sort_keys=True, separators=(",", ":"), allow_nan=False
+        )
 
     def fingerprint(self) -> str:
         """Return the SHA-256 of `canonical`, in hexadecimal."""
@@ -246,27 +273,36 @@ class SweepSpec(BaseModel):
             If the text is not that of a spec.
         """
         try:
-            words = {name: _from_json(value) for name, value in json.loads(text).items()}
             # a word that a later version brought is not in an older atlas: it has its default there
-            if {"axes", "criterion", *PARAMETERS} <= words.keys() <= cls.model_fields.keys():
-                return cls(**words)
-            raise ValueError("words are missing or unknown")
-        except (ValueError, TypeError, AttributeError) as problem:
+            words = {name: _from_json(value) for name, value in json.loads(text).items()}
+            if not {"axes", "criterion"} <= words.keys():
+                raise ValueError("axes or criterion is missing")
+            return cls(**words)
+        except (ValueError, TypeError, AttributeError, RecursionError) as problem:
             raise RequestError(
-                "not the canonical text of a spec",
-                "it is what SweepSpec.canonical() wrote",
-                shown(text),
-                "take the text unchanged from the atlas",
+                f"{shown(text)} is not what SweepSpec.canonical() wrote: {problem}.",
+                hint="Take the text unchanged from the atlas.",
             ) from problem
 
-    def _words(self) -> dict[str, object]:
-        # Axes first: their order is the order of the words.
-        return {name: getattr(self, name) for name in dict.fromkeys(("title", *self.axes, *_NAMES))}
+
+def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
+    """Return the names and values of ``NAME=VALUE`` words that change a spec.
+
+    Raises
+    ------
+    RequestError
+    """
+    return split_words(words, names(model), model, _words_of_simulate())
 
 
-def _defaults() -> dict[str, Any]:
-    numbers = {name: read_word(name, row.default) for name, row in {**PARAMETERS, **SETTINGS}.items()}
-    return numbers | {name: read_word(name, row.default) for name, row in WORDS.items()}
+def _words_of_simulate() -> Mapping[str, str]:
+    """Words that only a request of a single motion has, for suggestions."""
+    return dict.fromkeys(("mass", "friction", "interval"), "simulate")
+
+
+def _defaults(model: Model) -> dict[str, Any]:
+    rows = {**model.parameters, **model.settings, **options(model)}
+    return {name: read_word(name, row.default, model) for name, row in rows.items()}
 
 
 def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
@@ -274,12 +310,34 @@ def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
     if isinstance(names, Sequence) and sorted(map(str, names)) == sorted(given):
         return tuple(map(str, names))
     raise RequestError(
-        "not an order of the axes",
-        "axes holds the names given as a list or a range, each once",
-        f"axes={shown(order)} with {', '.join(given) or 'no axis'}",
-        "leave it out: the order given is the order of the axes",
-        "axes",
+        f"axes holds the names given as a list or a range, each once; got {shown(order)} with "
+        f"{', '.join(given) or 'no axis'}.",
+        hint="Leave it out: the order given is the order of the axes.",
+        where="axes",
     )
+
+
+def _check_steps(values: Mapping[str, Any]) -> None:
+    """Refuse a step so short that a cell would never end."""
+    step, duration = values["step"], values["duration"]
+    if isinstance(step, str) or duration / step <= MOST_STEPS:
+        return
+    raise RequestError(
+        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got duration={duration!r} "
+        f"step={step!r}.",
+        hint="Give a longer step, a shorter duration, or step=auto.",
+        where="step",
+    )
+
+
+def _check_size(counts: Sequence[int]) -> None:
+    """Refuse a grid of more cells than any disk holds."""
+    if math.prod(counts) > _MOST_CELLS:
+        raise RequestError(
+            f"A grid has at most {_MOST_CELLS} cells; got {' x '.join(map(str, counts))} = {math.prod(counts)}.",
+            hint="Lower the counts of the axes.",
+            where="grid",
+        )
 
 
 def _toml(value: object) -> str:
@@ -287,6 +345,10 @@ def _toml(value: object) -> str:
         return "[" + ", ".join(map(repr, value.values)) + "]"
     # JSON's strings are TOML's, as long as nothing outside ASCII is escaped in pairs.
     return repr(value) if isinstance(value, float) else json.dumps(str(value), ensure_ascii=False)
+
+
+def _to_json(value: Any) -> Any:
+    return asdict(value) if isinstance(value, Range | Values | Criterion) else value
 
 
 def _from_json(value: Any) -> object:

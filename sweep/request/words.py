@@ -1,42 +1,49 @@
-"""The words of a request: where they come from, and what each may say."""
+"""The words of a request: where they come from, what each may say, and which one was meant by an unknown one."""
 
+import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from sweep.errors import RequestError, shown
+from sweep.model import registry
+from sweep.model.description import Model
+from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.criterion import Criterion
-from sweep.request.quantities import Value, read_number, read_value
-from sweep.request.unknown import perhaps, unknown_word
-from sweep.schema import (
-    AUTOMATIC,
-    DEVICES,
-    GRID,
-    METHODS,
-    PARAMETERS,
-    REFINED,
-    REFINED_WIDTH,
-    SETTINGS,
-    STEADY_PRECESSION,
-    STEADY_ROLL,
-    Array,
-    Input,
-)
+from sweep.request.values import Value, read_number, read_value
 
-#: Words that stand in the place of a number.
-_INSTEAD = (
-    ("roll_rate", STEADY_ROLL),
-    ("step", AUTOMATIC),
-    *(("precession_rate", word) for word in STEADY_PRECESSION),
-)
+#: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
+AUTOMATIC = "auto"
 
-_PRESETS = Path(__file__).parents[1] / "presets"
+#: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
+GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
+
+#: Where the cells are computed.
+DEVICES = ("cpu", "cuda")
 
 
-def presets() -> tuple[str, ...]:
-    """Return the names of the presets."""
-    return tuple(sorted(path.stem for path in _PRESETS.glob("*.toml")))
+def options(model: Model) -> Mapping[str, Word]:
+    """Return the settings of a request that are text, those of the model among them."""
+    return table(
+        Word("title", "what the atlas is about, in one line", ""),
+        Word("criterion", "what counts as unstable", "departure:5deg"),
+        Word("method", "how the motion is integrated", model.methods[0], model.methods),
+        *model.options.values(),
+        Word("boundary", "how closely the boundary is sought", GRID, added_later=True),
+        Word("device", "what the cells are computed on", DEVICES[0], DEVICES, added_later=True),
+    )
+
+
+def names(model: Model) -> tuple[str, ...]:
+    """Return all words of a request for a model: parameters, settings, options."""
+    return (*model.parameters, *model.settings, *options(model))
+
+
+def presets(model: Model) -> tuple[str, ...]:
+    """Return the names of the presets of a model."""
+    return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
 
 
 def find_spec_file(spec: str | Path) -> Path:
@@ -50,25 +57,25 @@ def find_spec_file(spec: str | Path) -> Path:
     path = Path(spec)
     if isinstance(spec, Path) or path.suffix == ".toml" or path.name != spec:
         return path
-    if spec not in presets():
-        raise RequestError(
-            f"there is no preset {spec!r}",
-            "a spec is a preset or a .toml file; presets are " + ", ".join(presets()),
-            spec or "nothing",
-            perhaps(spec, presets()) or _spec_first(str(spec)),
-        )
-    return _PRESETS / f"{spec}.toml"
-
-
-def _spec_first(given: str) -> str:
-    if "=" in given:
-        return f"name a preset or a file before the changes, as in rolling {given}"
-    return "name a preset, or a file as in my-sweep.toml"
+    # the presets of the default model first: the other models need not be loaded then
+    if spec in presets(registry.named(registry.DEFAULT)):
+        return registry.named(registry.DEFAULT).presets / f"{spec}.toml"
+    for model in registry.every():
+        if spec in presets(model):
+            return model.presets / f"{spec}.toml"
+    known = tuple(name for model in registry.every() for name in presets(model))
+    example = f"rolling {spec}" if "=" in spec else "rolling"
+    raise RequestError(
+        f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
+        f"{', '.join(known)}.",
+        hint=perhaps(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
+        where=shown(spec),
+    )
 
 
 def place(path: Path) -> str:
     """Return what messages call a spec file: a preset by its name, any other by its path."""
-    return f"preset {path.stem}" if path.parent == _PRESETS else str(path)
+    return f"preset {path.stem}" if path.parent.name == "presets" else str(path)
 
 
 def read_file(path: Path) -> dict[str, object]:
@@ -85,91 +92,101 @@ def read_file(path: Path) -> dict[str, object]:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as problem:
         raise RequestError(
-            "the spec file cannot be read",
-            f"a spec is a file that can be read, or a preset: {', '.join(presets())}",
-            problem.strerror or type(problem).__name__,
-            "check the path",
-            str(path),
+            f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
+            f"preset: {', '.join(presets(registry.named(registry.DEFAULT)))}.",
+            hint="Check the path.",
+            where=str(path),
         ) from problem
-    except (
-        ValueError
-    ) as problem:  # a TOML error with its line, text that is not UTF-8, or a number beyond any size
+    # a TOML error with its line, text that is not UTF-8, or a number beyond any size
+    except ValueError as problem:
         raise RequestError(
-            "the spec file is not TOML",
-            'a spec file holds lines NAME = VALUE, text in quotes, as in tilt = "0.1deg:5deg:200:log"',
-            str(problem),
-            "correct that line",
-            str(path),
+            f"The spec file is not TOML: {problem}. A spec file holds lines NAME = VALUE, text in quotes, as in "
+            'tilt = "0.1deg:5deg:200:log".',
+            hint="Correct that line.",
+            where=str(path),
         ) from problem
 
 
-def split_words(words: Iterable[str], names: Sequence[str]) -> dict[str, str]:
+def split_words(
+    words: Iterable[str], known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None
+) -> dict[str, str]:
     """Return the names and values of ``NAME=VALUE`` words, in their order.
 
     Raises
     ------
     RequestError
-        If a word has no ``=``, its name is not one of `names`, or a name comes twice.
+        If a word has no ``=``, its name is not one of `known`, or a name comes twice.
     """
     found: dict[str, str] = {}
     for word in words:
         name, equals, value = (part.strip() for part in word.partition("="))
         if not equals or not name:
             raise RequestError(
-                "not a NAME=VALUE word",
-                "changes to a spec are NAME=VALUE",
-                word or "nothing",
-                "write it as in alpha=0.5,1",
+                "Changes to a spec are written NAME=VALUE.",
+                hint="Write it as in alpha=0.5,1.",
+                where=shown(word) or "an empty word",
             )
-        if name not in names:
-            unknown_word(name, names)
+        if name not in known:
+            unknown_word(name, known, model, elsewhere)
         if name in found:
-            given = f"{name}={found[name]} and {name}={value}"
-            raise RequestError("given twice", "each name is given once", given, "leave one out", name)
+            raise RequestError(
+                f"Each name is given once; got {name}={shown(found[name])} and {name}={shown(value)}.",
+                hint="Leave one out.",
+                where=name,
+            )
         found[name] = value
     return found
 
 
-def read_word(name: str, raw: object) -> Value | Criterion | str:
+def read_word(name: str, raw: object, model: Model) -> Value | Criterion | str:
     """Return the value of a word in SI.
 
     Parameters
     ----------
     name : str
-        A name of `PARAMETERS`, `SETTINGS` or `WORDS`.
+        One of `names`.
     raw : object
         What was given for it: text, a number, a sequence, an axis or a criterion.
+    model : Model
 
     Raises
     ------
     RequestError
         If the value cannot be read or the rule of the quantity does not allow it.
     """
-    instead = [word for known, word in _INSTEAD if known == name]
-    if isinstance(raw, str) and raw.strip() in instead:
+    if name in model.parameters:
+        return read_input(model.parameters[name], raw, read_value)
+    if name in model.settings:
+        return read_input(model.settings[name], raw, read_number)
+    if name == "criterion":
+        return raw if isinstance(raw, Criterion) else Criterion.parse(_text(name, raw))
+    if name == "title":
+        return read_title(raw)
+    if name == "boundary":
+        return _boundary(_text(name, raw))
+    return one_of(options(model)[name], raw)
+
+
+def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Value]) -> Value | str:
+    """Return the number, or with `read_value` also the axis, that was given for a quantity, or one of its words.
+
+    Raises
+    ------
+    RequestError
+    """
+    if isinstance(raw, str) and raw.strip() in quantity.words:
         return raw.strip()
-    if name in PARAMETERS:
-        return allowed(_number_or(instead, read_value, raw, PARAMETERS[name]), PARAMETERS[name], raw)
-    if name in SETTINGS:
-        return allowed(_number_or(instead, read_number, raw, SETTINGS[name]), SETTINGS[name], raw)
-    if isinstance(raw, Criterion) and name == "criterion":
-        return raw
-    if isinstance(raw, bool) and name == "contact":
-        raw = _SWITCH[raw]
-    return _TEXTS[name](_text(name, raw))
-
-
-def _number_or(
-    instead: Sequence[str], read: Callable[[object, Input], Value], raw: object, quantity: Input
-) -> Value:
-    """Read a value of which a word may stand in the place."""
     try:
-        return read(raw, quantity)
+        return allowed(read(raw, quantity), quantity, raw)
     except RequestError as error:
         # a word, but not one of these
-        if instead and isinstance(raw, str) and raw.strip().replace("-", "").isalpha():
-            error.rule += f"; or {' or '.join(instead)}"
-            error.do = perhaps(raw, instead) or f"write a value, or {quantity.name}={instead[0]}"
+        if quantity.words and isinstance(raw, str) and raw.strip().replace("-", "").isalpha():
+            raise RequestError(
+                f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
+                f"{' or '.join(quantity.words)}.",
+                hint=perhaps(raw, quantity.words) or f"Write {quantity.name}={quantity.words[0]}, or a value.",
+                where=error.where,
+            ) from None
         raise
 
 
@@ -186,11 +203,9 @@ def allowed(value: Value, quantity: Input, raw: object) -> Value:
         return value
     outside = ends[~quantity.allows(ends)][0]
     raise RequestError(
-        f"{quantity.spell(outside)} is not possible",
-        quantity.rule,
-        f"{quantity.name}={shown(raw)}",
-        _degrees_meant(quantity, raw, ends) or f"choose values with {quantity.rule}",
-        quantity.name,
+        f"{quantity.spell(outside)} is not possible: {quantity.rule}.",
+        hint=_degrees_meant(quantity, raw, ends) or f"Choose values with {quantity.rule}.",
+        where=f"{quantity.name}={shown(raw)}",
     )
 
 
@@ -204,13 +219,13 @@ def _degrees_meant(quantity: Input, raw: object, ends: Array) -> str:
         if isinstance(raw, str | int | float) and ":" not in str(raw)
         else "1deg:5deg:200"
     )
-    return f"a bare number is in radians; for degrees write them, as in {example}"
+    return f"A bare number is in radians; for degrees write them, as in {example}."
 
 
 def _text(name: str, raw: object) -> str:
     if isinstance(raw, str):
         return raw.strip()
-    raise RequestError("not text", f"{name} is text", f"{name}={shown(raw)}", "put it in quotes", name)
+    raise RequestError(f"{name} is text.", hint="Put it in quotes.", where=f"{name}={shown(raw)}")
 
 
 def read_title(raw: object) -> str:
@@ -225,44 +240,30 @@ def read_title(raw: object) -> str:
     if text.isprintable():
         return text
     raise RequestError(
-        "not a title",
-        "a title is one line of printable text",
-        shown(repr(text)),
-        "leave out what does not print",
-        "title",
+        "A title is one line of printable text.",
+        hint="Leave out what does not print.",
+        where=f"title={shown(repr(text))}",
     )
 
 
-def one_of(name: str, raw: object, choices: Sequence[str]) -> str:
-    """Return the word that was given for `name`, which is one of `choices`.
+def one_of(word: Word, raw: object) -> str:
+    """Return the choice that was given for a word; False and True stand for ``no`` and ``yes``.
 
     Raises
     ------
     RequestError
-        If it is none of them.
+        If it is none of its choices.
     """
-    text = _text(name, raw)
-    if text in choices:
+    if isinstance(raw, bool) and word.choices == ("no", "yes"):
+        return word.choices[raw]
+    text = _text(word.name, raw)
+    if text in word.choices:
         return text
     raise RequestError(
-        f"unknown {name}",
-        f"{name} is {' or '.join(choices)}",
-        f"{name}={text}",
-        "write " + " or ".join(f"{name}={choice}" for choice in choices),
-        name,
+        f"{word.name} is {' or '.join(word.choices)}; got {shown(text)}.",
+        hint="Write " + " or ".join(f"{word.name}={choice}" for choice in word.choices) + ".",
+        where=word.name,
     )
-
-
-def _method(text: str) -> str:
-    return one_of("method", text, METHODS)
-
-
-def _device(text: str) -> str:
-    return one_of("device", text, DEVICES)
-
-
-def _contact(text: str) -> str:
-    return one_of("contact", text, _SWITCH)
 
 
 def _boundary(text: str) -> str:
@@ -276,22 +277,42 @@ def _boundary(text: str) -> str:
     if word.strip() == REFINED and 0.0 < value < float("inf"):
         return f"{REFINED}:{value!r}"
     raise RequestError(
-        "not a way to look for the boundary",
-        f"boundary is {GRID}, {REFINED} or {REFINED}:WIDTH with a width above 0 in the SI unit of the axis",
-        f"boundary={shown(text)}",
-        f"write boundary={REFINED}:1e-6",
-        "boundary",
+        f"boundary is {GRID}, {REFINED} or {REFINED}:WIDTH with a width above 0 in the SI unit of the axis.",
+        hint=f"Write boundary={REFINED}:1e-6.",
+        where=f"boundary={shown(text)}",
     )
 
 
-#: False and True, as TOML and Python may write them.
-_SWITCH = ("no", "yes")
+def unknown_word(name: str, known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None) -> NoReturn:
+    """Refuse a name that is not one of `known`, and say which was probably meant.
 
-_TEXTS: Mapping[str, Callable[[str], Criterion | str]] = {
-    "boundary": _boundary,
-    "contact": _contact,
-    "criterion": Criterion.parse,
-    "device": _device,
-    "method": _method,
-    "title": read_title,
-}
+    Parameters
+    ----------
+    name : str
+    known : sequence of str
+    model : Model
+        Knows the names of the equations and of other books.
+    elsewhere : mapping of str to str, optional
+        Names that another command knows -> the command.
+
+    Raises
+    ------
+    RequestError
+    """
+    small = name.lower()
+    hint = next((text for part, text in model.ambiguous.items() if part in small), "")
+    if not hint and model.synonyms.get(small) in known:
+        hint = f"Did you mean {model.synonyms[small]}?"
+    if not hint and elsewhere and name in elsewhere:
+        hint = f"Leave it out: it is a word of eulerdisk {elsewhere[name]}."
+    raise RequestError(
+        f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
+        hint=hint or perhaps(name, known) or "Use one of these words.",
+        where=shown(name),
+    )
+
+
+def perhaps(word: object, known: Sequence[str]) -> str:
+    """Return a question for the known word that is nearest, or nothing."""
+    close = difflib.get_close_matches(str(word).lower(), known, n=1)
+    return f"Did you mean {close[0]}?" if close else ""

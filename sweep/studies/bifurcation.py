@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweep.atlas.theory import carried_rates
-from sweep.schema import Array, Truths
+from sweep.model.disk.theory import carried_rates
+from sweep.model.quantity import Array, Truths
 from sweep.studies.steady import marginal_curve
 
 #: RK4 steps of one nutation period.

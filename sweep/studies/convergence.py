@@ -11,7 +11,7 @@ import numpy as np
 
 from sweep.atlas.dataset import run
 from sweep.request.spec import SweepSpec
-from sweep.schema import Array
+from sweep.model.quantity import Array
 
 #: Where the boundary is looked for, in units of sqrt(g/R): no narrower than the cells of any atlas.
 _SEARCHED = (0.3, 1.5, 13)

@@ -1,27 +1,44 @@
 """Steady motions of an atlas: growth rates and nutation frequencies from trajectories, beside linear theory."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kernels.disk.steady import marginal_precession_rates, stability_coefficient, steady_roll_rate
-from sweep.atlas.clock import created
+from sweep.atlas.cf_metadata import created
 from sweep.atlas.dataset import spec_of
-from sweep.engine import cells
-from sweep.engine.blocks import Span
-from sweep.engine.compiled import coefficients
+from sweep.engine.grid import whole
 from sweep.errors import RequestError
-from sweep.schema import FILL, Array
-from sweep.schema.steady import STEADY
+from sweep.model.disk.initial_conditions import circling
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import FILL, Array, Quantity, Tolerance, table
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_RATE = Tolerance(1e-6, 1e-6, "measured over a short while, good to the square of the kick")
+
+# fmt: off
+STEADY: Mapping[str, Quantity] = table(
+    Quantity("stability_coefficient", "k", "s-2", "coefficient of small oscillations about the steady motion",
+             _RATE, "from linear theory, without integration: the motion is stable where it is positive"),
+    Quantity("measured_coefficient", "k", "s-2", "coefficient of small oscillations as trajectories show it",
+             _RATE, "from a short trajectory kicked up and down; no theory of the coefficient enters"),
+    Quantity("growth_rate", r"\sqrt{-k}", "s-1", "rate at which a kick to the steady motion grows", _RATE,
+             "root of minus measured_coefficient; missing where a kick does not grow"),
+    Quantity("nutation_frequency", r"\sqrt{k}", "rad s-1", "angular frequency of nutation", _RATE,
+             "2 pi over nutation_period; missing where the cell has no period"),
+)
+# fmt: on
+
+_COEFFICIENTS = Kernel("kernels.disk.growth_rates", "coefficients")
 
 _THEORY = ("tilt", "precession_rate", "roll_rate", "alpha", "radius", "gravity")
 
 
 def with_coefficients(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return an atlas of steady motions with the variables of `schema.steady.STEADY`.
+    """Return an atlas of steady motions with the variables of `STEADY`.
 
     Parameters
     ----------
@@ -40,14 +57,13 @@ def with_coefficients(dataset: "xr.Dataset") -> "xr.Dataset":
         If the atlas is not one of steady motions.
     """
     spec = spec_of(dataset)
-    if not spec.circling:
+    if not circling(spec):
         raise RequestError(
-            "not an atlas of steady motions",
-            "in an atlas of steady motions one rate is steady",
-            f"precession_rate={spec.precession_rate} roll_rate={spec.roll_rate}",
-            "compute one with roll_rate=steady, or with precession_rate=steady-slow or steady-fast",
+            "This is no atlas of steady motions, in which one rate is steady; got "
+            f"precession_rate={spec.precession_rate} roll_rate={spec.roll_rate}.",
+            hint="Compute one with roll_rate=steady, or with precession_rate=steady-slow or steady-fast.",
         )
-    given = cells.starts(spec, Span(0, spec.size))
+    given = whole(spec)
     measured = measured_coefficients(np.stack(list(given.values()))).reshape(spec.shape)
     with np.errstate(divide="ignore", invalid="ignore"):
         theory = stability_coefficient(*(given[name] for name in _THEORY)).reshape(spec.shape)
@@ -70,12 +86,12 @@ def measured_coefficients(starts: Array) -> Array:
     Parameters
     ----------
     starts : array, shape (7, n)
-        Rows in the order of `schema.PARAMETERS`, in SI.
+        Rows in the order of the parameters, in SI.
     """
     found = np.full(starts.shape[1], np.nan)
     possible = np.isfinite(starts).all(axis=0)
     some = np.empty(int(possible.sum()))
-    coefficients()(np.ascontiguousarray(starts[:, possible]), some)
+    _COEFFICIENTS.load()(np.ascontiguousarray(starts[:, possible]), some)
     found[possible] = some
     return found
 

@@ -1,0 +1,173 @@
+"""What the file of an atlas declares: variables with their attributes, coordinates, and the global attributes."""
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.quantities import CURVES, POINTS, curve_quantities, edge_names, edge_quantities, point_quantities
+from sweep.engine.compute import arithmetic_hash
+from sweep.errors import RequestError
+from sweep.model.quantity import FILL, Quantity
+from sweep.request.spec import SweepSpec
+from sweep.version import __version__
+
+#: Version of the layout of the file; a reader refuses what is newer than it knows.
+FORMAT = 1
+
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+
+#: zlib level: 4 and more cost several times the time for a few per cent of the size.
+COMPRESSION = 1
+
+_WAYS = {
+    "rk4": "integrated with RK4 until they are final",
+    "exact": "as turning points of the exact reduction to one degree of freedom",
+}
+
+#: What ACDD wants to know of every variable that is not a coordinate.
+CONTENT = {"coverage_content_type": "modelResult"}
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One variable of an atlas before it has values: name, dimensions, type and CF attributes."""
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    attributes: Mapping[str, Any]
+    coordinate: bool = False
+
+    @property
+    def fill(self) -> float | None:
+        """Value that stands for "missing" in a file: measured floats only, never coordinates or flags."""
+        return FILL if self.dtype.startswith("f") and not self.coordinate else None
+
+
+def cell_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the variables that have one value per cell."""
+    computed = {name: spec.model.parameters[name] for name in spec.computed}
+    return declare_cells(spec, {**spec.model.cell_variables(spec), **computed}, "ending")
+
+
+def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
+    """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
+    method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
+    shared = method | CONTENT | _scalars(spec)
+    declared = []
+    for name, quantity in quantities.items():
+        attributes = {**quantity.attributes(), **shared}
+        if quantity.flags is None:
+            attributes["ancillary_variables"] = status
+        elif name == status:
+            attributes["standard_name"] = "status_flag"
+        declared.append(Declaration(name, spec.axes, quantity.dtype, attributes))
+    return declared
+
+
+def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
+    """Return the variables of one edge of the unstable band, in the order in which `boundaries` has their values."""
+    dims = tuple(name for name in spec.axes if name != axis)
+    declared = []
+    measured, halfwidth, _, _ = edge_names(axis, edge)
+    for name, quantity in edge_quantities(spec.model.parameters[axis], edge).items():
+        attributes = quantity.attributes() | CONTENT | _scalars(spec)
+        if name == measured:
+            attributes["ancillary_variables"] = halfwidth
+        declared.append(Declaration(name, dims, quantity.dtype, attributes))
+    return declared
+
+
+def curve_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the variables of the boundary's curves: of every curve, then of every point along every axis."""
+    declared = []
+    for quantity in curve_quantities().values():
+        ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
+        attributes = quantity.attributes() | CONTENT | ragged
+        declared.append(Declaration(quantity.name, (CURVES,), quantity.dtype, attributes))
+    for quantity in point_quantities(spec.model.parameters, spec.axes).values():
+        attributes = quantity.attributes() | CONTENT
+        declared.append(Declaration(quantity.name, (POINTS,), quantity.dtype, attributes))
+    return declared
+
+
+def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
+    """Return the axes with their values, and the fixed parameters as scalars."""
+    found = []
+    for name in (*spec.axes, *spec.fixed):
+        value = getattr(spec, name)
+        values = value.array() if name in spec.axes else np.array(value)
+        dims = (name,) if name in spec.axes else ()
+        found.append((Declaration(name, dims, "f8", spec.model.parameters[name].attributes(), True), values))
+    return found
+
+
+def global_attributes(spec: SweepSpec, command: str, made: str | None = None) -> dict[str, Any]:
+    """Return the global attributes: what it is, how it was made, and all that is needed to make it again.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    command : str
+        What the user ran, for the history.
+    made : str, optional
+        When, as `created` says it; now if not given.
+    """
+    from importlib.metadata import version
+
+    now, words = made or created(), spec.model.words
+    return {
+        "Conventions": CONVENTIONS,
+        "title": ascii_text(spec.headline),
+        "summary": words.summary.format(_WAYS[spec.method]),
+        "keywords": words.keywords,
+        "references": words.references,
+        "source": f"eulerdisk {__version__}, method {spec.method}",
+        "history": ascii_text(f"{now} {command}"),
+        "date_created": now,
+        "eulerdisk_format": np.int32(FORMAT),
+        "criterion": str(spec.criterion),
+        **{name: getattr(spec, name) for name in spec.model.settings},
+        "method": spec.method,
+        "sweep_spec": spec.canonical(),
+        "sweep_fingerprint": spec.fingerprint(),
+        "kernel_hash": arithmetic_hash(spec),
+        "versions": json.dumps(
+            {name: version(name) for name in ("numba", "llvmlite", "numpy", "xarray", "netCDF4")},
+            sort_keys=True,
+        ),
+    }
+
+
+def _scalars(spec: SweepSpec) -> dict[str, str]:
+    return {"coordinates": " ".join(spec.fixed)} if spec.fixed else {}
+
+
+def created() -> str:
+    """Return the time that an atlas says it was made, ISO 8601 in UTC: now, or $SOURCE_DATE_EPOCH.
+
+    Raises
+    ------
+    RequestError
+        If that is no time.
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(None if epoch is None else int(epoch)))
+    except (ValueError, OverflowError, OSError) as problem:
+        raise RequestError(
+            f"SOURCE_DATE_EPOCH must be a number of seconds since 1970; got {epoch!r}.",
+            hint="Unset it.",
+            where="SOURCE_DATE_EPOCH",
+        ) from problem
+
+
+def ascii_text(text: str) -> str:
+    """Return a text for an attribute: what is not ASCII is escaped, since other characters make it an NC_STRING."""
+    return text.encode("ascii", "backslashreplace").decode("ascii")

@@ -1,0 +1,88 @@
+"""Another criterion or a finer boundary on a finished atlas: measures are stored, verdicts follow from them."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import created
+from sweep.atlas.dataset import edge_variables, spec_of
+from sweep.engine.compute import reach_and_scale
+from sweep.engine.grid import whole
+from sweep.request.criterion import Criterion
+from sweep.request.spec import SweepSpec
+from sweep.request.words import REFINED, REFINED_WIDTH
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+#: How the names of the variables begin that follow from the verdicts.
+_BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
+
+
+def reclassify(dataset: "xr.Dataset", criterion: Criterion | str) -> "xr.Dataset":
+    """Return an atlas with the verdicts and boundaries that another criterion gives.
+
+    No cell of the grid is integrated again; for a refined boundary the places between cells are.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+    criterion : Criterion or str
+        For example ``departure:2deg`` or ``amplification:10``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same measures; `stability`, the boundaries and the attributes that name the criterion are new.
+
+    Raises
+    ------
+    RequestError
+        If the criterion is none.
+    """
+    return _judged(dataset, spec_of(dataset).replace(criterion=criterion), f"reclassified with {criterion}")
+
+
+def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
+    """Return an atlas whose boundary is bisected, row by row and as curves.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+    width : float
+        Width of the brackets in the SI unit of each axis.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same cells; the boundary and the attributes that tell of it are new.
+
+    Raises
+    ------
+    RequestError
+        If the width is not above 0.
+    """
+    spec = spec_of(dataset).replace(boundary=f"{REFINED}:{width!r}")
+    return _judged(dataset, spec, f"boundary refined to {width!r}")
+
+
+def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
+    needed = ("ending", *spec.model.extremes)
+    measured = {name: dataset[name].values.reshape(-1) for name in needed}
+    found = spec.criterion.verdict(
+        spec.model.endings, measured, *reach_and_scale(spec, whole(spec), measured)
+    )
+    stability = found.reshape(spec.shape)
+    edges = edge_variables(spec, stability)
+    stale = [name for name in dataset.data_vars if str(name).startswith(_BOUNDARY)]
+    verdicts = dataset["stability"].copy(data=stability)
+    changed = dataset.drop_vars(stale).assign({"stability": verdicts} | edges)
+    return changed.assign_attrs(
+        criterion=str(spec.criterion),
+        sweep_spec=spec.canonical(),
+        sweep_fingerprint=spec.fingerprint(),
+        history=f"{dataset.attrs['history']}\n{created()} {done}",
+    )

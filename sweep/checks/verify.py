@@ -1,0 +1,210 @@
+"""Every cell of an atlas against the exact reduction: the same starts, no time stepping, an independent way."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.cf_metadata import coordinates, created, declare_cells
+from sweep.atlas.dataset import as_variable, spec_of
+from sweep.engine.compute import use_threads
+from sweep.engine.grid import blocks, starts_of
+from sweep.errors import RequestError
+from sweep.model.description import Audit, ExactReference
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: So many cells that disagree are named.
+_MOST_NAMED = 5
+
+#: What another machine's logarithm may change in an axis.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Findings:
+    """An audit in numbers.
+
+    Parameters
+    ----------
+    counts : mapping of str to int
+        Each flag of the audit to its number of cells.
+    agreeing, disagreeing, missing : int
+        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed; what
+        remains one of the two has nothing to say of.
+    tilt : (median, 99 %, largest)
+        Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
+        none.
+    period : (median, 99 %, largest)
+        The same of the error of the period over the exact period.
+    period_share : float
+        Largest error of a period over what the tolerance allows.
+    named : sequence of (str, mapping of str to float)
+        Cells by their coordinates, each with its flag: of those that disagree the first few, or else the one with the
+        largest difference.
+    tolerance : float
+        That of the atlas, rad.
+    method : str
+        That of the atlas.
+    """
+
+    counts: Mapping[str, int]
+    agreeing: int
+    disagreeing: int
+    missing: int
+    tilt: tuple[float, float, float]
+    period: tuple[float, float, float]
+    period_share: float
+    named: Sequence[tuple[str, Mapping[str, float]]]
+    tolerance: float
+    method: str
+
+    @property
+    def cells(self) -> int:
+        """Cells in all."""
+        return sum(self.counts.values())
+
+    @property
+    def passed(self) -> bool:
+        """Whether no cell disagrees and none is missing."""
+        return not self.disagreeing and not self.missing
+
+
+def verify(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Hold every cell of an atlas against the exact extremes, period and verdict.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the atlas: the variables of the audit of its model (`sweep.model.description.Audit`). A cell agrees if its extremes lie within
+        the tolerance that the atlas records, its period within what that tolerance means for it, its ending and
+        verdict are the exact ones, and its derived numbers follow from its extremes. What needs a history in time
+        (fall_time, energy_drift, tilt_error, steps, refinements) is not looked at.
+
+    Raises
+    ------
+    RequestError
+        If its model has no exact reference, or the atlas has not the variables that are needed, cannot be read, is a
+        part, or is not that of its spec.
+    """
+    import xarray as xr
+
+    spec, reference, stored = _read(dataset)
+    use_threads(None)
+    declared = declare_cells(spec, reference.audit.variables, "audit")
+    found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
+    for span in blocks(spec.size):
+        here = slice(span.start, span.stop)
+        columns = {name: column[here] for name, column in stored.items()}
+        audited = reference.check(spec, starts_of(spec, span), columns)
+        for name, column in found.items():
+            column[here] = audited[name]
+    return xr.Dataset(
+        {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
+        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
+        {
+            **dataset.attrs,
+            "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
+            "summary": "Every cell of a stability atlas held against the exact extreme tilts and period of its motion.",
+            "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
+            "tolerance": spec.tolerance,
+            "method": spec.method,
+        },
+    )
+
+
+def findings(audited: "xr.Dataset") -> Findings:
+    """Return an audit in numbers."""
+    audit = _audit_of(audited)
+    codes = audited["audit"].values
+    flags = audit.variables["audit"].flags or {}
+    wrong = np.isin(codes, audit.disagreeing)
+    difference = np.where(codes == audit.ended_by_time, np.nan, audited[audit.difference].values)
+    error, exact, share = (audited[name].values for name in audit.period)
+    places = np.argwhere(wrong)[:_MOST_NAMED]
+    if not wrong.any() and np.isfinite(difference).any():
+        places = np.array([np.unravel_index(int(np.nanargmax(difference)), difference.shape)], dtype=np.intp)
+    return Findings(
+        counts={name: int((codes == code).sum()) for code, name in flags.items()},
+        agreeing=int(np.isin(codes, audit.agreeing).sum()),
+        disagreeing=int(wrong.sum()),
+        missing=int((codes == audit.missing).sum()),
+        tilt=_distribution(difference),
+        period=_distribution(np.abs(error) / exact),
+        period_share=_distribution(share)[2],
+        named=[(flags[int(codes[tuple(place)])], _coordinates(audited, place)) for place in places],
+        tolerance=float(audited.attrs["tolerance"]),
+        method=str(audited.attrs["method"]),
+    )
+
+
+def _audit_of(audited: "xr.Dataset") -> Audit:
+    return _reference(SweepSpec.from_canonical(audited.attrs["sweep_spec"])).audit
+
+
+def _reference(spec: SweepSpec) -> ExactReference:
+    if spec.model.exact is None:
+        raise RequestError(
+            f"The model {spec.model.name} has no exact reference, which verify holds an atlas against.",
+            hint="Compare with an atlas of a smaller tolerance instead: eulerdisk compare.",
+        )
+    return spec.model.exact
+
+
+def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, npt.NDArray[Any]]]:
+    """Return the spec of an atlas, the reference of its model, and the variables that an audit needs, flat."""
+    if "sweep_spec" not in dataset.attrs:
+        _refuse(dataset, "an atlas has the attribute sweep_spec", "it is missing")
+    asked = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
+    reference = _reference(asked)
+    names = reference.needed(asked)
+    missing = [name for name in names if name not in dataset]
+    if missing:
+        _refuse(dataset, f"an atlas has {', '.join(names)}", f"missing: {', '.join(missing)}")
+    spec = spec_of(dataset)
+    if odd := [name for name in names if dataset[name].dims != spec.axes]:
+        _refuse(dataset, f"the dimensions are {', '.join(spec.axes) or 'none'}", f"others: {', '.join(odd)}")
+    for each, values in coordinates(spec):
+        if each.name not in dataset or not _same(dataset[each.name].values, values):
+            _refuse(
+                dataset, "the coordinates of an atlas are those of its spec", f"other values of {each.name}"
+            )
+    stored = {}
+    for name in names:
+        try:
+            stored[name] = dataset[name].values.ravel()
+        except (OSError, RuntimeError) as problem:
+            _refuse(dataset, "every variable can be read", f"{name}: {problem}")
+    return spec, reference, stored
+
+
+def _same(found: npt.NDArray[Any], expected: npt.NDArray[np.float64]) -> bool:
+    return found.shape == expected.shape and np.allclose(found, expected, rtol=_ROUNDING, atol=0.0)
+
+
+def _refuse(dataset: "xr.Dataset", rule: str, given: str) -> NoReturn:
+    raise RequestError(
+        f"The atlas cannot be verified: {rule}; {given}.",
+        hint="Make it again with eulerdisk run.",
+        where=str(dataset.encoding.get("source", "atlas")),
+    )
+
+
+def _distribution(values: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    known = values[np.isfinite(values)]
+    median, high, most = np.percentile(known, [50, 99, 100]) if known.size else (np.nan,) * 3
+    return float(median), float(high), float(most)
+
+
+def _coordinates(audited: "xr.Dataset", place: npt.NDArray[np.intp]) -> dict[str, float]:
+    dims = audited["audit"].dims
+    return {str(name): float(audited[name][int(i)]) for name, i in zip(dims, place, strict=True)}

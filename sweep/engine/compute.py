@@ -1,0 +1,262 @@
+"""From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.engine.grid import BLOCK_CELLS, Span, blocks, starts_of
+from sweep.errors import RequestError
+from sweep.model.description import Columns, Model, Starts
+from sweep.model.kernel import code_hash
+from sweep.request.spec import SweepSpec
+from sweep.request.words import AUTOMATIC
+
+#: Modules of the engine whose code decides the bits of a start.
+_AXES = ("sweep.request.axes", "sweep.engine.grid")
+
+#: The thread loop of an NVIDIA device.
+_CUDA = "kernels.lanes.cuda"
+
+
+@dataclass(frozen=True)
+class Block:
+    """Computed cells: a span and, per variable, an array of shape (len(span),)."""
+
+    span: Span
+    columns: Columns
+
+
+def run_blocks(
+    spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS
+) -> Iterator[Block]:
+    """Compute the cells of a spec block by block, in C order.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+        Threads to use; all that this process may use if not given. The bits of the results do not depend on it.
+    block_cells : int
+        Cells per block; the bits do not depend on it either.
+
+    Yields
+    ------
+    Block
+        All variables of the atlas, as from `derive_block`.
+
+    Raises
+    ------
+    RequestError
+        If `threads` or `block_cells` is out of range, or the spec's device is not there.
+    """
+    if block_cells < 1:
+        raise RequestError(
+            f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
+        )
+    use_threads(threads)
+    check_device(spec)
+    for span in blocks(spec.size, block_cells):
+        yield Block(span, compute(spec, starts_of(spec, span)))
+
+
+def compute(spec: SweepSpec, starts: Starts) -> Columns:
+    """Compute cells anywhere, on the grid of the spec or not.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        Says how they are integrated and judged; its grid does not matter.
+    starts : mapping of str to array, shape (n,)
+        Every parameter of the model, in SI, as from `grid.starts_of`.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+        Every variable of the atlas, of its type in the table of the model.
+    """
+    return derive(spec, starts, measure(spec, starts))
+
+
+def measure_block(spec: SweepSpec, span: Span) -> Columns:
+    """Compute what has to be kept of the cells of a span: all that does not follow from it (see `derive_block`)."""
+    return measure(spec, starts_of(spec, span))
+
+
+def derive_block(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
+    """Return all columns of a span, as from `compute`, from those of `measure_block`."""
+    return derive(spec, starts_of(spec, span), measured)
+
+
+def measure(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    """Integrate cells, or reduce them exactly.
+
+    Returns
+    -------
+    dict of str to array, shape (n,)
+        The measures and counts of the model, of their types in its table, and the parameters that each cell computed
+        for itself, NaN where they are not finite.
+    """
+    model = spec.model
+    if spec.method == "exact" and model.exact is not None:
+        found = model.exact.measures(spec, starts)
+    else:
+        found = _integrated(spec, starts)
+    found = {**found, **model.measure_more(spec, starts, found)}
+    table = model.cell_variables(spec)
+    measured = {
+        name: found[name].astype(quantity.dtype, copy=False)
+        for name, quantity in table.items()
+        if name in found
+    }
+    for name in spec.computed:
+        measured[name] = np.where(np.isfinite(starts[name]), starts[name], np.nan)
+    return measured
+
+
+def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
+    """Return all columns of the atlas from those of `measure`: the verdicts, and what else follows.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+    """
+    model, reach, scale = spec.model, *reach_and_scale(spec, starts, measured)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        amplification = np.where(scale > 0.0, reach / scale, np.nan)
+    found: dict[str, npt.NDArray[Any]] = {
+        **measured,
+        **model.derive(starts, measured),
+        "stability": spec.criterion.verdict(model.endings, measured, reach, scale),
+        "amplification": amplification,
+    }
+    columns = {
+        name: found[name].astype(quantity.dtype, copy=False)
+        for name, quantity in model.cell_variables(spec).items()
+    }
+    return columns | {name: measured[name] for name in spec.computed}
+
+
+def reach_and_scale(
+    spec: SweepSpec, starts: Starts, measured: Columns
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return how far cells went from their undisturbed value, and the size of their perturbations, same shape."""
+    with np.errstate(invalid="ignore"):
+        return spec.model.reach(spec, starts, measured), spec.model.perturbation(spec, starts)
+
+
+def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    model = spec.model
+    rows = np.stack([starts[name] for name in model.parameters])
+    values = (getattr(spec, name) for name in model.settings)
+    settings = np.array([0.0 if value == AUTOMATIC else value for value in values])
+    n = rows.shape[1]
+    measures, counts = np.empty((len(model.measures), n)), np.zeros((len(model.counts), n), np.int32)
+    _integrator(model, spec.device)(rows, settings, measures, counts)
+    return dict(zip((*model.measures, *model.counts), (*measures, *counts), strict=True))
+
+
+def arithmetic_hash(spec: SweepSpec) -> str:
+    """Return the SHA-256 of the code that decides the bits of the cells of a spec: kernels, starts and axes."""
+    model = spec.model
+    kernels = [kernel.module for kernel in model.kernels(spec)]
+    device = [_CUDA] if spec.device == "cuda" else []
+    return code_hash([*kernels, *device, *model.start_modules, *_AXES])
+
+
+def _integrator(model: Model, device: str) -> Callable[..., Any]:
+    """Return the kernel that integrates cells on a device: the processor, or an NVIDIA device."""
+    if device == "cpu":
+        return model.integrate.load()
+    bound: Callable[..., Any] = _bound_to_cuda(model)
+    return bound
+
+
+@lru_cache
+def _bound_to_cuda(model: Model) -> Any:
+    cuda, lane_model = import_module(_CUDA), import_module(model.lane_model.module)
+    return cuda.bind(getattr(lane_model, model.lane_model.function))
+
+
+def check_device(spec: SweepSpec) -> None:
+    """Refuse a spec whose device is not there, or cannot do what is asked for. No device takes the place of another.
+
+    Raises
+    ------
+    RequestError
+    """
+    if spec.device == "cpu":
+        return
+    if spec.method != "rk4":
+        raise RequestError(
+            f"device=cuda goes with method=rk4; got method={spec.method} device={spec.device}.",
+            hint="Leave device out: the exact method is fast without one.",
+            where="device",
+        )
+    missing = _missing_cuda()
+    if missing:
+        raise RequestError(
+            f"This machine cannot compute with CUDA: {missing}. device=cuda needs an NVIDIA device, its driver and the "
+            "extra cuda.",
+            hint="Install the driver and `pip install 'eulerdisk[cuda]'`, or leave device=cuda out.",
+            where="device",
+        )
+
+
+@lru_cache
+def _missing_cuda() -> str:
+    """What keeps CUDA from being used; empty if nothing does."""
+    try:
+        from numba import cuda
+
+        return "" if cuda.is_available() else "no device with a driver was found"
+    except ImportError as problem:
+        return str(problem)
+
+
+def available_threads() -> int:
+    """Return how many threads this process may use: its CPU affinity, and the CPU quota of its control group."""
+    affinity = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
+            quota, period = file.read().split()
+        return max(1, min(affinity, -(-int(quota) // int(period))))
+    except (OSError, ValueError):
+        return affinity
+
+
+def use_threads(threads: int | None) -> None:
+    """Let the kernels that this Python thread calls use so many threads; all that there are, if not given.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    import numba
+
+    numba.set_num_threads(usable_threads(threads))
+
+
+def usable_threads(threads: int | None) -> int:
+    """Return how many threads a run would use.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    import numba
+
+    most = int(numba.config.NUMBA_NUM_THREADS)
+    wanted = min(available_threads(), most) if threads is None else threads
+    if not 1 <= wanted <= most:
+        raise RequestError(
+            f"threads must be from 1 to {most}; got {threads}.", hint="Leave it out.", where="threads"
+        )
+    return wanted

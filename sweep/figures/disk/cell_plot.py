@@ -1,0 +1,127 @@
+"""The figure of one cell: its tilt over time, with what the atlas and its criterion say, and its path on the plane."""
+
+import math
+from typing import TYPE_CHECKING
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from sweep.checks.explain import Explanation, departure
+from sweep.errors import RequestError
+from sweep.figures.plots import STYLE
+from sweep.model.disk.model import DISK
+from sweep.motion.request import TrajectorySpec
+from sweep.motion.trajectory import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Of a motion that returns, this many periods are drawn.
+_PERIODS = 3.0
+
+_SAMPLES = 2000
+
+#: Width and height [in]: a journal's page is 7 wide.
+_SIZE = (7.0, 2.9)
+
+#: Okabe and Ito's blue and vermilion: apart for the colour-blind, and in grey.
+_MOTION, _LIMIT = "#0072B2", "#D55E00"
+
+
+def figure(explanation: Explanation) -> Figure:
+    """Draw the motion of an explained cell.
+
+    Parameters
+    ----------
+    explanation : Explanation
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On an Agg canvas. The curve is what `sweep.simulate` makes of the start; the extremes drawn are those of the
+        atlas.
+
+    Raises
+    ------
+    RequestError
+        If the cell has no motion, or one that cannot be followed.
+    """
+    motion = _motion(explanation)
+    with matplotlib.rc_context(STYLE):
+        drawn = Figure(figsize=_SIZE, layout="constrained")
+        FigureCanvasAgg(drawn)
+        left, right = drawn.subplots(1, 2, width_ratios=(1.7, 1.0))
+        _draw_tilt(left, motion, explanation)
+        _draw_path(right, motion)
+        verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
+        left.set_title(f"{verdict} by {explanation.spec.criterion}")
+        right.set_title("path of the point of contact")
+    return drawn
+
+
+def _motion(explanation: Explanation) -> "xr.Dataset":
+    start, spec = explanation.start, explanation.spec
+    if spec.model is not DISK:
+        raise RequestError(
+            f"The model {spec.model.name} has no trajectory to draw.", hint="Leave --plot out."
+        )
+    if not all(map(math.isfinite, start.values())):
+        given = ", ".join(f"{name}={value:g}" for name, value in start.items() if not math.isfinite(value))
+        raise RequestError(
+            f"This cell has no motion to draw: a motion begins with finite rates; got {given}.",
+            hint="Leave --plot out, or name another cell.",
+        )
+    time = _shown_time(explanation)
+    words = {**start, "duration": time, "interval": time / _SAMPLES, "fall_tilt": spec.fall_tilt}
+    return simulate(TrajectorySpec.read(**words))
+
+
+def _shown_time(explanation: Explanation) -> float:
+    """Return how long [s] to follow a motion: some periods, or until it falls."""
+    stored, exact, duration = explanation.stored, explanation.exact, explanation.spec.duration
+    if math.isfinite(stored.get("fall_time", math.nan)):
+        # a little longer: the fall itself ends the curve
+        return 1.01 * stored["fall_time"]
+    # a cell that time ended, or that was not computed, has a period all the same
+    known = (each["nutation_period"] for each in (stored, exact) if math.isfinite(each["nutation_period"]))
+    return min(_PERIODS * next(known, math.inf), duration)
+
+
+def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> None:
+    degrees = DISK.parameters["tilt"].plot_scale
+    _, steady, limit = departure(explanation.spec, explanation.start, explanation.stored)
+    time = motion["elapsed_time"].values
+    axes.plot(time, motion["tilt"].values * degrees, color=_MOTION, label="tilt of the disk")
+    extremes = [explanation.stored[name] * degrees for name in ("tilt_min", "tilt_max")]
+    for i, extreme in enumerate(each for each in extremes if math.isfinite(each)):
+        label = "extremes in the atlas" if i == 0 else None
+        axes.axhline(extreme, color="0.25", linestyle=":", linewidth=1.0, label=label)
+    low, high = axes.get_ylim()
+    for side in (-1.0, 1.0):
+        edge = (steady + side * limit) * degrees
+        label = "limit of the criterion" if side > 0.0 else None
+        # a limit far outside would flatten the curve
+        if low - (high - low) <= edge <= high + (high - low):
+            axes.axhline(edge, color=_LIMIT, linestyle="--", linewidth=1.2, label=label)
+    axes.ticklabel_format(axis="y", useOffset=False)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(r"tilt $\theta$ (deg)")
+    axes.set_xlim(0.0, time[-1])
+    axes.margins(y=0.08)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False, columnspacing=1.2)
+
+
+def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
+    x, y = motion["contact_x"].values, motion["contact_y"].values
+    axes.plot(x, y, color=_MOTION)
+    axes.plot(x[0], y[0], "o", color="black", markersize=4.0, label="start")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
+    span = max(float(np.ptp(x)), float(np.ptp(y)))
+    if span == 0.0 or math.isnan(span):
+        axes.set_xlim(-1.0, 1.0)

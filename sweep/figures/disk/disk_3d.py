@@ -1,0 +1,140 @@
+"""The disk in three dimensions: where its points are, how a camera sees them, and how they are drawn.
+
+A pinhole camera of its own instead of a 3-D toolkit: true perspective with equal axes, and the right order of drawing
+for nothing. The camera is above the plane and the disk too, so nothing on the floor ever hides the disk.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.patheffects import withStroke
+
+from sweep.model.quantity import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Faces of the disk, towards and away from its axis: apart for the colour-blind, and light and dark in grey.
+_FACES = ("#f4c95d", "#5a86b8")
+_RIM, _PAINT, TRACE, _FLOOR = "#222222", "#c8380a", "#c8380a", "0.86"
+
+_CORNERS = 96
+
+#: Distance of the camera over the radius of the scene: near enough to see the perspective.
+_DISTANCE = 3.4
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One position of the disk: tilt, heading, roll angle [rad], contact point [m], radius [m]."""
+
+    tilt: float
+    heading: float
+    roll_angle: float
+    x: float
+    y: float
+    radius: float
+
+    def _frame(self) -> tuple[Array, Array, Array]:
+        """Centre; unit vectors from it down to the contact point, and along the track."""
+        across = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
+        along = np.array([-np.sin(self.heading), np.cos(self.heading), 0.0])
+        down = -(np.sin(self.tilt) * across + np.cos(self.tilt) * np.array([0.0, 0.0, 1.0]))
+        return np.array([self.x, self.y, 0.0]) - self.radius * down, down, along
+
+    def rim(self) -> Array:
+        """Points of the rim, shape (n, 3)."""
+        centre, down, along = self._frame()
+        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS)[:, None]
+        return np.asarray(centre + self.radius * (np.cos(angle) * down + np.sin(angle) * along))
+
+    def painted(self) -> Array:
+        """Centre and rim end of the painted radius, shape (2, 3); it points to the plane at roll angle 0."""
+        centre, down, along = self._frame()
+        # the lowest point of a disk that rolls ahead goes backwards, seen from the centre
+        direction = np.cos(self.roll_angle) * down - np.sin(self.roll_angle) * along
+        return np.array([centre, centre + self.radius * direction])
+
+    def faces(self, eye: Array) -> bool:
+        """Whether an eye sees the face on the side of cross(down, along)."""
+        centre, down, along = self._frame()
+        return bool(np.cross(down, along) @ (eye - centre) > 0.0)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera: where it stands and what it looks at, shape (3,) each."""
+
+    eye: Array
+    target: Array
+
+    @classmethod
+    def on(cls, centre: Array, size: float, azimuth: float = -55.0, elevation: float = 24.0) -> "Camera":
+        """Return a camera that looks at a scene of a given radius, from an azimuth and an elevation in degrees."""
+        a, e = np.radians([azimuth, elevation])
+        ray = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        return cls(centre + _DISTANCE * size * ray, centre)
+
+    def project(self, points: Array) -> Array:
+        """Return points, shape (..., 3), in the picture plane through the target, shape (..., 2), in m."""
+        ahead = self.target - self.eye
+        distance = float(np.linalg.norm(ahead))
+        ahead = ahead / distance
+        right = np.cross(ahead, [0.0, 0.0, 1.0])
+        right = right / np.linalg.norm(right)
+        seen = points - self.eye
+        depth = seen @ ahead
+        return (
+            np.stack([seen @ right, seen @ np.cross(right, ahead)], axis=-1) * (distance / depth)[..., None]
+        )
+
+
+def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacing: float) -> None:
+    """Draw a grid of squares on the plane, about a centre, as far as `reach` [m]."""
+    count = int(np.ceil(reach / spacing))
+    x0, y0 = np.round(centre[:2] / spacing) * spacing
+    ticks = np.arange(-count, count + 1) * spacing
+    low, high = -count * spacing, count * spacing
+    level = [[[x0 + low, y0 + t, 0.0], [x0 + high, y0 + t, 0.0]] for t in ticks]
+    upright = [[[x0 + t, y0 + low, 0.0], [x0 + t, y0 + high, 0.0]] for t in ticks]
+    lines = camera.project(np.array(level + upright))
+    axes.add_collection(LineCollection(list(lines), colors=_FLOOR, linewidths=0.5, zorder=0), autolim=False)
+
+
+def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) -> None:
+    """Draw the path of the contact point on the plane."""
+    seen = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1))
+    shown: dict[str, Any] = {"color": TRACE, "linewidth": 1.1, "zorder": 2} | look
+    axes.plot(seen[:, 0], seen[:, 1], **shown)
+
+
+def draw_disk(axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0) -> None:
+    """Draw the disk with its shadow and its painted radius; `strength` below 1 lets it fade."""
+    rim = pose.rim()
+    axes.fill(
+        *camera.project(rim * [1.0, 1.0, 0.0]).T, color="0.3", alpha=0.18 * strength, linewidth=0, zorder=1
+    )
+    nearer = 3.0 - 1e-3 * float(np.linalg.norm(camera.eye - rim.mean(axis=0)))
+    outline = camera.project(rim)
+    face = _FACES[0] if pose.faces(camera.eye) else _FACES[1]
+    axes.fill(*outline.T, facecolor=face, alpha=0.25 + 0.67 * strength, linewidth=0, zorder=nearer)
+    axes.plot(*outline.T, color=_RIM, linewidth=1.0, alpha=0.3 + 0.7 * strength, zorder=nearer)
+    axes.plot(
+        *camera.project(pose.painted()).T,
+        color=_PAINT,
+        linewidth=1.8,
+        alpha=0.3 + 0.7 * strength,
+        solid_capstyle="round",
+        path_effects=[withStroke(linewidth=3.0, foreground="white")],
+        zorder=nearer,
+    )
+
+
+def frame_picture(axes: "Axes", low: Array, high: Array) -> None:
+    """Show a rectangle of the picture plane, equal scales, without axes."""
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
+    axes.set_axis_off()

@@ -1,0 +1,246 @@
+"""Figures of single motions: tilt, path, momentum and forces beside linear theory, and a picture of the disk."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+
+from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
+from sweep.figures.plots import STYLE
+from sweep.motion.small_oscillations import LinearMotion, linear_motion
+from sweep.model.quantity import Array
+from sweep.motion.quantities import TIME, TRAJECTORY
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+_MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.1}
+_THEORY: dict[str, Any] = {"color": "#c8380a", "linewidth": 1.3, "linestyle": (0, (4, 2))}
+_OTHER: dict[str, Any] = {"color": "#2b6ca3", "linewidth": 1.1, "linestyle": (0, (1, 1))}
+
+#: Linear theory is drawn until its tilt is so many times the largest of the motion: then it has nothing more to say.
+_SEEN = 1.15
+
+#: A path so many times longer than wide is drawn with two scales.
+_THIN = 8.0
+
+#: Positions of the disk in a picture at most, so many radii apart at least, out of so many moments.
+_STROBES, _APART, _MOMENTS = 7, 1.7, 120
+
+_FINE = 4000
+
+
+def figure(dataset: "xr.Dataset") -> Figure:
+    """Draw one motion: the disk in perspective, tilt, path and contact in time."""
+    with matplotlib.rc_context(STYLE):
+        drawn = _sheet(7.2, 5.4)
+        grid = drawn.add_gridspec(2, 3, height_ratios=(1.25, 1.0))
+        draw_picture(drawn.add_subplot(grid[0, :]), dataset)
+        draw_tilt(drawn.add_subplot(grid[1, 0]), dataset)
+        draw_path(drawn.add_subplot(grid[1, 1]), dataset)
+        draw_contact(drawn.add_subplot(grid[1, 2]), dataset)
+        drawn.suptitle(dataset.attrs["title"], fontsize=10.0, fontweight="bold", x=0.01, ha="left")
+    return drawn
+
+
+def tilt_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+    """Draw the tilt of motions in time, one panel each, with what linear theory says."""
+    return _side_by_side(datasets, draw_tilt)
+
+
+def path_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+    """Draw the paths of the contact points of motions, one panel each, with those of linear theory."""
+    return _side_by_side(datasets, draw_path)
+
+
+def momentum_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+    """Draw the vertical angular momentum of motions in time, and the integral of its balance law."""
+    return _side_by_side(datasets, draw_momentum)
+
+
+def start_of(dataset: "xr.Dataset") -> Array:
+    """Return the start of a motion, shape (7,), in the order of the parameters of the disk."""
+    rates = [float(dataset[name][0]) for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate")]
+    return np.array(rates + [float(dataset[name]) for name in ("alpha", "radius", "gravity")])
+
+
+def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the tilt in time, and the oscillation or growth of linear theory."""
+    scale = TRAJECTORY["tilt"].plot_scale
+    linear, times = _linear(dataset)
+    axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
+    axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
+    axes.set_xlabel(TIME.plot_label)
+    axes.set_ylabel(TRAJECTORY["tilt"].plot_label)
+    _explain(axes)
+
+
+def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the path of the contact point from above, equal scales, and that of linear theory."""
+    x, y = dataset["contact_x"].values, dataset["contact_y"].values
+    axes.plot(x, y, label="contact point", **_MOTION)
+    axes.plot(x[0], y[0], "o", color="black", markersize=3.5)
+    linear, _ = _linear(dataset)
+    axes.plot(linear.x, linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
+    (cx, cy), reach = _middle(x, y)
+    spread = np.array([np.ptp(x), np.ptp(y)])
+    if spread.max() < _THIN * spread.min():
+        axes.set_xlim(cx - reach, cx + reach)
+        axes.set_ylim(cy - reach, cy + reach)
+        axes.set_aspect("equal")
+    else:
+        axes.text(
+            0.97, 0.03, "scales differ", transform=axes.transAxes, ha="right", fontsize=7.0, style="italic"
+        )
+    axes.set_xlabel(TRAJECTORY["contact_x"].plot_label)
+    axes.set_ylabel(TRAJECTORY["contact_y"].plot_label)
+    _explain(axes)
+
+
+def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the vertical momentum about the contact point, and its start plus the integral of the balance law."""
+    times, momentum = dataset[TIME.name].values, dataset["vertical_momentum"].values
+    integral = momentum - dataset["vertical_momentum_residual"].values
+    axes.plot(times, momentum, label=r"$H\cdot e_3$: not constant", **_MOTION)
+    law = rf"start $+\int {TRAJECTORY['vertical_momentum_rate'].symbol}\,dt$"
+    axes.plot(times, integral, label=law, **_THEORY)
+    tilt = dataset["tilt"].values
+    roll_rate = float(dataset["roll_rate"][0])
+    if roll_rate != 0.0:
+        gain = float(dataset["mass"] * dataset["radius"] ** 2) * roll_rate
+        label = r"to first order $m R^2\dot\phi_0\,(\theta-\theta_0)$"
+        axes.plot(times, momentum[0] + gain * (tilt - tilt[0]), label=label, **_OTHER)
+    axes.set_xlabel(TIME.plot_label)
+    axes.set_ylabel(TRAJECTORY["vertical_momentum"].plot_label)
+    _explain(axes)
+
+
+def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the normal force over the weight, and the friction coefficient needed beside the one there is."""
+    times, weight = dataset[TIME.name].values, float(dataset["mass"] * dataset["gravity"])
+    needed, friction = dataset["friction_needed"].values, float(dataset["friction"])
+    axes.plot(times, dataset["normal_force"].values / weight, label="normal force / weight", **_MOTION)
+    axes.plot(times, needed, label="friction needed", color="#2b6ca3", linewidth=1.1)
+    axes.axhline(friction, label=f"friction {friction:g}", **_THEORY)
+    axes.set_ylim(min(0.0, 1.1 * float(dataset["normal_force"].min()) / weight), 2.0)
+    highest = max(1.0, float(dataset["normal_force"].max()) / weight, friction)
+    axes.set_ylim(top=1.15 * min(highest, 3.0))
+    axes.set_xlabel(TIME.plot_label)
+    axes.set_ylabel("contact (1)")
+    _explain(axes)
+
+
+def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the disk in perspective at moments evenly spaced in time, with the trace of the contact point."""
+    x, y = dataset["contact_x"].values, dataset["contact_y"].values
+    radius = float(dataset["radius"])
+    poses = _strobes(dataset)
+    (cx, cy), reach = _middle(x, y)
+    centre = np.array([cx, cy, 0.4 * radius])
+    camera = Camera.on(centre, reach + radius, _azimuth(x, y))
+    draw_floor(axes, camera, centre, 1.6 * (reach + radius), 2.0 * radius)
+    draw_trace(axes, camera, x, y)
+    for i, pose in enumerate(poses):
+        draw_disk(axes, camera, pose, 0.35 + 0.65 * (i + 1) / len(poses))
+    ground = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    seen = camera.project(np.concatenate([ground, *(pose.rim() for pose in poses)]))
+    margin = 0.04 * (seen.max(axis=0) - seen.min(axis=0)).max()
+    frame_picture(axes, seen.min(axis=0) - margin, seen.max(axis=0) + margin)
+
+
+def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
+    """Return the positions of the disk at given times [s], shape (n,)."""
+    times, radius = dataset[TIME.name].values, float(dataset["radius"])
+    names = ("tilt", "heading", "roll_angle", "contact_x", "contact_y")
+    columns = [np.interp(moments, times, dataset[name].values) for name in names]
+    rows = np.stack(columns, axis=-1).tolist()
+    return [Pose(tilt, heading, roll_angle, x, y, radius) for tilt, heading, roll_angle, x, y in rows]
+
+
+def _azimuth(x: Array, y: Array) -> float:
+    """Azimuth [deg] from which a long path runs across the picture and a little into it."""
+    spread = np.cov(np.stack([x, y])) if np.ptp(x) + np.ptp(y) > 0.0 else np.eye(2)
+    values, vectors = np.linalg.eigh(spread)
+    if values[1] < 4.0 * max(values[0], 1e-12):
+        return -55.0
+    return math.degrees(math.atan2(vectors[1, 1], vectors[0, 1])) - 62.0
+
+
+def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
+    """Middle of a path, and half the side of the square that holds it with a margin."""
+    reach = 0.55 * max(np.ptp(x), np.ptp(y), 1e-9)
+    return (0.5 * float(x.min() + x.max()), 0.5 * float(y.min() + y.max())), float(reach)
+
+
+def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
+    """Return the motion of linear theory, as long as it is worth showing, and its times."""
+    times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
+    linear = linear_motion(start_of(dataset), times)
+    far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
+    upto = int(np.argmax(far)) if far.any() else _FINE
+    return LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto]), times[
+        :upto
+    ]
+
+
+def _circle(dataset: "xr.Dataset") -> str:
+    """The radius of the circle of a steady motion, in words; nothing for any other."""
+    start = start_of(dataset)
+    if start[2] * start[3] == 0.0 or np.ptp(dataset["tilt"].values) > 1e-6:
+        return ""
+    radius = float(f"{abs(start[5] * start[3] / start[2]):.5g}")
+    return rf", $R|\dot\phi_0/\dot\psi_0| = ${TRAJECTORY['contact_x'].spell(radius)}"
+
+
+def _strobes(dataset: "xr.Dataset") -> list[Pose]:
+    """Positions of the disk that do not cover each other, the last one last."""
+    kept: list[Pose] = []
+    for pose in reversed(poses_at(dataset, np.linspace(0.0, float(dataset[TIME.name][-1]), _MOMENTS))):
+        apart = all(math.hypot(pose.x - each.x, pose.y - each.y) >= _APART * pose.radius for each in kept)
+        if apart:
+            kept.append(pose)
+    some = np.linspace(0, len(kept) - 1, min(len(kept), _STROBES)).round().astype(int)
+    return [kept[i] for i in some[::-1]]
+
+
+def _frequency(linear: LinearMotion) -> str:
+    root = math.sqrt(abs(linear.coefficient))
+    return rf"$\sqrt{{{'-' if linear.coefficient < 0.0 else ''}k}} = {root:.3g}$ s$^{{-1}}$"
+
+
+def _side_by_side(datasets: "Sequence[xr.Dataset]", draw: Any) -> Figure:
+    with matplotlib.rc_context(STYLE):
+        drawn = _sheet(3.5 * len(datasets), 3.0)
+        for place, dataset in enumerate(datasets):
+            axes = drawn.add_subplot(1, len(datasets), place + 1)
+            draw(axes, dataset)
+            legend = axes.get_legend()
+            assert legend is not None
+            legend.set_title(dataset.attrs["title"], FontProperties(size=8.5, weight="bold"))
+    return drawn
+
+
+def _sheet(width: float, height: float) -> Figure:
+    drawn = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(drawn)
+    return drawn
+
+
+def _explain(axes: "Axes") -> None:
+    """Put the legend above the axes, where it covers nothing."""
+    axes.legend(
+        loc="lower left",
+        alignment="left",
+        bbox_to_anchor=(0.0, 1.0),
+        frameon=False,
+        borderaxespad=0.1,
+        handlelength=1.8,
+        labelspacing=0.15,
+        fontsize=7.0,
+    )

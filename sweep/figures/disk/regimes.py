@@ -1,0 +1,238 @@
+"""The map of regimes: how many wells the potential of each start has, and whether its motion crosses upright.
+
+All of it from the exact reduction: of an atlas only its starts are looked at.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from sweep.atlas.curves import without_curves
+from sweep.atlas.dataset import spec_named
+from sweep.engine.compute import use_threads
+from sweep.engine.grid import whole
+from sweep.errors import RequestError
+from sweep.figures.drawing import HALO, INK, hatch, name_regions
+from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
+from sweep.figures.plots import STYLE, add_legend
+from sweep.figures.scales import add_scaled_axis, set_scale
+from sweep.model.disk.model import DISK
+from sweep.model.disk.saddle_node import saddle_node_rates
+from sweep.model.quantity import Array, Truths
+from sweep.request.axes import Values
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Name of each regime: of one well and of two, on one side of upright and across it.
+NAMES = ("one well\none side", "one well\ncrosses", "two wells\none side", "two wells\ncrosses")
+
+#: Size of a panel [in], axes and what stands below them.
+_WIDTH, _HEIGHT, _LEGEND = 3.6, 3.0, 0.85
+
+#: Panels side by side: rows of a pair compare best.
+_IN_ROW = 2
+
+#: Okabe and Ito's blue and orange in two strengths: hue tells the wells, strength the crossing, also in grey.
+_COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
+_FALLS: dict[str, Any] = {"facecolor": "0.92", "hatch": "...."}
+_SEPARATRIX = "#b3261e"
+
+#: Points on a curve of theory.
+_FINE = 400
+
+
+@dataclass(frozen=True)
+class Regimes:
+    """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
+
+    `regime` is an index of `NAMES`, -1 where the disk falls or the reduction says nothing (`fell`, `unknown`);
+    `lost` names the endings of the latter. `separatrix` is the saddle of the potential minus the energy, NaN where
+    there is no saddle. `folds` are curves in the units of the scales.
+    """
+
+    panel: Panel
+    caption: str
+    regime: npt.NDArray[np.int8]
+    fell: Truths
+    unknown: Truths
+    lost: str
+    separatrix: Array
+    folds: tuple[tuple[Array, Array], ...]
+
+    def regions(self) -> list[tuple[str, Truths]]:
+        """Return the name and the cells of each regime, and of the falls."""
+        named = [(name, self.regime == code) for code, name in enumerate(NAMES)]
+        return [*named, ("falls", self.fell)]
+
+
+def regimes(dataset: "xr.Dataset") -> Regimes:
+    """Return the regimes of the starts of an atlas.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas of two axes, or a selection from one.
+
+    Returns
+    -------
+    Regimes
+
+    Raises
+    ------
+    RequestError
+        If the atlas has not two axes.
+    """
+    dataset = without_curves(dataset).squeeze()
+    if spec_named(dataset).model is not DISK:
+        raise RequestError(
+            f"The model {spec_named(dataset).model.name} has no regimes to draw.", hint="Leave --regimes out."
+        )
+    drawn = panel(dataset)
+    if drawn.y is None:
+        raise RequestError(
+            f"A map of regimes has two axes; this atlas has one, {drawn.x.quantity.name}.",
+            hint="Give another axis.",
+        )
+    spec = drawn_spec(dataset)
+    spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
+    use_threads(None)
+    exact = DISK.exact.measures(spec, whole(spec))
+
+    def grid(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+        shaped = values.reshape(spec.shape)
+        return shaped if drawn.y and spec.axes[0] == drawn.y.quantity.name else shaped.T
+
+    across = (exact["tilt_min"] < 0.0) & (exact["tilt_max"] > 0.0)
+    known = np.isin(exact["ending"], (DISK.endings.code("bounded"), DISK.endings.code("steady")))
+    fell = exact["ending"] == DISK.endings.code("fell")
+    regime = np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8)
+    return Regimes(
+        panel=drawn,
+        caption=f"{fixed_parameters(spec)}\none side of upright, or crosses it",
+        regime=np.asarray(grid(regime), np.int8),
+        fell=np.asarray(grid(fell), np.bool_),
+        unknown=np.asarray(grid(~known & ~fell), np.bool_),
+        lost=", ".join(name for name in ("unresolved", "invalid") if (exact["ending"] == DISK.endings.code(name)).any()),
+        separatrix=np.asarray(grid(exact["separatrix"]), np.float64),
+        folds=tuple(_folds(spec, drawn)),
+    )
+
+
+def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
+    """Return the curve of folds, where the axes are the tilt and the only rate that is not zero."""
+    assert drawn.y is not None
+    axis, tilts = drawn.y.quantity.name, spec.tilt
+    still = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
+    if not isinstance(tilts, Values) or still is None or getattr(spec, still) != 0.0:
+        return []
+    alpha, radius, gravity = spec.alpha, spec.radius, spec.gravity
+    if not (isinstance(alpha, float) and isinstance(radius, float) and isinstance(gravity, float)):
+        return []
+    first, last = tilts.values[0], tilts.values[-1]
+    tilt = np.geomspace(first, last, _FINE) if drawn.x.log else np.linspace(first, last, _FINE)
+    rate = saddle_node_rates(tilt, axis, alpha) * np.sqrt(gravity / radius)
+    shown = drawn.x.shown(tilt)
+    if drawn.y.squared:
+        return [(shown, drawn.y.shown(rate))]
+    return [(shown, drawn.y.shown(sign * rate)) for sign in (1.0, -1.0)]
+
+
+def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+    """Draw the regimes of atlases, a panel each.
+
+    Parameters
+    ----------
+    datasets : sequence of xarray.Dataset
+        Atlases of two axes, or selections from atlases.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On an Agg canvas. The curve of folds is drawn over the tilt and the only rate that is not zero, from theory;
+        the colours and the separatrix are from the reduction.
+
+    Raises
+    ------
+    RequestError
+        If there is no atlas, or one of them has not two axes.
+    """
+    if not datasets:
+        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
+    panels = [regimes(dataset) for dataset in datasets]
+    columns = min(len(panels), _IN_ROW)
+    rows = -(-len(panels) // columns)
+    with matplotlib.rc_context(STYLE):
+        drawn = Figure(figsize=(columns * _WIDTH, rows * (_HEIGHT + _LEGEND)))
+        FigureCanvasAgg(drawn)
+        drawn.set_layout_engine("constrained", h_pad=0.1)
+        for axes, each in zip(drawn.subplots(rows, columns, squeeze=False).flat, panels, strict=False):
+            _draw(axes, each)
+        for axes in drawn.axes[len(panels) : rows * columns]:
+            axes.set_visible(False)
+    return drawn
+
+
+def _draw(axes: "Axes", each: Regimes) -> None:
+    panel = each.panel
+    assert panel.y is not None
+    shown = np.ma.masked_less(each.regime, 0)
+    axes.pcolormesh(
+        panel.x.borders, panel.y.borders, shown, cmap=ListedColormap(_COLOURS), vmin=-0.5, vmax=len(NAMES) - 0.5,
+        rasterized=True, zorder=0,
+    )  # fmt: skip
+    set_scale(axes, "x", panel.x)
+    set_scale(axes, "y", panel.y)
+    hatch(axes, panel, each.fell, "", **_FALLS)
+    hatch(axes, panel, each.unknown, each.lost, facecolor="0.7", hatch="xxxx")
+    for x, y in each.folds:
+        axes.plot(
+            x,
+            y,
+            color=INK,
+            linewidth=1.4,
+            path_effects=HALO,
+            label="fold: one well above, two below (theory)",
+        )
+    _draw_separatrix(axes, each)
+    _explain(axes, name_regions(axes, panel, each.regions(), lines=2, width=5.5))
+    if panel.unit is not None:
+        add_scaled_axis(axes, "y", panel.y, panel.unit)
+    axes.set_title(panel.title)
+    add_legend(axes, axes, each.caption)
+
+
+def _explain(axes: "Axes", regions: list[str]) -> None:
+    """Put regions that are too small for their names into the legend."""
+    for name in regions:
+        look = (
+            {"facecolor": _COLOURS[NAMES.index(name)]} if name in NAMES else {"edgecolor": "0.25", **_FALLS}
+        )
+        axes.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, label=name.replace("\n", ", "), linewidth=0.0, **look))
+
+
+def _draw_separatrix(axes: "Axes", each: Regimes) -> None:
+    """Draw where a motion just reaches the saddle of its potential."""
+    panel = each.panel
+    assert panel.y is not None
+    known = each.separatrix[np.isfinite(each.separatrix)]
+    if not known.size or known.min() >= 0.0 or known.max() <= 0.0:
+        return
+    contour = axes.contour(panel.x.values, panel.y.values, np.ma.masked_invalid(each.separatrix), [0.0])
+    # where cells are masked matplotlib leaves segments without points
+    segments = [segment for segment in contour.allsegs[0] if len(segment) > 1]
+    contour.remove()
+    # as lines, which the legend shows and the names of the regions make room for
+    for i, segment in enumerate(segments):
+        label = "separatrix: just reaches the saddle" if i == 0 else None
+        axes.plot(*segment.T, color=_SEPARATRIX, linewidth=1.2, linestyle="--", zorder=3, label=label)

@@ -1,0 +1,336 @@
+"""What a model tells the engine: the base class of all models, and the parts that it is made of.
+
+A model is a mechanical system whose starts are integrated and judged. Everything that the rooms of `sweep` know of it,
+they ask here; docs/architecture.md walks through a complete one.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array, Input, Quantity, Truths, Word
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
+#: Values of named quantities, one per cell, shape (n,) each.
+Columns = Mapping[str, npt.NDArray[Any]]
+Starts = Mapping[str, Array]
+
+# Roles of endings: what an ending means for the verdict, whatever the model calls it.
+#: The cell has not been integrated.
+MISSING = "missing"
+#: The extremes that were reached hold for all time.
+FINAL = "final"
+#: Time ran out first: the motion may yet go further.
+OPEN = "open"
+#: Unstable by any criterion.
+LOST = "lost"
+#: Nothing disturbs the motion: there is nothing to measure.
+UNDISTURBED = "undisturbed"
+#: The cell could not be computed.
+FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """One way in which the integration of a cell can end.
+
+    `code` is the number that the kernels write, `name` and `meaning` stand in the file, `role` is one of the roles
+    above, `reason` says in a sentence why such a cell has the verdict that it has; empty where extremes decide.
+    """
+
+    code: int
+    name: str
+    meaning: str
+    role: str
+    reason: str = ""
+
+
+class Endings:
+    """The closed list of endings of a model.
+
+    Parameters
+    ----------
+    *endings : Ending
+        The one whose role is MISSING has the code 0.
+    """
+
+    def __init__(self, *endings: Ending) -> None:
+        self._all = endings
+        self._codes = {each.name: each.code for each in endings}
+
+    def __iter__(self) -> Iterator[Ending]:
+        """Yield the endings."""
+        return iter(self._all)
+
+    def code(self, name: str) -> int:
+        """Return the code of a name."""
+        return self._codes[name]
+
+    def of(self, code: float) -> Ending:
+        """Return the ending of a code."""
+        return next(each for each in self._all if each.code == int(code))
+
+    def codes(self, *roles: str) -> list[int]:
+        """Return the codes of all endings with one of the roles."""
+        return [each.code for each in self._all if each.role in roles]
+
+    def have(self, role: str, ending: npt.NDArray[Any]) -> Truths:
+        """Return which cells ended with a role; `ending` holds codes, any shape."""
+        codes = self.codes(role)
+        found: Truths = ending == codes[0] if len(codes) == 1 else np.isin(ending, codes)
+        return found
+
+    @property
+    def flags(self) -> Mapping[int, str]:
+        """Each code with its name, as the file declares it."""
+        return MappingProxyType({each.code: each.name for each in self._all})
+
+    @property
+    def description(self) -> str:
+        """Every name with its meaning."""
+        return "; ".join(f"{each.name}: {each.meaning}" for each in self._all)
+
+
+@dataclass(frozen=True)
+class Words:
+    """What the file of an atlas says of a model in general: CF and ACDD attributes, ASCII.
+
+    `summary` has one place ``{}`` for how the cells were computed.
+    """
+
+    summary: str
+    keywords: str
+    references: str
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What `verify` stores of each cell, and which of its codes mean what.
+
+    `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `difference` names the
+    variable with the error of the extremes, `period` those with the error of the period, the exact period, and the
+    error over what is allowed.
+    """
+
+    variables: Mapping[str, Quantity]
+    agreeing: tuple[int, ...]
+    disagreeing: tuple[int, ...]
+    missing: int
+    ended_by_time: int
+    difference: str
+    period: tuple[str, str, str]
+
+
+class ExactReference(Protocol):
+    """A way to the extremes of a motion without time stepping; a model may lack it.
+
+    `variables` are those that an atlas of ``method=exact`` has besides; `compared` names the measures that have an
+    exact value, in the order in which `explain` shows them.
+    """
+
+    variables: Mapping[str, Quantity]
+    compared: tuple[str, ...]
+    audit: Audit
+
+    def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
+        """Return the measures and counts of a model, and `variables`, for starts of shape (n,)."""
+
+    def needed(self, spec: "SweepSpec") -> tuple[str, ...]:
+        """Return the variables of an atlas that `check` reads."""
+
+    def check(self, spec: "SweepSpec", starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+        """Return the variables of `audit` for cells with these starts and stored values, shape (n,)."""
+
+
+class Model(ABC):
+    """A mechanical system that the engine integrates.
+
+    Attributes
+    ----------
+    name : str
+        What ``model=`` says.
+    parameters : mapping of str to Input
+        The start and the system, in the order of the rows of the kernels' array of starts; each can be an axis.
+    settings : mapping of str to Input
+        Numbers that are the same for all cells, in the order of the kernels' array of settings; `duration`, `step` (0
+        where the request says ``auto``) and `tolerance` among them.
+    options : mapping of str to Word
+        Settings that are text, beside the engine's own.
+    methods : tuple of str
+        How cells can be computed, the default first; ``exact`` needs `exact`.
+    endings : Endings
+    variables : mapping of str to Quantity
+        What an atlas holds of every cell, in the order of the file: ``ending``, ``stability``, all of `measures` and
+        `counts`, and what `derive` adds.
+    measures, counts : tuple of str
+        Rows of the arrays that the kernel `integrate` writes, float64 and int32.
+    coordinate : str
+        The parameter whose distance from its undisturbed value a criterion limits.
+    extremes : tuple of two str
+        The measures with the smallest and the largest value of that coordinate.
+    error_name : str
+        The measure with the estimated error of the extremes.
+    peak : str
+        The variable that gives maps their colour.
+    lost_name : str
+        What happens to a motion that is lost, for captions; empty if none can be.
+    presets : Path
+        Folder of the specs that come with the model, NAME.toml.
+    integrate, lane_model : Kernel
+        The kernel integrate(starts, settings, measures, counts), and the functions that it is bound from
+        (`kernels.lanes.interface`).
+    start_modules : tuple of str
+        Modules outside of the kernels whose code decides the bits of a start (see `complete`).
+    words : Words
+    synonyms : mapping of str to str
+        Names of the equations and of other books -> names of parameters, for suggestions.
+    ambiguous : mapping of str to str
+        Part of an unknown word -> what to say instead of it.
+    exact : ExactReference or None
+    """
+
+    name: str
+    parameters: Mapping[str, Input]
+    settings: Mapping[str, Input]
+    options: Mapping[str, Word] = MappingProxyType({})
+    methods: tuple[str, ...] = ("rk4",)
+    endings: Endings
+    variables: Mapping[str, Quantity]
+    measures: tuple[str, ...]
+    counts: tuple[str, ...]
+    coordinate: str
+    extremes: tuple[str, str]
+    error_name: str
+    peak: str
+    lost_name: str = ""
+    presets: Path
+    integrate: Kernel
+    lane_model: Kernel
+    start_modules: tuple[str, ...] = ()
+    words: Words
+    synonyms: Mapping[str, str] = MappingProxyType({})
+    ambiguous: Mapping[str, str] = MappingProxyType({})
+    exact: ExactReference | None = None
+
+    @abstractmethod
+    def headline(self, spec: "SweepSpec") -> str:
+        """Return what a spec without a title is about, in one line."""
+
+    @abstractmethod
+    def undisturbed(self, spec: "SweepSpec", starts: Starts) -> Array:
+        """Return the value of the coordinate in the motion that each start disturbs, in its SI unit."""
+
+    @abstractmethod
+    def perturbation(self, spec: "SweepSpec", starts: Starts) -> Array:
+        """Return the size of the perturbation in each start, in the SI unit of the coordinate."""
+
+    def disturbed_motion(self, spec: "SweepSpec") -> str:
+        """Return the name of the motion that the starts disturb, in words."""
+        return "the undisturbed motion"
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse values of a request that do not go together.
+
+        Raises
+        ------
+        RequestError
+        """
+
+    def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
+        """Return starts with the parameters for which the request gives a word instead of a number."""
+        return starts
+
+    def cell_variables(self, spec: "SweepSpec") -> Mapping[str, Quantity]:
+        """Return the variables of an atlas with one value per cell, for the method and the options of a spec."""
+        exact = self.exact.variables if self.exact is not None and spec.method == "exact" else {}
+        return {**self.variables, **exact}
+
+    def kernels(self, spec: "SweepSpec") -> tuple[Kernel, ...]:
+        """Return the compiled functions that compute the cells of a spec: their code decides the bits."""
+        return (self.integrate,)
+
+    def measure_more(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Columns:
+        """Return measures that need a kernel of their own, from those that `integrate` or `exact` has found."""
+        return {}
+
+    def derive(self, starts: Starts, measured: Columns) -> Columns:
+        """Return the variables that follow from the measures, but for ``stability`` and ``amplification``."""
+        return {}
+
+    def lines(self, spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return where theory puts the edges of the unstable band along an axis.
+
+        Parameters
+        ----------
+        spec : SweepSpec
+        axis : str
+            A control parameter that is an axis of the spec.
+        starts : mapping of str to array, shape (n,)
+            The starts of the rows along that axis; what they hold for the axis does not matter.
+
+        Returns
+        -------
+        dict of str to (critical, predicted)
+            ``"upper"`` (stable above) and ``"lower"`` (stable below), where theory has such an edge: two arrays, shape
+            (n,), in the SI unit of the axis: the limit of a vanishing perturbation, and the value at which the
+            criterion changes its verdict for the perturbation of the spec. NaN where theory has no value.
+        """
+        return {}
+
+    def line_label(self, spec: "SweepSpec", axis: str) -> str:
+        """Return the formula of the critical line along an axis, in mathtext; empty if there is none.
+
+        An equation, or the right-hand side of one for the square of the parameter.
+        """
+        return ""
+
+    def joined_edges(self, spec: "SweepSpec") -> tuple[str, str] | None:
+        """Return what the two ends of the analytic line are called, where both edges are one curve over the coordinate.
+
+        In mathtext, the end of the upper edge first; both ends lie at zero of the coordinate. None for separate lines.
+        """
+        return None
+
+    def scaled_square(self, spec: "SweepSpec", axis: str) -> tuple[float, str] | None:
+        """Return the factor with which the square of a control parameter is a pure number, and its name in mathtext.
+
+        None where cells differ in that factor, or the model has none.
+        """
+        return None
+
+    def lost_in_words(self, spec: "SweepSpec", stored: Mapping[str, float]) -> str:
+        """Return how a motion was lost, for a cell with these stored values."""
+        return self.endings.of(stored["ending"]).reason
+
+    def expectation(
+        self, spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]
+    ) -> Iterable[str]:
+        """Return lines that say what linear theory expects of one cell; none if the model has no such theory."""
+        return ()
+
+    def reach(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Array:
+        """Return how far the coordinate went from its undisturbed value, in its SI unit; NaN without extremes."""
+        steady = self.undisturbed(spec, starts)
+        low, high = (measured[name] for name in self.extremes)
+        return np.asarray(np.maximum(np.abs(high - steady), np.abs(low - steady)))
+
+    def error(self, measured: Columns) -> Array:
+        """Return the estimated error of the extremes, in the unit of the coordinate; NaN where it is not known."""
+        return np.asarray(measured[self.error_name], np.float64)
+
+    def may_be_lost(self, spec: "SweepSpec", measured: Columns, error: Array) -> Truths:
+        """Return which cells end otherwise if their extremes are off by `error`: the motion may be lost."""
+        return np.zeros(error.shape, bool)
+
+    def controls(self, axes: Iterable[str]) -> list[str]:
+        """Return the axes along which a boundary of stability is sought."""
+        return [name for name in axes if self.parameters[name].control]

@@ -1,0 +1,68 @@
+"""The exact reduction of the disk to one degree of freedom, as a reference: extremes without time stepping."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.disk import arrays
+from sweep.model.description import Columns, Starts
+from sweep.model.disk import audit
+from sweep.model.disk.initial_conditions import computed_rate
+from sweep.model.disk.tables import ENDINGS, REDUCTION
+from sweep.model.kernel import Kernel
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
+EXTREMES = Kernel(
+    "kernels.disk.exact.turning",
+    "extremes",
+    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.turning:reduce"),
+)
+
+
+class ExactReduction:
+    """See `sweep.model.description.ExactReference`."""
+
+    variables = REDUCTION
+    compared = ("tilt_min", "tilt_max", "nutation_period")
+    audit = audit.AUDIT
+
+    def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
+        """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.turning`).
+
+        Parameters
+        ----------
+        spec : SweepSpec
+        starts : mapping of str to array, shape (n,)
+
+        Returns
+        -------
+        dict of str to array, shape (n,)
+            The measures and counts of the disk and `variables`; NaN or 0 where the reduction has none. A cell whose
+            extremes are not known to the tolerance of the spec (on a separatrix) is unresolved.
+        """
+        rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+        measures, counts = EXTREMES.load()(rows, spec.fall_tilt, True)
+        found = dict(zip(arrays.EXACT_MEASURES, measures, strict=True))
+        found |= zip(arrays.EXACT_COUNTS, counts, strict=True)
+        vague = found["tilt_error"] > spec.tolerance
+        for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
+            found[name][vague] = np.nan
+        missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)
+        return {
+            **dict.fromkeys(arrays.MEASURES, missing),
+            **dict.fromkeys(arrays.COUNTS, none),
+            **found,
+            "ending": np.where(vague, ENDINGS.code("unresolved"), found["ending"]),
+        }
+
+    def needed(self, spec: "SweepSpec") -> tuple[str, ...]:
+        """Return the variables of an atlas that `check` reads."""
+        rate = computed_rate(spec)
+        return (*audit.MEASURES, rate) if rate else audit.MEASURES
+
+    def check(self, spec: "SweepSpec", starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+        """Hold stored cells against the reduction; see `sweep.model.disk.audit.check`."""
+        return audit.check(spec, starts, stored, self.measures(spec, starts))

@@ -1,0 +1,150 @@
+"""The disk: the model of a request that names none."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kernels.disk import arrays
+from sweep.model.description import Columns, Model, Starts, Words
+from sweep.model.disk import initial_conditions, linear_theory, tables, theory
+from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
+from sweep.model.disk.exact import EXTREMES, ExactReduction
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array, Quantity, Truths
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
+#: (whether the disk rolls, whether it precesses) -> what it does.
+_MOTIONS = {
+    (True, False): "Rolling along a line",
+    (False, True): "Spinning about the vertical",
+    (True, True): "Rolling and precessing",
+    (False, False): "Neither rolling nor spinning",
+}
+
+
+class Disk(Model):
+    """The thin disk that rolls without slipping and without losses."""
+
+    name = "disk"
+    parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
+    methods = ("rk4", "exact")
+    endings, variables = tables.ENDINGS, tables.VARIABLES
+    measures, counts = arrays.MEASURES, arrays.COUNTS
+    coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "peak_tilt"
+    lost_name = "a fall"
+    presets = Path(__file__).with_name("presets")
+    integrate = Kernel("kernels.disk.integrate", "integrate")
+    lane_model = Kernel("kernels.disk.integrate", "LANE_MODEL", cached=())
+    start_modules = ("sweep.model.disk.initial_conditions", "kernels.disk.steady")
+    words = Words(
+        summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every "
+        "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        keywords="rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
+        references="equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, "
+        "Korteweg 1899; stability: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201",
+    )
+    synonyms = {  # noqa: RUF012 - the base class declares it a Mapping
+        "g": "gravity",
+        "m": "mass",
+        "r": "radius",
+        "theta": "tilt",
+        "theta_dot": "tilt_rate",
+        "psi_dot": "precession_rate",
+        "phi_dot": "roll_rate",
+    }
+    # a disk spins about the vertical, and about its own axis
+    ambiguous = {  # noqa: RUF012 - likewise
+        "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical."
+    }
+    exact = ExactReduction()
+
+    def headline(self, spec: "SweepSpec") -> str:
+        """Return what is looked at, which follows from the rates."""
+        if initial_conditions.circling(spec):
+            return "Circling at constant tilt: stability of the steady motion"
+        rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
+        return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
+
+    def undisturbed(self, spec: "SweepSpec", starts: Starts) -> Array:
+        """Return the tilt [rad] of the steady motion that each start disturbs."""
+        return initial_conditions.steady_tilt(spec, starts)
+
+    def perturbation(self, spec: "SweepSpec", starts: Starts) -> Array:
+        """Return the scale [rad] of the perturbation in each start."""
+        return initial_conditions.perturbation(spec, starts)
+
+    def disturbed_motion(self, spec: "SweepSpec") -> str:
+        """Return what the starts disturb."""
+        return "steady circling at this tilt" if initial_conditions.circling(spec) else "the upright disk"
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse steady rates that do not follow from the others."""
+        initial_conditions.check_steady_rates(values)
+
+    def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
+        """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""
+        return initial_conditions.complete(spec, starts)
+
+    def cell_variables(self, spec: "SweepSpec") -> Mapping[str, Quantity]:
+        """Return the variables of an atlas, with contact forces where they are asked for."""
+        contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
+        return {**super().cell_variables(spec), **contact}
+
+    def kernels(self, spec: "SweepSpec") -> tuple[Kernel, ...]:
+        """Return the kernel of the method, and that of the contact forces where they are asked for."""
+        contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
+        return (EXTREMES if spec.method == "exact" else self.integrate, *contact)
+
+    def measure_more(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Columns:
+        """Return the extremes of the contact forces, where they are asked for."""
+        return contact_columns(starts, measured) if spec.contact == "yes" else {}
+
+    def derive(self, starts: Starts, measured: Columns) -> Columns:
+        """Return the peak tilt."""
+        least, greatest = measured["tilt_min"], measured["tilt_max"]
+        return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest))}
+
+    def may_be_lost(self, spec: "SweepSpec", measured: Columns, error: Array) -> Truths:
+        """Return which cells come so near to fall_tilt that they may as well have fallen."""
+        low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
+        return np.asarray(np.maximum(high, -low) + error >= spec.fall_tilt)
+
+    def lines(self, spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
+        return theory.lines(spec, axis, starts)
+
+    def line_label(self, spec: "SweepSpec", axis: str) -> str:
+        """Return the formula of the squared critical rate, or of the curve k = 0."""
+        return "k = 0" if initial_conditions.circling(spec) else theory.critical_square(spec, axis)
+
+    def joined_edges(self, spec: "SweepSpec") -> tuple[str, str] | None:
+        """Return the names of the ends of the curve k = 0: spinning and rolling upright."""
+        if not initial_conditions.circling(spec):
+            return None
+        fast, slow = (theory.critical_square(spec, rate) for rate in ("precession_rate", "roll_rate"))
+        return rf"spinning: $\dot\psi^2 = {fast}$", rf"rolling: $\dot\phi^2 = {slow}$"
+
+    def scaled_square(self, spec: "SweepSpec", axis: str) -> tuple[float, str] | None:
+        """Return g/R, in which the square of a rate is a pure number."""
+        if isinstance(spec.radius, float) and isinstance(spec.gravity, float):
+            return spec.radius / spec.gravity, "R/g"
+        return None
+
+    def lost_in_words(self, spec: "SweepSpec", stored: Mapping[str, float]) -> str:
+        """Return when the disk fell."""
+        time = f" after {stored['fall_time']:.6g} s" if np.isfinite(stored["fall_time"]) else ""
+        tilt = tables.SETTINGS["fall_tilt"].spell(spec.fall_tilt, 6)
+        return f"the tilt reached fall_tilt, {tilt}{time}, and a fall is unstable by any criterion"
+
+    def expectation(
+        self, spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]
+    ) -> Iterable[str]:
+        """Return what small oscillations about the steady motion say of a cell."""
+        return linear_theory.in_words(spec, start, stored)
+
+
+DISK = Disk()

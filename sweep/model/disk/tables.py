@@ -1,0 +1,175 @@
+"""The tables of the disk: parameters, settings, options, endings and variables.
+
+Their order is the order of the rows of the kernels' arrays (`kernels.disk.arrays`) and of the file.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from kernels.disk import endings as code
+from sweep.model.description import (
+    FAILED,
+    FINAL,
+    LOST,
+    MISSING,
+    OPEN,
+    UNDISTURBED,
+    Ending,
+    Endings,
+)
+from sweep.model.quantity import (
+    DECISION,
+    ERROR_GAUGE,
+    GRID,
+    STABLE,
+    STEP_COUNT,
+    UNDECIDED,
+    UNSTABLE,
+    Array,
+    Input,
+    Quantity,
+    Tolerance,
+    Truths,
+    Word,
+    positive,
+    table,
+)
+
+#: The word for `roll_rate` that asks for the roll rate which keeps the tilt constant.
+STEADY_ROLL = "steady"
+
+#: The words for `precession_rate` that ask for the slower or the faster rate which keeps the tilt constant.
+STEADY_PRECESSION = ("steady-slow", "steady-fast")
+
+_TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of the exact one")
+_DERIVED = Tolerance(
+    1e-9, 2e-3, "two tilts 2e-8 rad apart, over the smallest start of the presets, 1.7e-5 rad"
+)
+_FORCE = Tolerance(1e-5, 1e-5, "the extremes of the forces lie between steps, on a parabola through three")
+
+
+def _input(
+    name: str,
+    symbol: str,
+    units: str,
+    long_name: str,
+    default: float | str,
+    rule: str,
+    allows: Callable[[Array], Truths],
+    words: tuple[str, ...] = (),
+) -> Input:
+    return Input(name, symbol, units, long_name, GRID, default=default, rule=rule, allows=allows, words=words)
+
+
+def _rate(
+    name: str, symbol: str, long_name: str, words: tuple[str, ...] = (), control: bool = False
+) -> Input:
+    return Input(name, symbol, "rad s-1", long_name, GRID, default=0.0, words=words, control=control)
+
+
+def _upright(tilt: Array) -> Truths:
+    return np.abs(tilt) < math.pi / 2
+
+
+ENDINGS = Endings(
+    Ending(
+        code.NOT_COMPUTED, "not_computed", "the cell has not been integrated", MISSING,
+        "the cell has not been integrated",
+    ),
+    Ending(
+        code.BOUNDED, "bounded", "both turning points were passed: the extreme tilts hold for all time", FINAL,
+        "both turning points were passed, so that this holds for all time",
+    ),
+    Ending(
+        code.STEADY, "steady", "an exact steady motion with nothing to disturb it: there is nothing to measure",
+        UNDISTURBED,
+        "it is an exact steady motion and nothing disturbs it: whether it is stable cannot be measured from it",
+    ),
+    Ending(
+        code.HORIZON, "horizon", "the duration was over before both turning points were passed", OPEN,
+        "was over before both turning points were passed: it may yet go further",
+    ),
+    Ending(
+        code.FELL, "fell", "the tilt reached fall_tilt", LOST,
+        "the tilt reached fall_tilt, and a fall is unstable by any criterion",
+    ),
+    Ending(
+        code.UNRESOLVED, "unresolved", "the estimated error stayed over the tolerance, or the steps were too many",
+        FAILED, "the error of the integration stayed over the tolerance even at the smallest step",
+    ),
+    Ending(
+        code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
+        "there is no such start: nothing was integrated",
+    ),
+)  # fmt: skip
+
+# fmt: off
+PARAMETERS: Mapping[str, Input] = table(
+    _input("tilt", r"\theta_0", "rad", "initial tilt of the plane of the disk from the vertical",
+           0.0, "|tilt| < 90 deg", _upright),
+    _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
+    _rate("precession_rate", r"\dot\psi_0", "initial rate of the heading about the vertical",
+          STEADY_PRECESSION, control=True),
+    _rate("roll_rate", r"\dot\phi_0", "initial rate of roll about the axis of the disk, in the precessing frame",
+          (STEADY_ROLL,), control=True),
+    _input("alpha", r"\alpha", "1", "axial moment of inertia over mass times radius squared (0.5 disk, 1 hoop)",
+           0.5, "0 < alpha <= 1", lambda alpha: (alpha > 0.0) & (alpha <= 1.0)),
+    _input("radius", "R", "m", "radius of the disk", 0.5, "radius > 0", positive),
+    _input("gravity", "g", "m s-2", "acceleration of gravity", 9.81, "gravity > 0", positive),
+)
+
+SETTINGS: Mapping[str, Input] = table(
+    _input("duration", "t", "s", "longest time simulated for a cell", 300.0, "duration > 0", positive),
+    _input("step", "h", "s", "time step", "auto", "step > 0, or auto", positive, ("auto",)),
+    _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
+           math.radians(85.0), "0 deg < fall_tilt < 90 deg", lambda tilt: (tilt > 0.0) & _upright(tilt)),
+    _input("tolerance", r"\epsilon", "rad", "error that the gauges of a cell may show before its step is reduced",
+           1e-8, "1e-12 rad <= tolerance <= 0.1 rad", lambda error: (error >= 1e-12) & (error <= 0.1)),
+)
+
+OPTIONS: Mapping[str, Word] = table(
+    Word("contact", "whether the forces at the contact point are recorded: yes or no", "no", ("no", "yes"),
+         added_later=True),
+)
+
+VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("ending", "", "1", "how the integration of the cell ended", DECISION, ENDINGS.description, "i1",
+             ENDINGS.flags),
+    Quantity("stability", "", "1", "verdict of the stability criterion", DECISION,
+             "follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell undecided",
+             "i1", {UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}),
+    Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, "signed"),
+    Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT, "signed"),
+    Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
+             "the larger of |tilt_min| and |tilt_max|"),
+    Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
+             _DERIVED, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
+    Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _DERIVED),
+    Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _DERIVED),
+    Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
+             ERROR_GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
+    Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,
+             "what the invariants of the motion have lost, over the force at the turning point", "f4"),
+    Quantity("steps", "n", "1", "steps of the accepted integration", STEP_COUNT, "", "i4"),
+    Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", STEP_COUNT, "", "i1"),
+)
+
+#: What an atlas holds besides with ``contact=yes``.
+CONTACT_VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("least_normal_force", r"\min N/mg", "1", "least normal force of the motion over the weight", _FORCE,
+             "the disk would lift off where it is not positive"),
+    Quantity("friction_needed", r"\max\mu", "1", "largest friction coefficient that rolling without slip needs",
+             _FORCE, "missing where the normal force is not positive all the time"),
+)
+
+#: What an atlas of the exact reduction holds besides.
+REDUCTION: Mapping[str, Quantity] = table(
+    Quantity("wells", "", "1", "wells of the potential that belongs to the constants of the motion", DECISION,
+             "two wells: the tilt has a saddle between them", "i1", {0: "unknown", 1: "one_well", 2: "two_wells"}),
+    Quantity("separatrix", "", "1", "saddle of the potential minus the energy of the motion, over m g R",
+             Tolerance(1e-12, 1e-9, "a difference of energies, each known to rounding"),
+             "positive: trapped in one of two wells; negative: passes over the saddle; missing: there is no saddle"),
+)
+# fmt: on

@@ -1,0 +1,200 @@
+"""Where theory puts the boundary of stability: the analytic lines, and the line that a criterion predicts.
+
+No time stepping. Along any motion of the disk the two scaled rates s and o are linear combinations of two fixed
+functions of the tilt (Chaplygin 1897), so what a start must have to turn back at a given tilt is a closed expression.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kernels.disk.steady import (
+    critical_precession_rate_squared,
+    critical_roll_rate_squared,
+    marginal_precession_rates,
+)
+from sweep.model.description import Starts
+from sweep.model.disk.initial_conditions import circling, perturbation
+from sweep.model.quantity import Array
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
+#: The terms fall like sin(tilt)**n: this many suffice for 1e-15 up to the steepest fall_tilt that makes sense.
+_MOST_TERMS = 200_000
+
+#: Places on the way to the limit at which a barrier is looked for.
+_ON_THE_WAY = 32
+
+
+def lines(spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+    """Return the edges of the unstable band along a rate axis; see `sweep.model.description.Model.lines`.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    axis : str
+        A rate that is an axis of the spec.
+    starts : mapping of str to array, shape (n,)
+        The starts of the rows along the axis.
+
+    Returns
+    -------
+    dict of str to (critical, predicted)
+        For the ``"upper"`` edge (stable above it) and, where theory has one inside the axis, the ``"lower"`` edge:
+        two arrays [rad/s], shape (n,).
+    """
+    along = getattr(spec, axis).ends()
+    if circling(spec):
+        slow, fast = _circling_edges(spec, starts) if axis == "precession_rate" else (None, None)
+    else:
+        slow, fast = None, _upright_edges(spec, starts, axis)
+    if fast is None:
+        return {}
+    if along[0] < 0.0 < along[1]:
+        return {"upper": fast, "lower": _signed(fast, -1.0)}
+    # the motion does not care for the sign of its rates: on a negative axis the band lies mirrored
+    sign, outer, inner = (1.0, "upper", "lower") if along[1] > 0.0 else (-1.0, "lower", "upper")
+    found = {outer: _signed(fast, sign)}
+    return found if slow is None else found | {inner: _signed(slow, sign)}
+
+
+def _signed(edges: tuple[Array, Array], sign: float) -> tuple[Array, Array]:
+    return sign * edges[0], sign * edges[1]
+
+
+def critical_square(spec: "SweepSpec", rate: str) -> str:
+    """Return the squared critical rate of the upright disk, in mathtext."""
+    rolling = rate == "roll_rate"
+    if spec.alpha == 0.5:
+        return "g/3R" if rolling else "4g/5R"
+    if spec.alpha == 1.0:
+        return "g/4R" if rolling else "2g/3R"
+    return r"g/[2(1{+}\alpha)R]" if rolling else r"2g/[(2{+}\alpha)R]"
+
+
+def _limit(spec: "SweepSpec", starts: Starts) -> Array:
+    """How far [rad] the tilt of each cell may leave its steady value before the criterion says unstable."""
+    return np.nan_to_num(spec.criterion.allowed(perturbation(spec, starts)))
+
+
+def _circling_edges(spec: "SweepSpec", given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Slow and fast edge of the band in which circling is unstable, each (critical, predicted).
+
+    A kick e swings a stable steady motion out by e/sqrt(k): the criterion's limit L is met at k = (e/L)^2.
+    """
+    tilt, constants = given["tilt"], [given[name] for name in ("alpha", "radius", "gravity")]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slow, fast = marginal_precession_rates(tilt, 0.0, *constants)
+        predicted = marginal_precession_rates(
+            tilt, (given["tilt_rate"] / _limit(spec, given)) ** 2, *constants
+        )
+    return (slow, predicted[0]), (fast, predicted[1])
+
+
+def _upright_edges(spec: "SweepSpec", given: Starts, axis: str) -> tuple[Array, Array] | None:
+    """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
+    other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
+    if other is None or np.all(given[other] != 0.0):
+        return None
+    alpha, radius, gravity = (given[name] for name in ("alpha", "radius", "gravity"))
+    reach = np.minimum(_limit(spec, given), spec.fall_tilt)
+    outward = np.where(given["tilt"] < 0.0, -1.0, 1.0)
+    predicted = _holding_rate(given, outward * reach, axis)
+    # a kicked disk swings to both sides, a released one only away from its start
+    both = np.maximum(predicted, _holding_rate(given, -outward * reach, axis))
+    predicted = np.where(given["tilt_rate"] != 0.0, both, predicted)
+    squared = (
+        critical_roll_rate_squared(alpha, radius, gravity)
+        if axis == "roll_rate"
+        else critical_precession_rate_squared(alpha, radius, gravity)
+    )
+    known = given[other] == 0.0
+    return np.where(known, np.sqrt(squared), np.nan), np.where(
+        known & np.isfinite(predicted), predicted, np.nan
+    )
+
+
+def _holding_rate(given: Starts, tilt: Array, axis: str) -> Array:
+    """Least rate [rad/s] along `axis` with which a start turns back on its way to `tilt` [rad]; infinite if none does.
+
+    Usually it is the rate that turns it back at `tilt`; a tilted disk that is pushed towards upright may meet a barrier
+    before.
+    """
+    start = given["tilt"]
+    least = np.full_like(start, np.inf)
+    for share in np.arange(1, _ON_THE_WAY + 1) / _ON_THE_WAY:
+        least = np.minimum(least, _turning_rate(given, start + share * (tilt - start), axis))
+    return np.where(np.abs(start) < np.abs(tilt), least, np.nan)
+
+
+def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:
+    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does.
+
+    The scaled rates are s = p f, o = p g with p the rate sought and f, g fixed functions of the tilt, so that energy
+    conservation is linear in p^2.
+    """
+    start, alpha = given["tilt"], given["alpha"]
+    unit_squared = given["radius"] / given["gravity"]
+    f0 = np.ones_like(start) if axis == "roll_rate" else np.sin(start)
+    g0 = np.zeros_like(start) if axis == "roll_rate" else np.cos(start)
+    f, g = carried_rates(start, tilt, f0, g0, alpha)
+    half = 0.5 * (tilt + start), 0.5 * (tilt - start)
+    height = 0.5 * (1.0 + 0.5 * alpha) * given["tilt_rate"] ** 2 * unit_squared
+    height = height + 2.0 * np.sin(half[0]) * np.sin(half[1])
+    barrier = 0.5 * (1.0 + alpha) * (f - f0) * (f + f0) + 0.25 * alpha * (g - g0) * (g + g0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.sqrt(np.maximum(height, 0.0) / (barrier * unit_squared))
+    return np.where(barrier > 0.0, rate, np.inf)
+
+
+def carried_rates(start: Array, tilt: Array, s0: Array, o0: Array, alpha: Array) -> tuple[Array, Array]:
+    """Return the scaled rates s and o at `tilt` of a motion that has s0 and o0 at `start`.
+
+    Parameters
+    ----------
+    start, tilt : array, shape (n,)
+        Tilts [rad], inside +-90 deg.
+    s0, o0 : array, shape (n,)
+        s = roll rate + precession rate * sin(tilt), o = precession rate * cos(tilt), in any one unit.
+    alpha : array, shape (n,)
+        Mass distribution [1].
+
+    Returns
+    -------
+    (s, o) : arrays, shape (n,)
+
+    Notes
+    -----
+    ds/dtheta = -o/(1+alpha), do/dtheta = -2s + o tan(theta) (Chaplygin 1897). With u = sin(theta), s obeys Legendre's
+    equation (1-u^2) s'' - 2u s' - 2s/(1+alpha) = 0; its even and odd power series have positive terms only.
+    """
+    even, odd, even_slope, odd_slope = _legendre(np.sin(start), alpha)
+    cos = np.cos(start)
+    slope = -o0 / ((1.0 + alpha) * cos)
+    # the Wronskian even * odd_slope - odd * even_slope is 1/cos^2 (Abel)
+    a = (s0 * odd_slope - slope * odd) * cos**2
+    b = (slope * even - s0 * even_slope) * cos**2
+    even, odd, even_slope, odd_slope = _legendre(np.sin(tilt), alpha)
+    return a * even + b * odd, -(1.0 + alpha) * np.cos(tilt) * (a * even_slope + b * odd_slope)
+
+
+def _legendre(u: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
+    """Even and odd solution of Legendre's equation, s(0) = 1 or s'(0) = 1, and their derivatives in u."""
+    constant = 2.0 / (1.0 + alpha)
+    solutions = []
+    for first in (0, 1):
+        term = np.ones_like(u) if first == 0 else u.copy()
+        total, slope = term.copy(), np.zeros_like(u) if first == 0 else np.ones_like(u)
+        for n in range(first, _MOST_TERMS, 2):
+            coefficient = (n * (n + 1) + constant) / ((n + 1) * (n + 2))
+            # the derivative of the new term is (n + 2) * its value / u, written without the division
+            slope_term = coefficient * (n + 2) * term * u
+            term = coefficient * term * u * u
+            total += term
+            slope += slope_term
+            if np.all(np.abs(slope_term) <= 1e-17 * np.abs(slope)):
+                break
+        solutions.append((total, slope))
+    (even, even_slope), (odd, odd_slope) = solutions
+    return even, odd, even_slope, odd_slope

@@ -1,0 +1,183 @@
+"""The compiled functions of models: imported when first used, and kept on disk under a key made of their code.
+
+Numba's own key for a cached function sees only the file of the function itself. After an edit in another file, or for
+another model that is bound to the same schedule, it would go on running the old code. So the folder of the cache is
+named after the code of every module that the function is made of, comments and docstrings aside.
+"""
+
+import hashlib
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from sweep.errors import RequestError
+
+#: What may hold a quote or a hash sign that means nothing: strings and comments.
+_STRING_OR_COMMENT = re.compile(
+    r'"""(?:[^\\]|\\.)*?"""'
+    r"|'''(?:[^\\]|\\.)*?'''"
+    r'|"(?:[^"\\\n]|\\.)*"'
+    r"|'(?:[^'\\\n]|\\.)*'"
+    r"|#[^\n]*",
+    re.DOTALL,
+)
+#: What follows a docstring: a new line that closes no bracket.
+_NEW_LINE = re.compile(r"[ \t]*(?:#[^\n]*)?(?:\n\s*[^)\]},\s]|\s*\Z)")
+_IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([\w.]+))", re.MULTILINE
+)
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled function that is imported when it is first needed.
+
+    Parameters
+    ----------
+    module, function : str
+        Where it stands.
+    cached : tuple of str, optional
+        The compiled functions that are kept on disk, each as ``module:function``; the function itself if none is named.
+        A function that is plain Python and calls compiled ones names those.
+    """
+
+    module: str
+    function: str
+    cached: tuple[str, ...] = ()
+
+    def load(self) -> Callable[..., Any]:
+        """Return the function, kept on disk where the cache folder can be written."""
+        return _loaded(self)
+
+
+@lru_cache
+def _loaded(kernel: Kernel) -> Callable[..., Any]:
+    found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
+    for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
+        module, _, name = each.partition(":")
+        _cache_on_disk(getattr(import_module(module), name), cache_folder([kernel.module]))
+    return found
+
+
+def code_hash(modules: Iterable[str]) -> str:
+    """Return the SHA-256, in hexadecimal, of the code of modules and of all that they import from their own package.
+
+    Parameters
+    ----------
+    modules : iterable of str
+        Names of modules. Of a module of `sweep` its own code counts, not what it imports: what else of `sweep` decides
+        the bits of a cell is named beside it (`sweep.model.description.Model.start_modules`).
+    """
+    digest = hashlib.sha256()
+    for name, code in sorted(_closure(modules).items()):
+        digest.update(f"{name}\0{code}\0".encode())
+    return digest.hexdigest()
+
+
+def _closure(modules: Iterable[str]) -> dict[str, str]:
+    """Return each module, and all that they import from their own package and from `kernels`, with its code."""
+    found: dict[str, str] = {}
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        spec = _spec(name)
+        if name in found or spec is None or spec.origin is None:
+            continue
+        found[name] = significant(Path(spec.origin).read_text(encoding="utf-8"))
+        package = name.partition(".")[0]
+        if package != "sweep":
+            imported = _imported(found[name])
+            waiting += [each for each in imported if each.partition(".")[0] in (package, "kernels")]
+    return found
+
+
+def _imported(code: str) -> Iterator[str]:
+    for package, members, whole in _IMPORT.findall(code):
+        yield whole or package
+        spec = _spec(package) if package else None
+        if spec is not None and spec.submodule_search_locations is not None:
+            yield from (
+                f"{package}.{each.split()[0]}" for each in members.strip("()").split(",") if each.strip()
+            )
+
+
+@lru_cache
+def _spec(module: str) -> ModuleSpec | None:
+    try:
+        return find_spec(module)
+    except ModuleNotFoundError:
+        return None
+
+
+def significant(source: str) -> str:
+    """Return Python source without comments, docstrings and blank lines: what is left decides what it computes."""
+    kept, after, before = list[str](), 0, ""
+    for token in _STRING_OR_COMMENT.finditer(source):
+        between, text = source[after : token.start()], token.group()
+        kept.append(between)
+        before = between.rstrip()[-1:] or before
+        after = token.end()
+        # a docstring is the first statement of a file, or stands after the colon of a function or class
+        docstring = text.startswith('"""') and before in ("", ":") and _NEW_LINE.match(source, after)
+        if not text.startswith("#") and not docstring:
+            kept.append(text)
+            before = text[-1]
+    lines = "".join([*kept, source[after:]]).splitlines()
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+def cache_root() -> Path:
+    """Return the folder of all caches: $EULERDISK_CACHE_DIR, or the user's cache folder."""
+    import platformdirs
+
+    named = os.environ.get("EULERDISK_CACHE_DIR")
+    return Path(named or platformdirs.user_cache_dir("eulerdisk", appauthor=False))
+
+
+def cache_folder(modules: Iterable[str]) -> Path:
+    """Return the folder of the compiled functions that are made of these modules."""
+    import llvmlite
+    import numba
+
+    key = f"{code_hash(modules)[:16]}-numba{numba.__version__}-llvmlite{llvmlite.__version__}"
+    return cache_root() / key
+
+
+def check_cache() -> None:
+    """Refuse a cache that holds nothing after the kernels have been used.
+
+    Raises
+    ------
+    RequestError
+    """
+    if next(cache_root().rglob("*.nbc"), None) is None:
+        raise RequestError(
+            f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, and "
+            "NUMBA_DISABLE_JIT must not be set.",
+            hint="Set EULERDISK_CACHE_DIR to a folder that can be written.",
+            where="cache",
+        )
+
+
+def _cache_on_disk(compiled: Any, folder: Path) -> None:
+    import numba
+
+    if numba.config.DISABLE_JIT:
+        return
+    before = numba.config.CACHE_DIR
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        numba.config.CACHE_DIR = str(folder)
+        compiled.enable_caching()
+    except (OSError, RuntimeError):
+        # an unwritable cache costs the compilation of this process, nothing else
+        return
+    finally:
+        numba.config.CACHE_DIR = before

@@ -1,0 +1,147 @@
+"""Quantities: everything that has a name, with its units, type, flags, labels and tolerance.
+
+A model lists its parameters, settings and variables as tables of these; a unit or a name stands there and nowhere else.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+#: Value in a file where a float is missing: netCDF's own default fill, because some readers mishandle NaN.
+FILL = 9.969209968386869e36
+
+#: Verdicts of a criterion.
+UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
+
+Array = npt.NDArray[np.float64]
+Truths = npt.NDArray[np.bool_]
+
+#: units -> (spelling on a label, label = value * factor), where they differ: files hold radians, readers think in
+#: degrees.
+_SHOWN: Mapping[str, tuple[str, float]] = {
+    "1": ("", 1.0),
+    "rad": ("deg", math.degrees(1.0)),
+    "rad s-1": (r"rad s$^{-1}$", 1.0),
+    "m s-2": (r"m s$^{-2}$", 1.0),
+    "kg m2 s-1": (r"kg m$^2$ s$^{-1}$", 1.0),
+    "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far two atlases may differ in a quantity, and why: |new - old| <= absolute + relative * |old|."""
+
+    absolute: float
+    relative: float
+    reason: str
+
+
+DECISION = Tolerance(0.0, 0.0, "a decision is the same or it is not")
+GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits between processors")
+BOUNDARY = Tolerance(
+    0.0, 1.3e-3, "a verdict on the edge can move it by one cell: 2/800 rad/s of 2 rad/s in the presets"
+)
+ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: a gauge matters by its size, not by its digits")
+STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One named quantity of an atlas.
+
+    `symbol` is mathtext, `units` is CF's spelling, `flags` maps each code of an enumerated quantity to its name.
+    """
+
+    name: str
+    symbol: str
+    units: str
+    long_name: str
+    tolerance: Tolerance
+    description: str = ""
+    dtype: str = "f8"
+    flags: Mapping[int, str] | None = field(default=None, hash=False)
+
+    @property
+    def shown_units(self) -> str:
+        """Units in which people read the quantity, in plain text: deg for an angle, nothing for a pure number."""
+        return {"rad": "deg", "1": ""}.get(self.units, self.units)
+
+    @property
+    def plot_label(self) -> str:
+        """Label of an axis that shows value * `plot_scale`, in mathtext."""
+        words = self.name.replace("_", " ") + (f" ${self.symbol}$" if self.symbol else "")
+        units = _SHOWN.get(self.units, (self.units, 1.0))[0]
+        return f"{words} ({units})" if units else words
+
+    @property
+    def plot_scale(self) -> float:
+        """Factor from the value in `units` to the value that people read."""
+        return _SHOWN.get(self.units, (self.units, 1.0))[1]
+
+    def spell(self, value: float, digits: int = 10) -> str:
+        """Return a value as a message says it, angles in degrees."""
+        return f"{value * self.plot_scale:.{digits}g} {self.shown_units}".rstrip()
+
+    def flag(self, code: float) -> str:
+        """Return the name of a code of an enumerated quantity, in words."""
+        return (self.flags or {})[int(code)].replace("_", " ")
+
+    def attributes(self) -> dict[str, object]:
+        """Return the CF attributes, ASCII only; an enumerated quantity has flags instead of units."""
+        attributes: dict[str, object] = {"long_name": self.long_name}
+        if self.flags is None:
+            attributes["units"] = self.units
+        else:
+            attributes["flag_values"] = np.array(list(self.flags), dtype=self.dtype)
+            attributes["flag_meanings"] = " ".join(self.flags.values())
+        if self.description:
+            attributes["comment"] = self.description
+        return attributes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Input(Quantity):
+    """A quantity that a request may set: its default and the rule for its values.
+
+    `allows` takes an array of values in `units` and returns an array of bool. Every rule is an interval, so a
+    range is allowed if both its ends are. `words` may be given instead of a number. The boundary of stability is
+    sought along every axis that is a `control`. `added_later` marks what older atlases do not mention: the canonical
+    text of a spec leaves it out while it has its default, which therefore must never change.
+    """
+
+    default: float | str
+    rule: str = "any finite number"
+    allows: Callable[[Array], Truths] = field(default=np.isfinite, hash=False)
+    words: tuple[str, ...] = ()
+    control: bool = False
+    added_later: bool = False
+
+
+@dataclass(frozen=True)
+class Word:
+    """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`."""
+
+    name: str
+    long_name: str
+    default: str
+    choices: tuple[str, ...] = ()
+    added_later: bool = False
+
+
+_Row = TypeVar("_Row", Quantity, Input, Word)
+
+
+def table(*rows: _Row) -> Mapping[str, _Row]:
+    """Return rows by their names, not to be changed."""
+    return MappingProxyType({row.name: row for row in rows})
+
+
+def positive(values: Array) -> Truths:
+    """Return which values are above zero: the rule of many inputs."""
+    return values > 0.0

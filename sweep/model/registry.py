@@ -1,0 +1,63 @@
+"""The models that a request may name: the disk, and those that installed distributions register.
+
+A distribution registers a model as an entry point of the group ``eulerdisk.models``; the name of the entry point is the
+name of the model. A spec or a file can only name a registered model: nothing in it is ever imported.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib.metadata import EntryPoint, entry_points
+
+from sweep.errors import RequestError, shown
+from sweep.model.description import Model
+
+#: The model of a request that names none.
+DEFAULT = "disk"
+
+#: Group of the entry points.
+GROUP = "eulerdisk.models"
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all models, the default first."""
+    return (DEFAULT, *sorted(each.name for each in _registered() if each.name != DEFAULT))
+
+
+@lru_cache
+def named(name: str) -> Model:
+    """Return the model that is registered under a name.
+
+    Raises
+    ------
+    RequestError
+        If there is none.
+    """
+    if name == DEFAULT:
+        from sweep.model.disk.model import DISK
+
+        return DISK
+    for each in _registered():
+        if each.name == name:
+            found = each.load()
+            if isinstance(found, Model) and found.name == name:
+                return found
+            raise RequestError(
+                f"{each.value} is registered as the model {name}, but it is no sweep.model.description.Model "
+                f"of that name.",
+                hint="Ask the author of the distribution that registers it.",
+                where=f"model={name}",
+            )
+    raise RequestError(
+        f"There is no model {shown(name)!r}. The models are {', '.join(names())}.",
+        hint="Install the distribution that brings it, or name one of these.",
+        where="model",
+    )
+
+
+def every() -> Iterator[Model]:
+    """Yield all models, the default first."""
+    return map(named, names())
+
+
+def _registered() -> list[EntryPoint]:
+    return [each for each in entry_points(group=GROUP) if each.name != DEFAULT]
