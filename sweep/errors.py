@@ -1,4 +1,4 @@
-"""What can be wrong with a request, said so that the reader can put it right."""
+"""The errors that a user can put right, and their exit statuses."""
 
 from typing import Self
 
@@ -6,59 +6,69 @@ from typing import Self
 class RequestError(Exception):
     """A request that cannot be carried out; nothing has been touched.
 
-    The text always has the same four parts, led by the place that they speak of.
+    ``str(error)`` is one line: where, message, hint.
 
     Parameters
     ----------
-    what : str
-        What is wrong.
-    rule : str
-        The rule that was broken.
-    given : str
-        What was given, as it was given.
-    do : str
-        What to do about it.
+    message : str
+        What is wrong, what is allowed and what was given, in one or two sentences: "roll_rate must be finite; got nan."
+    hint : str, optional
+        What to do, in one sentence: "Write roll_rate=2.5."
     where : str, optional
-        The key, cell or file.
+        The key, cell or file, or the words of the user.
     """
 
     #: Exit status of a command that ends with this error.
     status = 2
 
-    def __init__(self, what: str, rule: str, given: str, do: str, where: str | None = None) -> None:
-        # All parts in args: an exception is pickled by its args, and workers send errors between processes.
-        super().__init__(what, rule, given, do, where)
-        self.what = what
-        self.rule = rule
-        self.given = given
-        self.do = do
-        self.where = where
+    def __init__(self, message: str, hint: str = "", where: str | None = None, *older: str | None) -> None:
+        # All texts in args: an exception is pickled by its args, and workers send errors between processes.
+        super().__init__(message, hint, where, *older)
+        self._message, self._hint, self.where = message, hint, where
+        self._four = bool(older)
+        if older:
+            # the older form: what is wrong, the rule, what was given, what to do, and where
+            self.what, self.rule, self.given, self.do = message, hint, str(where), str(older[0])
+            self.where = older[1] if len(older) > 1 else None
+
+    @property
+    def message(self) -> str:
+        """What is wrong, what is allowed and what was given."""
+        return f"{self.what}: {self.rule}; got {self.given}." if self._four else self._message
+
+    @property
+    def hint(self) -> str:
+        """What to do; empty if there is nothing more to say."""
+        if not self._four:
+            return self._hint
+        return self.do if self.do.endswith("?") else f"{self.do}."
 
     def __str__(self) -> str:
-        """Return the four parts as one message."""
+        """Return the error as one line."""
         place = f"{self.where}: " if self.where else ""
-        what, do = (text if text.endswith("?") else f"{text}." for text in (self.what, self.do))
-        return f"{place}{what} Rule: {self.rule}. Given: {self.given}. Do: {do}"
+        return f"{place}{self.message} {self.hint}".rstrip()
 
     def at(self, where: str, given: str | None = None) -> Self:
-        """Return the same error placed at `where`, with the words that the user gave there."""
-        return type(self)(self.what, self.rule, given or self.given, self.do, where)
+        """Return the same error at another place."""
+        if self._four:
+            return type(self)(self.what, self.rule, given or self.given, self.do, where)
+        return type(self)(self._message, self._hint, where)
 
 
 class StorageError(RequestError):
-    """The file system does not take what was computed: no room, a quota, a limit, a defect. What is whole is kept."""
+    """The file system refuses what was computed: no space, a quota, a limit or a defect. Complete blocks are kept."""
 
     status = 3
 
 
 class FailedBlocksError(RequestError):
-    """Other machines could not compute some of the blocks; what is whole is kept."""
+    """Other machines could not compute some of the blocks. Complete blocks are kept."""
 
     status = 1
 
 
 class StoppedError(Exception):
-    """A run ended between two blocks because it was asked to; its finished blocks are kept.
+    """A run was asked to stop and ended between two blocks; its finished blocks are kept.
 
     Parameters
     ----------
