@@ -13,7 +13,7 @@ import pytest
 
 import sweep
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[2]
 COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
 
 
