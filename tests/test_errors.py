@@ -25,8 +25,6 @@ def test_the_older_form_reads_the_same_way():
     assert (error.what, error.rule, error.given, error.do, error.where) == OLD
     question = RequestError("unknown word", "known words", "rol", "did you mean roll?")
     assert str(question).endswith("got rol. did you mean roll?")
-        "got rol. did you mean roll?"
-    )
     assert RequestError(*OLD).at("tilt", "tilt=nan").given == "tilt=nan"
     error.rule += " or steady"
     assert "is finite or steady; got" in str(error)

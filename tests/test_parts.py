@@ -107,9 +107,9 @@ def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("line", "match"),
     [
-        ("block --run a.nc.run --part 0/3", "not a part"),
-        ("block --run a.nc.run --part 4/3", "not a part"),
-        ("block --run a.nc.run --part x", "not a part"),
+        ("block --run a.nc.run --part 0/3", "1 <= I <= N"),
+        ("block --run a.nc.run --part 4/3", "1 <= I <= N"),
+        ("block --run a.nc.run --part x", "1 <= I <= N"),
         ("block --run elsewhere --part 1/3", "not the folder of a run"),
         ("assemble a.nc.run", "blocks are missing"),
         ("assemble elsewhere", "not the folder of a run"),
