@@ -86,6 +86,5 @@ install_with_pip() {
     fi
     # Dependency groups need pip 25.1; the venv of Python 3.13 and older brings an older one.
     "$python" -m pip install --help | grep -q -e --group || "${install[@]}" --upgrade "pip>=25.1" || return
-    # From inside the folder: pip splits PATH:GROUP at a colon, which a path may contain.
-    (cd -- "$checkout" && "${install[@]}" --editable . --group "$1")
+    "${install[@]}" --editable "$checkout" --group "$checkout/pyproject.toml:$1"
 }
