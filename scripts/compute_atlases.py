@@ -9,9 +9,8 @@ from plot_regimes import save_regimes
 
 import sweep
 from sweep.checks.audit import findings
-from sweep.commands.progress import reporting
 from sweep.commands.report import audit_line, critical_table
-from sweep.commands.stopping import stoppable
+from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots
 
 PRESETS = ("rolling", "spinning", "circling")
@@ -62,10 +61,8 @@ def make(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise sweep.RequestError(
-            "no folder for the atlases",
-            "the output is a folder, or can be made as one",
-            problem.strerror or str(problem),
-            "give another name, as in scripts/atlas -o atlas-out",
+            f"The output must be a folder, or a folder that can be made; {problem.strerror or problem}.",
+            "Give another name, as in: scripts/atlas -o atlas-out.",
             str(folder),
         ) from problem
 

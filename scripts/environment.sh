@@ -1,16 +1,18 @@
 # Sourced by scripts/test and scripts/atlas. It sets `checkout` (the project's folder) and `python` (the interpreter
-# of its virtual environment); prepare_environment [EXTRA] makes that environment ready. Runs in bash 3.2 and later.
+# of its virtual environment); prepare_environment [GROUP] makes that environment ready, with a dependency group of
+# pyproject.toml if one is named. Runs in bash 3.2 and later.
 
 checkout=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) || exit 1
 python=$checkout/.venv/bin/python
-# What is known of the environment: "ready EXTRA FINGERPRINT", or "making" from the first file until it is whole.
-# No such file: somebody else's environment, which is added to; it is replaced only where its Python does not run.
+# What is known of the environment: "ready GROUP FINGERPRINT", or "making" until it is complete.
+# No such file: an environment that the user has made; the project is installed into it, and it is replaced only if its
+# Python does not run.
 state_file=$checkout/.venv/eulerdisk-state
 
 prepare_environment() {
-    local extra=${1:-none} state
+    local group=${1:-none} state
     state=$(cat "$state_file" 2>/dev/null)
-    is_ready "$extra" "$state" && return
+    is_ready "$group" "$state" && return
 
     echo "Setting up $checkout/.venv (minutes the first time, nothing after that) ..." >&2
     if [ "$state" = making ] || ! "$python" -c '' 2>/dev/null; then
@@ -19,15 +21,15 @@ prepare_environment() {
         rm -f -- "$state_file"
         "$python" -m pip --version >/dev/null 2>&1 || "$python" -m ensurepip >/dev/null || exit
     fi
-    install_project "$extra" || exit
-    printf 'ready %s %s\n' "$extra" "$(fingerprint)" >"$state_file"
+    install_project "$group" || exit
+    printf 'ready %s %s\n' "$group" "$(fingerprint)" >"$state_file"
 }
 
-# An environment with the test extra also serves whoever wants none.
+# An environment with the group test also serves a script that needs no group.
 is_ready() {
-    local extra=$1 state=$2 now
+    local group=$1 state=$2 now
     now=$(fingerprint 2>/dev/null) || return
-    [ "$state" = "ready $extra $now" ] || [ "$state" = "ready test $now" ]
+    [ "$state" = "ready $group $now" ] || [ "$state" = "ready test $now" ]
 }
 
 # Changes whenever the install has to be done again; the folder is part of it because an editable install points there.
@@ -69,10 +71,20 @@ find_python() {
 }
 
 install_project() {
-    local target=$checkout log=$checkout/.venv/eulerdisk-install.log
-    [ "$1" = none ] || target="$checkout[$1]"
-    "$python" -m pip install --quiet --disable-pip-version-check --no-input --editable "$target" >"$log" 2>&1 && return
+    local log=$checkout/.venv/eulerdisk-install.log
+    install_with_pip "$1" >"$log" 2>&1 && return
     cat -- "$log" >&2
-    echo "The install into $checkout/.venv failed; pip's words are above. Mend the cause and run the command again." >&2
+    echo "The install into $checkout/.venv failed; pip's messages are above. Remove the cause and run the command again." >&2
     return 1
+}
+
+install_with_pip() {
+    local install=("$python" -m pip install --quiet --disable-pip-version-check --no-input)
+    if [ "$1" = none ]; then
+        "${install[@]}" --editable "$checkout"
+        return
+    fi
+    # Dependency groups need pip 25.1; the venv of Python 3.13 and older brings an older one.
+    "$python" -m pip install --help | grep -q -e --group || "${install[@]}" --upgrade "pip>=25.1" || return
+    "${install[@]}" --editable "$checkout" --group "$checkout/pyproject.toml:$1"
 }

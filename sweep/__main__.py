@@ -1,4 +1,4 @@
-"""``python -m sweep`` is ``eulerdisk``."""
+"""``python -m sweep`` runs the command ``eulerdisk``."""
 
 from sweep.cli import main
 

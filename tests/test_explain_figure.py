@@ -93,7 +93,9 @@ def test_the_command_tells_what_it_can(tmp_path, command):
     status, out, err = command("explain a.nc precession_rate=0 --plot cell.png")
     assert status == 2
     assert "verdict     undecided" in out
-    assert "no motion to draw. Rule: a motion begins with finite rates. Given: roll_rate=" in err
+    assert "no motion to draw" in err
+    assert "finite" in err
+    assert "roll_rate=" in err
     assert not (tmp_path / "cell.png").exists()
 
 

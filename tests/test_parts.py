@@ -107,9 +107,9 @@ def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("line", "match"),
     [
-        ("block --run a.nc.run --part 0/3", "not a part"),
-        ("block --run a.nc.run --part 4/3", "not a part"),
-        ("block --run a.nc.run --part x", "not a part"),
+        ("block --run a.nc.run --part 0/3", "1 <= I <= N"),
+        ("block --run a.nc.run --part 4/3", "1 <= I <= N"),
+        ("block --run a.nc.run --part x", "1 <= I <= N"),
         ("block --run elsewhere --part 1/3", "not the folder of a run"),
         ("assemble a.nc.run", "blocks are missing"),
         ("assemble elsewhere", "not the folder of a run"),
@@ -122,12 +122,11 @@ def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
     ],
 )
 def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
-    """With status 2, a message of four parts, and nothing touched."""
+    """With status 2, one line, and nothing touched."""
     command(f"prepare {WORDS} --block-cells 4 -o a.nc")
     before = sorted(tmp_path.rglob("*"))
     status, out, err = command(line)
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert all(part in err for part in (". Rule: ", ". Given: ", ". Do: "))
     assert re.search(match, err)
     assert sorted(tmp_path.rglob("*")) == before
 
@@ -222,9 +221,8 @@ def test_a_second_run_of_one_output_is_refused(command, tmp_path):
         for line in (f"run {WORDS} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"):
             status, _, err = command(line)
             assert status == 2
-            assert (
-                f"being written. Rule: one run writes it at a time. Given: process {os.getpid()} on " in err
-            )
+            assert "being written" in err
+            assert f"process {os.getpid()} on " in err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*.npz")} == before
 
 

@@ -179,7 +179,7 @@ def test_what_is_not_a_value_is_refused(raw, quantity, message):
     with pytest.raises(RequestError, match=message) as caught:
         read_value(raw, quantity)
     assert str(caught.value).startswith(f"{quantity.name}: ")
-    assert f"Given: {quantity.name}=" in str(caught.value)
+    assert f"got {quantity.name}=" in str(caught.value)
 
 
 def test_zero_needs_no_unit():

@@ -32,7 +32,7 @@ def test_other_text_is_not_canonical(text):
         ({"radius": "-10cm"}, "radius: -0.1 m is not possible"),
         ({"gravity": 0}, "gravity > 0"),
         ({"gravity": "0:9.81:5"}, "gravity > 0"),
-        ({"tilt": "95deg"}, r"tilt: 95 deg is not possible\. Rule: \|tilt\| < 90 deg\. Given: tilt=95deg"),
+        ({"tilt": "95deg"}, r"^tilt: .*95 deg.*\|tilt\| < 90 deg.*tilt=95deg"),
         ({"tilt": "-90deg:0:5"}, "tilt: -90 deg is not possible"),
         ({"tilt": 5}, "bare number is in radians.*tilt=5deg"),
         ({"tilt": "0:20:300"}, "bare number is in radians"),
@@ -41,7 +41,7 @@ def test_other_text_is_not_canonical(text):
         ({"roll_rate": "steady", "precession_rate": [0.0]}, "steady needs a precession_rate other than 0"),
         (
             {"roll_rate": "quick"},
-            r"roll_rate: not a value.*or steady\. .*Do: write a value, or roll_rate=steady\.",
+            r"^roll_rate: .*or steady; .*write a value, or roll_rate=steady\.",
         ),
         ({"tilt_rate": "steady"}, "tilt_rate: not a value"),
         ({"duration": 0}, "duration > 0"),
@@ -49,8 +49,8 @@ def test_other_text_is_not_canonical(text):
         ({"step": "-1ms"}, "step: -0.001 s is not possible"),
         ({"step": "automatic"}, "step: not a value"),
         ({"step": 1e-8}, "too many steps"),
-        ({"fall_tilt": 0}, r"0 deg < fall_tilt < 90 deg\. .*Do: choose values with 0 deg < fall_tilt"),
-        ({"device": "gpu"}, r"device is cpu or cuda\. .*Do: write device=cpu or device=cuda\."),
+        ({"fall_tilt": 0}, r"^fall_tilt: .*0 deg < fall_tilt < 90 deg"),
+        ({"device": "gpu"}, r"^device: .*cpu or cuda.*write device=cpu or device=cuda\."),
         ({"fall_tilt": "90deg"}, "fall_tilt: 90 deg is not possible"),
         ({"fall_tilt": 80}, "fall_tilt=80deg"),
         ({"tolerance": 0}, "tolerance <= 0.1 rad"),
@@ -68,10 +68,10 @@ def test_other_text_is_not_canonical(text):
     ],
 )
 def test_an_impossible_request_is_refused(words, message):
-    """Each broken rule has one message, with the key, the rule, what was given and what to do."""
+    """Each broken rule has one message that names the key, the rule, what was given and what to do."""
     with pytest.raises(RequestError, match=message) as caught:
         SweepSpec(**words)
-    assert all(part in str(caught.value) for part in ("Rule: ", "Given: ", "Do: "))
+    assert all((caught.value.where, caught.value.message, caught.value.hint))
 
 
 def test_circling_may_pass_through_zero_precession():
@@ -84,7 +84,7 @@ def test_circling_may_pass_through_zero_precession():
     [
         (["alpha=0.5", "alpha=1"], "alpha: given twice.*alpha=0.5 and alpha=1"),
         (["alpha"], "not a NAME=VALUE word"),
-        (["=3"], "not a NAME=VALUE word.*Given: =3"),
+        (["=3"], "not a NAME=VALUE word.*got =3"),
         (["mass=1"], "leave it out: it is a word of eulerdisk simulate"),
         (["g=1.6"], r"did you mean gravity\?"),
         (["spin_rate=3"], "say roll_rate.*or precession_rate"),

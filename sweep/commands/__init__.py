@@ -1,1 +1,1 @@
-"""The commands of `eulerdisk`, one module for each errand; heavy imports stand inside the functions."""
+"""The commands of `eulerdisk`, grouped by purpose. Heavy imports are inside the functions."""

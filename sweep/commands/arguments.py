@@ -1,16 +1,29 @@
-"""Arguments that several commands share."""
+"""Arguments that several commands share, and the spec that they ask for."""
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sweep.errors import RequestError
 
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
+
+def _percentage(value: float) -> float:
+    # not the parser's own limits: nan passes them
+    if not 0.0 <= value <= 100.0:
+        raise typer.BadParameter(f"must be a percentage from 0 to 100; got {value:g}. Write --max-failed 5.")
+    return value
+
+
 Words = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[NAME=VALUE]...",
+        metavar="NAME=VALUE",
         help="Changes to the spec: a number, a list a,b,c or a range start:stop:count[:log], with units if you like.",
         show_default=False,
     ),
@@ -27,34 +40,71 @@ OptionalSpec = Annotated[
     ),
 ]
 AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made by eulerdisk run.")]
-Criterion = Annotated[
-    str | None, typer.Option(help="Take the verdicts of another criterion, e.g. departure:2deg.")
-]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")]
-Threads = Annotated[int | None, typer.Option(help="Threads; all that may be used, if not given.")]
+Output = Annotated[Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the files to write if they exist.")]
+Criterion = Annotated[str | None, typer.Option(help="Judge by another criterion, e.g. departure:2deg.")]
+Threads = Annotated[int | None, typer.Option(help="Number of threads; default: all available.")]
 BlockCells = Annotated[
     int | None,
-    typer.Option(help="Cells per block, the most that a crash costs; about a second of work, if not given."),
+    typer.Option(help="Cells per block, the most that a crash costs; default: about a second of work."),
 ]
-
-
-def _percent(most: float) -> float:
-    if not 0.0 <= most <= 100.0:
-        raise RequestError(
-            "not a share of the cells",
-            "0 <= --max-failed <= 100",
-            f"{most:g}",
-            "--max-failed 5",
-            "--max-failed",
-        )
-    return most
-
-
 MaxFailed = Annotated[
     float,
     typer.Option(
         metavar="PERCENT",
-        help="More unresolved or invalid cells than this end with status 1.",
-        callback=_percent,
+        help="Exit with status 1 if more cells than this are unresolved or invalid.",
+        callback=_percentage,
     ),
 ]
+
+
+def read_request(spec: str | None, words: Sequence[str], source: Path | None) -> "SweepSpec":
+    """Return the spec that the command line asks for.
+
+    Parameters
+    ----------
+    spec : str or None
+        A preset or a file; with `source` the first change, if there is one.
+    words : sequence of str
+        Changes, ``NAME=VALUE``.
+    source : Path or None
+        An atlas whose run is to be repeated.
+
+    Raises
+    ------
+    RequestError
+        If neither or both are given, or the words make no valid spec.
+    """
+    from sweep.request.spec import SweepSpec
+    from sweep.request.words import split_words
+    from sweep.schema import PARAMETERS, SETTINGS, WORDS
+
+    if source is None:
+        if spec is None:
+            raise RequestError(
+                "A run needs a SPEC, or --from with an atlas; got neither.",
+                "Name a preset, as in: eulerdisk run rolling -o rolling.nc.",
+            )
+        return SweepSpec.from_words(spec, words)
+    if spec is not None and "=" not in spec:
+        raise RequestError(
+            f"A run takes a SPEC or --from, not both; got {spec} and --from {source}.",
+            "Leave one of them out.",
+        )
+    changes = split_words([spec, *words] if spec else words, (*PARAMETERS, *SETTINGS, *WORDS))
+    return _spec_of_file(source).replace(**changes)
+
+
+def _spec_of_file(path: Path) -> "SweepSpec":
+    from sweep.atlas.dataset import spec_of
+    from sweep.engine.compiled import kernel_hash
+    from sweep.files.reading import opened
+
+    with opened(path) as dataset:
+        if dataset.attrs.get("kernel_hash") != kernel_hash():
+            print(
+                f"eulerdisk: {path} was made by other kernels than these: the digits may differ, "
+                "eulerdisk compare says whether they matter",
+                file=sys.stderr,
+            )
+        return spec_of(dataset)

@@ -1,17 +1,45 @@
-"""Check atlases: `compare`."""
+"""Check atlases: `verify` against the exact reduction, `compare` with a reference, `explain` one cell."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-NewFile = Annotated[Path, typer.Argument(metavar="NEW.nc", help="The atlas to be checked.")]
-ReferenceFile = Annotated[Path, typer.Argument(metavar="REFERENCE.nc", help="The atlas that is trusted.")]
+from sweep.commands.arguments import AtlasFile, Overwrite
+
+
+def verify(
+    atlas: AtlasFile,
+    write: Annotated[
+        Path | None, typer.Option("--write", metavar="AUDIT.nc", help="Store the differences in a new file.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Check every cell of an atlas against the exact reduction.
+
+    Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
+    """
+    from sweep.checks import audit
+    from sweep.commands.report import audit_text
+    from sweep.files import store
+    from sweep.files.reading import opened
+
+    with opened(atlas) as dataset:
+        if write is not None:
+            store.check_apart(write, atlas)
+            store.check_target(write, overwrite)
+        audited = audit.verify(dataset)
+    if write is not None:
+        store.save(audited, write, overwrite=overwrite)
+    found = audit.findings(audited)
+    print(audit_text(found))
+    if not found.passed:
+        raise typer.Exit(1)
 
 
 def compare(
-    new: NewFile,
-    reference: ReferenceFile,
+    new: Annotated[Path, typer.Argument(metavar="NEW.nc", help="The atlas to be checked.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE.nc", help="The atlas that is trusted.")],
     *,
     common: Annotated[
         bool, typer.Option("--common", help="Compare the cells that both have, if the grids differ.")
@@ -23,8 +51,8 @@ def compare(
 ) -> None:
     """Check an atlas against a trusted one. Exit status: 0 the same, 1 different, 2 not comparable.
 
-    Endings and verdicts have to be equal, measures within the tolerances of the project; cells that flip on an edge
-    are counted apart. Provenance is listed, not judged.
+    Endings and verdicts have to be equal, measures equal within tolerances. Cells on the edge between two verdicts
+    are counted separately. Provenance is listed, not judged.
     """
     import json
 
@@ -50,4 +78,50 @@ def compare(
     else:
         print(in_words(comparison))
     if not comparison.same:
+        raise typer.Exit(1)
+
+
+def explain(
+    atlas: AtlasFile,
+    cell: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME=VALUE",
+            help="The cell: a value for each axis, e.g. tilt=1deg.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FIG", help="Draw its motion too: png, pdf or svg.")
+    ] = None,
+) -> None:
+    """Explain the nearest cell: its numbers, a new run of it, the exact values, theory, and the reason of its verdict.
+
+    eulerdisk explain rolling.nc roll_rate=2.4 tilt=1deg --plot cell.png
+
+    Exit status 1 if the run cannot be repeated within the tolerances.
+    """
+    from sweep.request.words import split_words
+    from sweep.schema import PARAMETERS
+
+    given = split_words(cell or [], tuple(PARAMETERS))
+    if plot is not None:
+        from sweep.files.filenames import check_format
+
+        check_format(plot)
+        from sweep.files.store import check_target
+
+        check_target(plot, True)
+    from sweep.checks.explain import explain as explained
+    from sweep.files.reading import opened
+
+    with opened(atlas) as dataset:
+        explanation = explained(dataset, given)
+    print(explanation.text)
+    if plot is not None:
+        from sweep.figures import cellplot, plots
+
+        plots.save(cellplot.figure(explanation), plot)
+    if not explanation.repeated:
         raise typer.Exit(1)

@@ -84,10 +84,10 @@ def test_a_fall_is_told(simulate):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        (f"{WORDS} -o path.csv", "a motion is written to a netCDF file, .nc; --plot writes .png"),
+        (f"{WORDS} -o path.csv", "-o path.nc"),
         (f"{WORDS} -o path.nc --plot path.jpg", ".png, .pdf, .svg"),
         (f"{WORDS} -o path.nc --animate disk.avi", ".mp4, .gif"),
-        (f"{WORDS} -o path.nc --animate disk.mp4", "Do: write disk.gif, or install ffmpeg"),
+        (f"{WORDS} -o path.nc --animate disk.mp4", "install ffmpeg"),
         (f"{WORDS} -o absent/path.nc", "mkdir -p absent"),
         (f"{WORDS} -o path.nc --animate absent/disk.gif", "mkdir -p absent"),
         ("duration=-1s -o path.nc", "duration > 0"),

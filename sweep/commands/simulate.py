@@ -1,4 +1,4 @@
-"""One motion in time: `simulate`."""
+"""Compute one motion in time: `simulate`."""
 
 import shlex
 import sys
@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.stopping import abandonable
+from sweep.commands.arguments import Output, Overwrite
+from sweep.commands.terminal import abandonable, reporting, say
 from sweep.errors import RequestError
 
 
@@ -15,22 +16,20 @@ def simulate(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="NAME=VALUE...",
-            help="The start, and how it is integrated: one number each, with a unit if you like.",
+            metavar="NAME=VALUE",
+            help="Initial conditions and settings of the integration: one number each, with a unit if you like.",
             show_default=False,
         ),
     ] = None,
     *,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")
-    ],
+    output: Output,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FIG", help="Also draw it: png, pdf or svg.")
     ] = None,
     animate: Annotated[
         Path | None, typer.Option("--animate", metavar="FILM", help="Also film it: mp4 or gif.")
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Compute one motion: its path, invariants and contact forces in time.
 
@@ -45,7 +44,6 @@ def simulate(
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None:
-        from sweep.commands.progress import reporting
         from sweep.figures import animation
 
         with abandonable(animate) as check, reporting(what="frames") as progress:
@@ -61,7 +59,7 @@ def simulate(
         plots.save(motion_plots.figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
     fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
-    print(f"eulerdisk: {output}: {dataset['tilt'].size} samples{fell}", file=sys.stderr)
+    say(f"{output}: {dataset['tilt'].size} samples{fell}")
 
 
 def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
@@ -70,11 +68,9 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
 
     if output.suffix.lower() != ".nc":
         raise RequestError(
-            "not a format of motions",
-            "a motion is written to a netCDF file, .nc; --plot writes .png, .pdf, .svg; --animate writes .mp4, .gif",
-            str(output),
-            f"write -o {output.stem or 'path'}.nc",
-            str(output),
+            "A motion is written to a netCDF file, .nc (--plot writes .png, .pdf, .svg; --animate writes .mp4, .gif); "
+            f"got -o {output}.",
+            f"Write -o {output.stem or 'path'}.nc.",
         )
     if plot is not None:
         from sweep.files.filenames import check_format

@@ -1,13 +1,13 @@
-"""Look at finished atlases: `info`, `boundary`, `plot`."""
+"""Look into finished atlases, draw them and write them in other formats: `info`, `boundary`, `plot`, `export`."""
 
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite
+from sweep.commands.terminal import say
 from sweep.errors import RequestError
 
 
@@ -16,10 +16,10 @@ def info(
     *,
     partial: Annotated[
         Path | None,
-        typer.Option(metavar="PART.nc", help="Write what there is of an unfinished run as an atlas."),
+        typer.Option(metavar="PART.nc", help="Write the finished blocks of an unfinished run as an atlas."),
     ] = None,
 ) -> None:
-    """Say in words what is in an atlas, or how far a run is that is not finished."""
+    """Say in words what is in an atlas, or how far an unfinished run is."""
     from sweep.commands.report import describe
     from sweep.files.reading import opened
     from sweep.runs import peek
@@ -27,15 +27,13 @@ def info(
     folder = peek.unfinished(atlas)
     if folder is None and partial is not None:
         raise RequestError(
-            "no unfinished run",
-            f"--partial needs the blocks of a run, in {atlas}.run",
+            f"--partial writes the finished blocks of a run in {atlas}.run; there is no unfinished run.",
+            "Leave --partial out, or give the output file of an unfinished run.",
             str(atlas),
-            "leave --partial out, or give the file that a run is to make",
-            "--partial",
         )
     if folder is not None and partial is not None:
         done, cells = peek.write_partial(folder, partial)
-        print(f"eulerdisk: {partial}: {done} of {cells} cells computed", file=sys.stderr)
+        say(f"{partial}: {done} of {cells} cells computed")
     elif folder is not None:
         print(peek.describe(folder))
     if folder is None or atlas.is_file():
@@ -58,7 +56,7 @@ def boundary(
             "--output", "-o", metavar="OUT.nc", help="Write the atlas with this boundary to a new file."
         ),
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT.nc if it exists.")] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
     from sweep.atlas import verdicts
@@ -78,7 +76,7 @@ def boundary(
 
 
 def plot(
-    atlases: Annotated[list[Path], typer.Argument(metavar="ATLAS.nc...", help="One panel each.")],
+    atlases: Annotated[list[Path], typer.Argument(metavar="ATLAS.nc", help="One panel each.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg.")],
     criterion: Criterion = None,
     friction: Annotated[
@@ -88,24 +86,26 @@ def plot(
     regimes: Annotated[
         bool,
         typer.Option(
-            "--regimes", help="Draw instead how many wells the potential has, and who crosses upright."
+            "--regimes",
+            help="Draw instead how many wells the potential has, and which motions cross the upright position.",
         ),
     ] = False,
 ) -> None:
-    """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
+    """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts."""
     from sweep.files.filenames import check_atlas, check_format
 
     check_format(output)
     if friction is not None and not friction > 0.0:
         raise RequestError(
-            "not a friction coefficient", "friction > 0", f"{friction:g}", "give one, as in --friction 0.5"
+            f"A friction coefficient must be greater than 0; got {friction:g}.",
+            "Write --friction 0.5.",
+            "--friction",
         )
     if regimes and not (criterion is None and friction is None):
         raise RequestError(
-            "regimes know neither a criterion nor friction",
-            "--regimes draws what the motion is, whatever counts as unstable",
-            "--regimes with --criterion or --friction",
-            "leave the others out",
+            "--regimes draws kinds of motion, which depend neither on a criterion nor on friction; "
+            "got --regimes with --criterion or --friction.",
+            "Leave --criterion and --friction out.",
         )
     for atlas in atlases:
         check_atlas(atlas)
@@ -118,3 +118,24 @@ def plot(
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         plots.save(regimemap.figure(datasets) if regimes else plots.figure(datasets, friction), output)
+
+
+def export(
+    atlas: AtlasFile,
+    *,
+    kind: Annotated[str, typer.Option("--to", metavar="FORMAT", help="csv, parquet or zarr.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="OUT", help="What to write; default: beside the atlas."),
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write an atlas as a table of cells (csv, parquet) or as zarr."""
+    from sweep.files.export import export as exported
+    from sweep.files.reading import opened
+    from sweep.files.store import check_apart
+
+    target = output or atlas.with_suffix(f".{kind}")
+    with opened(atlas) as dataset:
+        check_apart(target, atlas)
+        exported(dataset, target, kind, overwrite=overwrite)

@@ -6,14 +6,16 @@ import shutil
 import stat
 import subprocess
 import sys
+import tomllib
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import sweep
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[2]
 COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
 
 
@@ -41,6 +43,34 @@ def installed(wheel: zipfile.ZipFile, tmp_path_factory: pytest.TempPathFactory) 
     folder = tmp_path_factory.mktemp("installed")
     wheel.extractall(folder)
     return folder
+
+
+@pytest.fixture
+def readers(tmp_path: Path) -> Callable[..., tuple[list[str], str]]:
+    """Return a function that runs prepare_readers where no package is installed: calls of apt-get, and messages."""
+    programs, called = tmp_path / "bin", tmp_path / "called"
+    programs.mkdir()
+    (tmp_path / ".venv").mkdir()
+    called.touch()
+    for name, body in (
+        ("dpkg-query", "exit 1"),
+        ("apt-get", f'echo "$@" >>{called}'),
+        ("sudo", '[ "$1" != -n ] || shift; exec "$@"'),
+    ):
+        (programs / name).write_text(f"#!/bin/sh\n{body}\n")
+        (programs / name).chmod(0o755)
+
+    def run(*words: str) -> tuple[list[str], str]:
+        source = (
+            f"checkout={tmp_path}; source {CHECKOUT}/scripts/readers.sh; prepare_readers {' '.join(words)}"
+        )
+        environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
+        done = subprocess.run(
+            ["bash", "-u", "-c", source], env=environment, capture_output=True, text=True, check=True
+        )
+        return called.read_text().splitlines(), done.stderr
+
+    return run
 
 
 def metadata(wheel: zipfile.ZipFile, name: str) -> str:
@@ -98,6 +128,29 @@ def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path
     said = succeeded(sys.executable, "-c", entry, "--help", cwd=tmp_path, env=environment)
     assert Path(said.splitlines()[0]) == installed / "sweep" / "__init__.py"
     assert "Usage" in said
+
+
+def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -> None:
+    """The extras are for users; the developers' tools are a dependency group, which no user can install by accident."""
+    extras = email.message_from_string(metadata(wheel, "METADATA")).get_all("Provides-Extra")
+    assert set(extras) == {"dask", "formats", "bench", "cuda"}
+    groups = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]
+    assert any(each.startswith("pytest>") for each in groups["test"])
+
+
+def test_no_system_package_is_installed_unasked(readers: Callable[..., tuple[list[str], str]]) -> None:
+    """Without --readers nothing is installed; a message names the missing packages and how to install them."""
+    called, said = readers()
+    assert called == []
+    assert "scripts/test --readers" in said
+    assert "netcdf-bin" in said
+
+
+def test_readers_are_installed_when_asked_for(readers: Callable[..., tuple[list[str], str]]) -> None:
+    """With --readers the list of packages is fetched, then the missing ones are installed."""
+    (update, install), _ = readers("install")
+    assert update.endswith(" update")
+    assert " install --no-install-recommends netcdf-bin cdo" in install
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -1,0 +1,203 @@
+"""Compute atlases: at once, in parts for array jobs, and what comes before a run.
+
+Commands: `run`; `prepare`, `block` and `assemble`; `plan` and `warmup`.
+"""
+
+import re
+import shlex
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.commands.arguments import (
+    BlockCells,
+    MaxFailed,
+    OptionalSpec,
+    Output,
+    Overwrite,
+    Spec,
+    Threads,
+    Words,
+    read_request,
+)
+from sweep.commands.terminal import reporting, say, stoppable
+from sweep.errors import RequestError
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+    from sweep.runs.failures import Failures
+
+
+def run(
+    spec: OptionalSpec = None,
+    words: Words = None,
+    *,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="ATLAS.nc", help="Repeat the run of an atlas, instead of a SPEC."),
+    ] = None,
+    output: Output,
+    overwrite: Overwrite = False,
+    threads: Threads = None,
+    block_cells: BlockCells = None,
+    max_failed: MaxFailed = 1.0,
+    dask: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Compute on the workers of a dask scheduler, tcp://host:8786."),
+    ] = None,
+) -> None:
+    """Compute an atlas and write it to one netCDF file; the same command continues an interrupted run.
+
+    eulerdisk run rolling roll_rate=0.5:6:400 tilt=0.01deg:20deg:300:log -o rolling.nc
+
+    eulerdisk run --from rolling.nc -o again.nc
+    """
+    request = read_request(spec, words or [], source)
+    from sweep.runs.running import run_to_file
+
+    driver = None
+    if dask is not None:
+        from sweep.runs.cluster import on_cluster
+
+        driver = on_cluster(dask, say)
+    # The history names what decides the atlas. Its bytes do not depend on the other options or the file name.
+    origin = ["--from", str(source)] if spec is None else [spec]
+    command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
+    with stoppable() as stopping, reporting() as progress:
+        failures = run_to_file(
+            request,
+            output,
+            overwrite=overwrite,
+            threads=threads,
+            block_cells=block_cells,
+            command=command,
+            progress=progress,
+            say=say,
+            stopping=stopping,
+            driver=driver,
+        )
+    _conclude(failures, request, output, max_failed)
+
+
+def prepare(
+    spec: Spec,
+    words: Words = None,
+    *,
+    output: Output,
+    overwrite: Overwrite = False,
+    block_cells: BlockCells = None,
+) -> None:
+    """Make the folder OUT.nc.run of a run without computing a cell, and print its name.
+
+    Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
+    """
+    request = read_request(spec, words or [], None)
+    from sweep.runs import parts
+
+    command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
+    book = parts.prepare(request, output, overwrite=overwrite, block_cells=block_cells, command=command)
+    print(book.folder)
+    say(f"{request.size} cells in {len(book.spans)} blocks")
+
+
+def block(
+    *,
+    folder: Annotated[Path, typer.Option("--run", metavar="DIR", help="The folder of the run.")],
+    part: Annotated[str, typer.Option(metavar="I/N", help="Which part, from 1/N to N/N.")],
+    threads: Threads = None,
+) -> None:
+    """Compute one part of a prepared run: every N-th block, without those that are already there."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part)
+    number, count = map(int, found.groups()) if found else (0, 0)
+    if not 1 <= number <= count:
+        raise RequestError(
+            f"A part is I/N with 1 <= I <= N; got {part}.", "Write --part 1/10, for instance.", "--part"
+        )
+    from sweep.runs import parts
+
+    with stoppable() as stopping, reporting() as progress:
+        kept, computed = parts.compute_part(
+            folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
+        )
+    say(f"part {part}: {kept} blocks were there, {computed} computed")
+
+
+def assemble(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run.")],
+    *,
+    overwrite: Overwrite = False,
+    max_failed: MaxFailed = 1.0,
+) -> None:
+    """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
+    from sweep.runs import parts
+
+    spec, path, failures = parts.assemble(folder, overwrite=overwrite)
+    _conclude(failures, spec, path, max_failed)
+
+
+def plan(
+    spec: Spec,
+    words: Words = None,
+    *,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="Where the file will be.")
+    ] = Path("atlas.nc"),
+    threads: Threads = None,
+    block_cells: BlockCells = None,
+    calibrate: Annotated[
+        bool, typer.Option("--calibrate/--no-calibrate", help="Measure how fast cells are computed.")
+    ] = True,
+) -> None:
+    """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
+    from sweep.engine import estimate
+    from sweep.files.store import check_target
+
+    request = read_request(spec, words or [], None)
+    # an existing file does not change the estimate; only the run needs --overwrite
+    check_target(output, True)
+    rate, used, there = None, 1, 1
+    if calibrate:
+        from sweep.engine.calibrate import cells_per_second, least_cells
+        from sweep.engine.runner import available_threads, usable_threads
+
+        used, there = usable_threads(threads), available_threads()
+
+        rate = cells_per_second(request, threads)
+        block_cells = block_cells or estimate.block_cells(rate, least_cells(threads))
+    print("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
+    try:
+        estimate.check_room(output, estimate.run_bytes(request))
+    except RequestError as problem:
+        print(f"does not fit: {problem}")
+        raise typer.Exit(1) from None
+
+
+def warmup() -> None:
+    """Compile the kernels into the cache, for images and clusters, and say where it is.
+
+    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
+    """
+    from sweep.atlas.dataset import run
+    from sweep.engine.compiled import cache_folder, check_cache
+    from sweep.request.spec import SweepSpec
+    from sweep.schema import METHODS
+
+    for method in METHODS:
+        began = time.perf_counter()
+        run(SweepSpec(tilt="1deg", roll_rate=3.0, method=method))
+        print(f"{method:<6} ready after {time.perf_counter() - began:.1f} s")
+    check_cache()
+    print(f"cache  {cache_folder()}")
+
+
+def _conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:
+    """Say what was written and which cells failed; exit with 1 if more than `most` percent of the cells did."""
+    say(f"{output}: {spec.size} cell{'s' * (spec.size != 1)}")
+    if failures.total:
+        for line in failures.describe(spec):
+            say(line)
+    if 100.0 * failures.total > most * spec.size:
+        say(f"more than --max-failed {most:g} % failed; the file is whole, these cells are marked in it")
+        raise typer.Exit(1)

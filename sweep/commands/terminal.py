@@ -1,0 +1,195 @@
+"""What a command says on standard error while it computes, and how it ends on Ctrl-C and SIGTERM."""
+
+import os
+import shlex
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, TextIO
+
+import typer
+
+from sweep.errors import StoppedError
+
+if TYPE_CHECKING:
+    from sweep.runs.driving import Progress
+
+#: Seconds between two lines in a log.
+_LOG_INTERVAL = 10.0
+
+
+def say(text: str) -> None:
+    """Print a message on standard error."""
+    print(f"eulerdisk: {text}", file=sys.stderr)
+
+
+@contextmanager
+def reporting(stream: TextIO | None = None, what: str = "cells") -> Iterator["Progress"]:
+    """Give a function of (done, all) that shows the progress: a bar on a terminal, lines in a log.
+
+    Parameters
+    ----------
+    stream : TextIO, optional
+        Where to show it; standard error if not given.
+    what : str, optional
+        What is counted.
+    """
+    stream = stream or sys.stderr
+    if stream.isatty():
+        with _bar(stream, what) as progress:
+            yield progress
+    else:
+        yield _log(stream, what)
+
+
+def remaining(elapsed: float, done: int, size: int) -> float:
+    """Return the seconds to go if the rest takes as long per cell as the `done` > 0 cells."""
+    return elapsed * (size - done) / done
+
+
+class _RemainingTime:
+    """Seconds to go, from the speed since the first report, which counts blocks of an earlier run too."""
+
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._first: tuple[float, int] | None = None
+
+    def text(self, done: int, size: int) -> str:
+        # not at the top: it loads numpy and pydantic, which `eulerdisk --help` does not need
+        from sweep.engine import estimate
+
+        now = time.monotonic()
+        self._first = self._first or (now, done)
+        since, before = self._first if done > self._first[1] else (self._began, 0)
+        return f"{estimate.duration(remaining(now - since, done - before, size - before))} to go"
+
+
+def _log(stream: TextIO, what: str) -> "Progress":
+    last, to_go = time.monotonic(), _RemainingTime()
+
+    def progress(done: int, size: int) -> None:
+        nonlocal last
+        text = to_go.text(done, size)
+        if time.monotonic() - last >= _LOG_INTERVAL:
+            last = time.monotonic()
+            share = f"{done} of {size} {what} ({100 * done / size:.0f} %)"
+            print(f"eulerdisk: {share}, {text}", file=stream, flush=True)
+
+    return progress
+
+
+@contextmanager
+def _bar(stream: TextIO, what: str) -> Iterator["Progress"]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    to_go = _RemainingTime()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[to_go]}"),
+    )
+    with Bar(*columns, console=Console(file=stream)) as bar:
+        task = bar.add_task("preparing", total=None, to_go="")
+
+        def progress(done: int, size: int) -> None:
+            bar.update(task, description=what, completed=done, total=size, to_go=to_go.text(done, size))
+
+        yield progress
+
+
+class _Abandoned(BaseException):
+    """A signal ended work whose unfinished result is of no use."""
+
+
+@contextmanager
+def abandonable(output: Path) -> Iterator[Callable[[], None]]:
+    """On a signal, give up the work, whose unfinished result is of no use; a second signal does not wait.
+
+    Gives a function to be called regularly: it ends the work if a signal has come.
+    """
+    arrived: list[int] = []
+
+    def check() -> None:
+        if arrived:
+            raise _Abandoned
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        check()
+        arrived.append(number)
+
+    with _handling(stop):
+        try:
+            yield check
+        except _Abandoned:
+            say(f"interrupted; {output} was not written, nothing is left behind.")
+            raise typer.Exit(128 + arrived[0]) from None
+
+
+@contextmanager
+def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
+    """On a signal, end the run after the current block, say which command continues it, and exit.
+
+    A second signal does not wait for the block, which may be inside a kernel for long.
+
+    Parameters
+    ----------
+    program : str, optional
+        The word that starts this program in a shell; found out if not given.
+
+    Yields
+    ------
+    Callable[[], bool]
+        Says whether to stop. The signal handler only takes a note: an exception raised in it can get lost in a
+        callback of the compiler.
+    """
+    arrived: list[int] = []
+    words = [program] if program else _program()
+    again = f"To go on, run the same command again:\n    {shlex.join([*words, *sys.argv[1:]])}\n"
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        if arrived:
+            # not print: the signal may have come in the middle of one
+            os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
+            os._exit(128 + number)
+        arrived.append(number)
+        os.write(2, b"\neulerdisk: stopping when this block is done; a second signal stops at once\n")
+
+    with _handling(stop):
+        try:
+            yield lambda: bool(arrived)
+        except StoppedError as end:
+            kept = (
+                f"{end.done} of {end.blocks} blocks are kept in {end.folder}"
+                if end.done
+                else "no block was finished"
+            )
+            print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
+            raise typer.Exit(128 + arrived[0]) from None
+
+
+@contextmanager
+def _handling(stop: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _program() -> list[str]:
+    """Return the words that start this program from the shell that has started it."""
+    started = sys.argv[0]
+    if os.path.basename(started) == "__main__.py":
+        return [sys.executable, "-m", "sweep"]
+    found = shutil.which("eulerdisk")
+    # The bare name if it leads to this program; else the path it was called by, e.g. in an environment not activated.
+    return ["eulerdisk"] if found and os.path.realpath(found) == os.path.realpath(started) else [started]

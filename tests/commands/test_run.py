@@ -1,0 +1,175 @@
+"""`run`, `plan` and `warmup`: the file is the atlas that was asked for; plan and warmup say what they found."""
+
+import os
+import subprocess
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.engine import estimate
+from sweep.engine.compiled import cache_folder
+from sweep.files.reading import open_atlas
+
+CHECKOUT = Path(__file__).parents[2]
+SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]
+
+
+def test_run_writes_the_atlas(command, tmp_path):
+    """The file is the atlas of the spec with the words' changes; standard output stays empty."""
+    status, out, err = command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    # a first run may compile for long enough to say how far it is
+    assert (status, out, err.splitlines()[-1]) == (0, "", "eulerdisk: a.nc: 18 cells")
+    spec = sweep.SweepSpec.from_words("rolling", SMALL)
+    with open_atlas(tmp_path / "a.nc") as read:
+        assert read.attrs["history"].endswith("Z eulerdisk run rolling roll_rate=2:4:9 tilt=0.1deg,1deg")
+        xr.testing.assert_equal(read, sweep.run(spec))
+        assert read.attrs["sweep_fingerprint"] == spec.fingerprint()
+
+
+def test_run_reads_a_file(command, spec_file, tmp_path):
+    """A TOML file is a spec like a preset, and its words can be changed."""
+    spec_file('tilt = "1deg:5deg:3"\nroll_rate = 3\n', "my.toml")
+    assert command("run my.toml alpha=0.5,1 --threads 1 -o a.nc")[0] == 0
+    with open_atlas(tmp_path / "a.nc") as read:
+        assert dict(read.sizes) == {"tilt": 3, "alpha": 2}
+
+
+def test_an_existing_file_needs_overwrite(command, tmp_path):
+    """An existing file is refused as it is, and replaced with --overwrite."""
+    (tmp_path / "a.nc").write_text("old")
+    status, _, err = command("run rolling roll_rate=3 tilt=1deg -o a.nc")
+    assert status == 2
+    assert "--overwrite" in err
+    assert (tmp_path / "a.nc").read_text() == "old"
+    assert command("run rolling roll_rate=3 tilt=1deg -o a.nc --overwrite")[0] == 0
+    assert command("info a.nc")[0] == 0
+
+
+@pytest.mark.parametrize("epoch", ["", "yesterday", "1e9", "9" * 30])
+def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
+    """The time that a file is to bear is looked at before anything is computed."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    status, out, err = command("run rolling -o a.nc")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "SOURCE_DATE_EPOCH" in err
+    assert repr(epoch) in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_impossible_cell_does_not_stop_a_run(command):
+    """Circling with a precession axis through zero runs; just those cells are invalid, and are listed and counted."""
+    status, _, err = command("run circling tilt=10deg,20deg precession_rate=-1:1:5 --max-failed 20 -o a.nc")
+    assert status == 0
+    assert err.splitlines() == [
+        "eulerdisk: a.nc: 10 cells",
+        "eulerdisk: 2 of 10 cells could not be computed (20 %): 2 invalid",
+        "eulerdisk:     tilt=10deg precession_rate=0: invalid",
+        "eulerdisk:     tilt=20deg precession_rate=0: invalid",
+    ]
+    assert "8 bounded, 2 invalid" in command("info a.nc")[1]
+
+
+def test_too_many_failed_cells_end_with_1(command, tmp_path):
+    """More failed cells than --max-failed, 1 % if not given: status 1, the file is there, ten of them are listed."""
+    words = "tilt=1deg:9deg:12 precession_rate=-1:1:41"
+    for most, expected in (("", 1), ("--max-failed 2.43", 1), ("--max-failed 2.44", 0)):
+        status, out, err = command(f"run circling {words} {most} -o a.nc --overwrite")
+        assert (status, out) == (expected, "")
+        assert "12 of 492 cells could not be computed (2.44 %): 12 invalid" in err
+        assert err.count("precession_rate=0: invalid\n") == 10
+        assert ("the file is whole" in err) == (expected == 1)
+        with open_atlas(tmp_path / "a.nc") as read:
+            assert int((read.ending == 6).sum()) == 12
+
+
+def test_plan_writes_nothing_and_counts_right(command, tmp_path):
+    """Cells and blocks follow from the grid; without calibration no time is promised."""
+    status, out, err = command(
+        "plan rolling roll_rate=0.5:6:1000 tilt=0.1deg:9deg:300 --block-cells 70000 --no-calibrate"
+    )
+    assert (status, err) == (0, "")
+    assert out.splitlines()[:3] == [
+        "cells    300000 (1000 x 300)",
+        "blocks   5 of 70000 cells",
+        "time     not measured",
+    ]
+    # 46 bytes a cell, the types in the table of variables but for those that follow from the others; 63 in all
+    assert (
+        "disk     at most 14 MB for the journal, which goes at the end, and at most 15 MB for the file" in out
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.compiled
+def test_plan_measures(command):
+    """With calibration a time is given, in the words in which a run says what it has to go."""
+    status, out, _ = command("plan rolling")
+    assert status == 0
+    assert "time     about " in out
+    assert " s (" in out
+    assert " cells per second)" in out
+
+
+def test_plan_says_what_does_not_fit(command):
+    """A run larger than the disk: status 1."""
+    status, out, _ = command("plan rolling roll_rate=0:9:1000000 tilt=0:1:900000 --no-calibrate")
+    assert status == 1
+    assert "does not fit" in out
+
+
+def test_plan_refuses_an_output_that_cannot_be(command):
+    """As `run` does, with status 2 and one message."""
+    status, out, err = command("plan rolling --no-calibrate -o nowhere/a.nc")
+    assert (status, out) == (2, "")
+    assert err.startswith("eulerdisk: nowhere/a.nc: ")
+    assert "no such folder" in err
+
+
+def test_a_file_system_without_a_size_is_not_a_full_one(command, monkeypatch):
+    """Some say that they have no room at all, and take what comes."""
+    monkeypatch.setattr(
+        estimate.shutil, "disk_usage", lambda _: namedtuple("usage", "total used free")(0, 0, 0)
+    )
+    status, out, _ = command("plan rolling --no-calibrate")
+    assert status == 0
+    assert "nobody knows how much is free in " in out
+    assert command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")[0] == 0
+
+
+def run(folder, *words, **environment):
+    """Run the command in a folder."""
+    return subprocess.run(
+        [sys.executable, "-m", "sweep", *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+@pytest.mark.compiled
+def test_warmup_fills_the_cache(tmp_path):
+    """Afterwards the kernels of both methods lie in the folder that it names, and nothing else was written."""
+    done = run(tmp_path, "warmup")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, second, last = done.stdout.splitlines()
+    assert first.startswith("rk4    ready after ")
+    assert second.startswith("exact  ready after ")
+    assert last == f"cache  {cache_folder()}"
+    compiled = {path.name.partition("-")[0].rpartition(".")[2] for path in cache_folder().rglob("*.nbc")}
+    assert {"integrate", "reduce", "build_tables"} <= compiled
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_warmup_says_that_nothing_was_kept(tmp_path):
+    """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
+    done = run(tmp_path, "warmup", NUMBA_DISABLE_JIT="1", EULERDISK_CACHE_DIR=str(tmp_path / "cache"))
+    assert done.returncode == 2
+    assert "could not be kept" in done.stderr
+    assert "set EULERDISK_CACHE_DIR" in done.stderr

@@ -1,0 +1,44 @@
+"""What a run will take: its time, in words, and the coarse grid on which the speed is measured."""
+
+import numpy as np
+import pytest
+
+from sweep.engine import estimate
+from sweep.engine.calibrate import coarse
+from sweep.request.spec import SweepSpec
+
+
+@pytest.mark.parametrize(
+    ("rate", "threads", "processors", "expected"),
+    [
+        (1e3, 1, 2, 1000.0),  # computing is all
+        (1e9, 2, 2, 1.0),  # writing is all
+        (1e6, 1, 2, 1.0),  # both at once
+        (1e6, 2, 2, 1.5),  # both at once, but the writer takes a processor from those who compute
+        (1e6, 1, 1, 2.0),  # one after the other
+        (1e6, 8, 64, 1.0),
+    ],
+)
+def test_the_time_of_a_run(rate, threads, processors, expected):
+    """A million cells are written in a second, while others are computed, on as many processors as there are."""
+    assert estimate.seconds(10**6, rate, threads, processors) == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.2, "0 s"), (119.4, "119 s"), (600, "10 min"), (9000, "2.5 h"), (400000, "4.7 days")],
+)
+def test_times_for_people(seconds, text):
+    """Seconds, minutes, hours or days, whichever is read at a glance."""
+    assert estimate.duration(seconds) == text
+
+
+@pytest.mark.parametrize("cells", [1, 10, 500, 10**6])
+def test_a_coarse_grid_is_spread_over_the_grid(cells):
+    """It has about as many cells as asked for, at most those of the grid, and values of the grid's own axes."""
+    spec = SweepSpec.preset("rolling")
+    sample = coarse(spec, cells)
+    assert min(cells, spec.size) / 4 <= sample.size <= min(4 * cells, spec.size)
+    for name in spec.axes:
+        value = getattr(sample, name)
+        assert set(np.atleast_1d(value.array())) <= set(getattr(spec, name).array())
