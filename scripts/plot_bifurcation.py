@@ -12,7 +12,7 @@ import sweep
 from sweep.atlas.theory import carried_rates
 from sweep.engine.runner import exact_measures
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 from sweep.studies import bifurcation
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from driver import drive, figure_parser
 
 import sweep
 from sweep.figures import plots, regimemap
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 
 #: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
 _PLANES = {

@@ -8,7 +8,7 @@ from driver import drive
 
 import sweep
 from sweep.figures import motion_plots, plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
 RUNS: dict[str, dict[str, Any]] = {

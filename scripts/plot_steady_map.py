@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import sweep
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 from sweep.schema import STABLE, UNSTABLE
 from sweep.studies.steady import marginal_curve, with_coefficients
 

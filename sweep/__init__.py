@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from sweep.atlas.verdicts import refine as refine
     from sweep.checks.audit import verify as verify
     from sweep.errors import RequestError as RequestError
+    from sweep.files.netcdf import save as save
     from sweep.files.reading import open_atlas as open_atlas
-    from sweep.files.store import save as save
     from sweep.motion.trajectory import simulate as simulate
     from sweep.request.axes import Range as Range
     from sweep.request.axes import Values as Values
     from sweep.request.criterion import Criterion as Criterion
     from sweep.request.spec import SweepSpec as SweepSpec
     from sweep.request.trajectory import TrajectorySpec as TrajectorySpec
-    from sweep.runs.running import run_to_file as run_to_file
+    from sweep.runs.run import run_to_file as run_to_file
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
@@ -45,8 +45,8 @@ _HOME = {
     "reclassify": "sweep.atlas.verdicts",
     "refine": "sweep.atlas.verdicts",
     "run": "sweep.atlas.dataset",
-    "run_to_file": "sweep.runs.running",
-    "save": "sweep.files.store",
+    "run_to_file": "sweep.runs.run",
+    "save": "sweep.files.netcdf",
     "simulate": "sweep.motion.trajectory",
     "verify": "sweep.checks.audit",
 }

@@ -30,9 +30,9 @@ def compare(
 
     from sweep.checks.compare import compare as compared
     from sweep.checks.regression import in_words, to_junit
-    from sweep.files.filenames import check_atlas
+    from sweep.files.paths import check_apart, check_atlas, check_target
+    from sweep.files.publish import published
     from sweep.files.reading import opened
-    from sweep.files.store import check_apart, check_target, published
 
     if junit is not None:
         check_target(junit, True)

@@ -40,13 +40,13 @@ def run(
     """
     request = read_request(spec, words or [], source)
     from sweep.commands.progress import reporting, say
-    from sweep.runs.running import run_to_file
+    from sweep.runs.run import run_to_file
 
-    driver = None
+    executor = None
     if dask is not None:
-        from sweep.runs.cluster import on_cluster
+        from sweep.runs.dask_executor import on_cluster
 
-        driver = on_cluster(dask, say)
+        executor = on_cluster(dask, say)
     # what makes this atlas; how, and under which name, is not for its history: its bytes do not depend on that
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
@@ -61,6 +61,6 @@ def run(
             progress=progress,
             say=say,
             stopping=stopping,
-            driver=driver,
+            executor=executor,
         )
     conclude(failures, request, output, max_failed)

@@ -20,8 +20,8 @@ def export(
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
+    from sweep.files.paths import check_apart
     from sweep.files.reading import opened
-    from sweep.files.store import check_apart
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened(atlas) as dataset:

@@ -34,10 +34,10 @@ def explain(
 
     given = split_words(cell or [], tuple(PARAMETERS))
     if plot is not None:
-        from sweep.files.filenames import check_format
+        from sweep.files.paths import check_format
 
         check_format(plot)
-        from sweep.files.store import check_target
+        from sweep.files.paths import check_target
 
         check_target(plot, True)
     from sweep.checks.explain import explain as explained

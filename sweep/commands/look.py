@@ -22,9 +22,10 @@ def info(
     """Say in words what is in an atlas, or how far a run is that is not finished."""
     from sweep.commands.report import describe
     from sweep.files.reading import opened
-    from sweep.runs import peek
+    from sweep.runs.partial import describe as describe_run
+    from sweep.runs.partial import unfinished, write_partial
 
-    folder = peek.unfinished(atlas)
+    folder = unfinished(atlas)
     if folder is None and partial is not None:
         raise RequestError(
             "no unfinished run",
@@ -34,10 +35,10 @@ def info(
             "--partial",
         )
     if folder is not None and partial is not None:
-        done, cells = peek.write_partial(folder, partial)
+        done, cells = write_partial(folder, partial)
         print(f"eulerdisk: {partial}: {done} of {cells} cells computed", file=sys.stderr)
     elif folder is not None:
-        print(peek.describe(folder))
+        print(describe_run(folder))
     if folder is None or atlas.is_file():
         with opened(atlas) as dataset:
             print(describe(dataset))
@@ -63,17 +64,18 @@ def boundary(
     """Print the measured boundary beside the lines of theory, as a table."""
     from sweep.atlas import verdicts
     from sweep.commands.report import boundary_table
-    from sweep.files import store
+    from sweep.files.netcdf import save
+    from sweep.files.paths import check_target
     from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if output is not None:
-            store.check_target(output, overwrite)
+            check_target(output, overwrite)
         found = dataset if criterion is None else verdicts.reclassify(dataset, criterion)
         if refine is not None:
             found = verdicts.refine(found, refine)
         if output is not None:
-            store.save(found, output, overwrite=overwrite)
+            save(found, output, overwrite=overwrite)
         print(boundary_table(found))
 
 
@@ -93,7 +95,7 @@ def plot(
     ] = False,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and what the criterion predicts."""
-    from sweep.files.filenames import check_atlas, check_format
+    from sweep.files.paths import check_atlas, check_format
 
     check_format(output)
     if friction is not None and not friction > 0.0:

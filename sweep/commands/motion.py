@@ -40,7 +40,7 @@ def simulate(
 
     request = TrajectorySpec.from_words(words or [])
     _check_outputs(output, plot, animate, overwrite)
-    from sweep.files.store import save
+    from sweep.files.netcdf import save
     from sweep.motion.trajectory import simulate as compute
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
@@ -66,7 +66,7 @@ def simulate(
 
 def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
     """Refuse every file that could not be written, before anything is computed."""
-    from sweep.files.store import check_target
+    from sweep.files.paths import check_target
 
     if output.suffix.lower() != ".nc":
         raise RequestError(
@@ -77,7 +77,7 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
             str(output),
         )
     if plot is not None:
-        from sweep.files.filenames import check_format
+        from sweep.files.paths import check_format
 
         check_format(plot)
     if animate is not None:

@@ -31,12 +31,14 @@ def prepare(
     from sweep.request.spec import SweepSpec
 
     request = SweepSpec.from_words(spec, words or [])
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
     command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
-    book = parts.prepare(request, output, overwrite=overwrite, block_cells=block_cells, command=command)
-    print(book.folder)
-    print(f"eulerdisk: {request.size} cells in {len(book.spans)} blocks", file=sys.stderr)
+    journal = array_jobs.prepare(
+        request, output, overwrite=overwrite, block_cells=block_cells, command=command
+    )
+    print(journal.folder)
+    print(f"eulerdisk: {request.size} cells in {len(journal.spans)} blocks", file=sys.stderr)
 
 
 def block(
@@ -51,10 +53,10 @@ def block(
     if not 1 <= number <= count:
         raise RequestError("not a part", "I/N with 1 <= I <= N", part, "--part 1/10, for instance", "--part")
     from sweep.commands.progress import reporting, say
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
     with stoppable() as stopping, reporting() as progress:
-        kept, computed = parts.compute_part(
+        kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
     print(f"eulerdisk: part {part}: {kept} blocks were there, {computed} computed", file=sys.stderr)
@@ -67,7 +69,7 @@ def assemble(
     max_failed: MaxFailed = 1.0,
 ) -> None:
     """Make the file of a run whose blocks are all there, and remove its folder."""
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
-    spec, path, failures = parts.assemble(folder, overwrite=overwrite)
+    spec, path, failures = array_jobs.assemble(folder, overwrite=overwrite)
     conclude(failures, spec, path, max_failed)

@@ -24,7 +24,7 @@ def plan(
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
     from sweep.engine import estimate
     from sweep.errors import RequestError
-    from sweep.files.store import check_target
+    from sweep.files.paths import check_target
     from sweep.request.spec import SweepSpec
 
     request = SweepSpec.from_words(spec, words or [])

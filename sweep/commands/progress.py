@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TextIO
 
 from sweep.engine import estimate
-from sweep.runs.driving import Progress
+from sweep.runs.executor import Progress
 
 #: Seconds between two lines in a log.
 _EVERY = 10.0

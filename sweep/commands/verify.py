@@ -21,16 +21,17 @@ def verify(
     """
     from sweep.checks import audit
     from sweep.commands.report import audit_text
-    from sweep.files import store
+    from sweep.files.netcdf import save
+    from sweep.files.paths import check_apart, check_target
     from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if write is not None:
-            store.check_apart(write, atlas)
-            store.check_target(write, overwrite)
+            check_apart(write, atlas)
+            check_target(write, overwrite)
         audited = audit.verify(dataset)
     if write is not None:
-        store.save(audited, write, overwrite=overwrite)
+        save(audited, write, overwrite=overwrite)
     found = audit.findings(audited)
     print(audit_text(found))
     if not found.passed:

@@ -13,6 +13,7 @@ from typing import Any
 
 import kernels
 from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
 
 
 @lru_cache
@@ -23,6 +24,11 @@ def kernel_hash() -> str:
     for path in sorted(folder.rglob("*.py")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
+
+
+def arithmetic_hash(spec: SweepSpec) -> str:
+    """Return a SHA-256, in hexadecimal, of the code that decides the bits of the cells of a spec."""
+    return kernel_hash()
 
 
 def cache_folder() -> Path:

@@ -72,7 +72,7 @@ def available_threads() -> int:
 
 
 def compute(spec: SweepSpec, span: Span) -> Columns:
-    """Compute the cells of one span.
+    """Compute the cells of one span: `derive_block` of `measure_block`, with the same bits.
 
     Parameters
     ----------
@@ -88,9 +88,25 @@ def compute(spec: SweepSpec, span: Span) -> Columns:
     return measure(spec, cells.starts(spec, span))
 
 
-def completed(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
-    """Return the columns of a span, as from `compute`, from those that are not `DERIVED`."""
-    return _columns(spec, cells.starts(spec, span), measured)
+def measure_block(spec: SweepSpec, span: Span) -> Columns:
+    """Run the kernels on the cells of one span.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    span : Span
+
+    Returns
+    -------
+    mapping of str to array, shape (len(span),)
+        The columns of `compute` that are not `DERIVED`: what a run has to keep of a block.
+    """
+    return _measured(spec, cells.starts(spec, span))
+
+
+def derive_block(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
+    """Return the columns of a span, as from `compute`, from those of `measure_block`; no kernel integrates."""
+    return _with_derived(spec, cells.starts(spec, span), measured)
 
 
 def measure(spec: SweepSpec, given: dict[str, Array]) -> Columns:
@@ -108,10 +124,7 @@ def measure(spec: SweepSpec, given: dict[str, Array]) -> Columns:
     mapping of str to array, shape (n,)
         As `compute`.
     """
-    measured = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
-    if spec.contact == "yes":
-        measured |= contact.columns(given, measured["tilt_min"], measured["tilt_max"])
-    return _columns(spec, given, measured)
+    return _with_derived(spec, given, _measured(spec, given))
 
 
 def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
@@ -168,7 +181,23 @@ def _integrated(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.ND
     }
 
 
-def _columns(
+def _measured(spec: SweepSpec, given: Mapping[str, Array]) -> Columns:
+    found = exact_measures(spec, given) if spec.method == "exact" else _integrated(spec, given)
+    if spec.contact == "yes":
+        found |= contact.columns(given, found["tilt_min"], found["tilt_max"])
+    typed: dict[str, npt.NDArray[np.generic]] = {
+        name: found[name].astype(quantity.dtype, copy=False)
+        for name, quantity in atlas_variables(spec.method, spec.contact).items()
+        if name not in DERIVED
+    }
+    if spec.computed_rate is not None:
+        # the rate that the cell was computed with, where that is known
+        rate = given[spec.computed_rate]
+        typed[spec.computed_rate] = np.where(np.isfinite(rate), rate, np.nan)
+    return typed
+
+
+def _with_derived(
     spec: SweepSpec, given: Mapping[str, Array], measured: Mapping[str, npt.NDArray[Any]]
 ) -> Columns:
     least, greatest = measured["tilt_min"], measured["tilt_max"]
@@ -181,16 +210,14 @@ def _columns(
         "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
         "amplification": amplification,
     }
-    table = atlas_variables(spec.method, spec.contact)
-    typed: dict[str, npt.NDArray[np.generic]] = {
-        name: (derived[name] if name in DERIVED else measured[name]).astype(quantity.dtype, copy=False)
-        for name, quantity in table.items()
+    # the derived columns stand among the others, in the order of the table
+    joined = {
+        name: derived[name].astype(quantity.dtype, copy=False) if name in DERIVED else measured[name]
+        for name, quantity in atlas_variables(spec.method, spec.contact).items()
     }
-    if spec.computed_rate is not None:
-        # the rate that the cell was computed with, where that is known
-        rate = measured.get(spec.computed_rate, given[spec.computed_rate])
-        typed[spec.computed_rate] = np.where(np.isfinite(rate), rate, np.nan)
-    return typed
+    return (
+        joined if spec.computed_rate is None else joined | {spec.computed_rate: measured[spec.computed_rate]}
+    )
 
 
 def use_threads(threads: int | None) -> None:

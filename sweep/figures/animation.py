@@ -15,8 +15,8 @@ from sweep.errors import RequestError
 from sweep.figures.motion_plots import poses_at
 from sweep.figures.picture import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.plots import STYLE
-from sweep.files.store import published
-from sweep.runs.driving import Progress
+from sweep.files.publish import published
+from sweep.runs.executor import Progress
 from sweep.schema import Array
 from sweep.schema.trajectory import TIME
 

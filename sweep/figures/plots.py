@@ -23,8 +23,8 @@ from sweep.errors import RequestError
 from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
 from sweep.figures.panels import Panel, panel
 from sweep.figures.ticks import set_log_ticks
-from sweep.files.filenames import FORMATS, check_format
-from sweep.files.store import published
+from sweep.files.paths import FORMATS, check_format
+from sweep.files.publish import published
 from sweep.schema import VARIABLES
 
 if TYPE_CHECKING:

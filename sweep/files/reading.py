@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sweep.atlas.dataset import place_of, require
 from sweep.atlas.declarations import FORMAT
 from sweep.errors import RequestError
-from sweep.files.filenames import check_atlas
+from sweep.files.paths import check_atlas
 
 if TYPE_CHECKING:
     import xarray as xr

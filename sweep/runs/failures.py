@@ -1,17 +1,22 @@
-"""The cells of a run that could not be computed: how many, of which kind, and the first few."""
+"""The cells of a run that could not be computed: how many, of which kind, and where the first few are."""
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from kernels.disk.endings import ENDINGS, INVALID, UNRESOLVED
 from sweep.engine.runner import Block
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS
+from sweep.schema import PARAMETERS, VARIABLES
 
 #: How many cells are listed.
 LISTED = 10
+
+#: Code -> name of the endings of such cells.
+_FAILED = {
+    code: name
+    for code, name in (VARIABLES["ending"].flags or {}).items()
+    if name in ("unresolved", "invalid")
+}
 
 
 @dataclass
@@ -22,7 +27,7 @@ class Failures:
     order.
     """
 
-    counts: dict[int, int] = field(default_factory=lambda: {UNRESOLVED: 0, INVALID: 0})
+    counts: dict[int, int] = field(default_factory=lambda: dict.fromkeys(_FAILED, 0))
     first: list[tuple[int, int]] = field(default_factory=list)
 
     @property
@@ -30,24 +35,22 @@ class Failures:
         """Number of failed cells."""
         return sum(self.counts.values())
 
-    def counting(self, blocks: Iterable[Block]) -> Iterator[Block]:
-        """Yield the blocks on, and count the failed cells in them."""
-        for block in blocks:
-            endings = block.columns["ending"]
-            for code in self.counts:
-                self.counts[code] += int(np.count_nonzero(endings == code))
-            if len(self.first) < LISTED and self.total:
-                failed = np.flatnonzero(np.isin(endings, list(self.counts)))[: LISTED - len(self.first)]
-                self.first += [(block.span.start + int(at), int(endings[at])) for at in failed]
-            yield block
+    def count(self, block: Block) -> None:
+        """Count the failed cells of the next block in C order."""
+        endings = block.columns["ending"]
+        for code in self.counts:
+            self.counts[code] += int(np.count_nonzero(endings == code))
+        if len(self.first) < LISTED and self.total:
+            failed = np.flatnonzero(np.isin(endings, list(self.counts)))[: LISTED - len(self.first)]
+            self.first += [(block.span.start + int(at), int(endings[at])) for at in failed]
 
     def describe(self, spec: SweepSpec) -> list[str]:
-        """Return one line on how many cells failed, and one for each of the first ones: its coordinates and why."""
-        kinds = " and ".join(f"{count} {ENDINGS[code][0]}" for code, count in self.counts.items() if count)
+        """Return one line on how many cells failed, and one for each of the first ones: its coordinates and ending."""
+        kinds = " and ".join(f"{count} {_FAILED[code]}" for code, count in self.counts.items() if count)
         share = 100.0 * self.total / spec.size
         return [
             f"{self.total} of {spec.size} cells could not be computed ({share:.3g} %): {kinds}",
-            *(f"    {_coordinates(spec, cell)}: {ENDINGS[code][0]}" for cell, code in self.first),
+            *(f"    {_coordinates(spec, cell)}: {_FAILED[code]}" for cell, code in self.first),
             *(["    ..."] if self.total > len(self.first) else []),
         ]
 
