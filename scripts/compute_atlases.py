@@ -8,7 +8,7 @@ import typer
 from plot_regimes import save_regimes
 
 import sweep
-from sweep.checks.audit import findings
+from sweep.checks.verify import findings
 from sweep.commands.report import audit_line, critical_table
 from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots

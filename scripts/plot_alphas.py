@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import sweep
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 from sweep.studies.steady import marginal_curve
 
 if TYPE_CHECKING:

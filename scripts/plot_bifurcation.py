@@ -9,10 +9,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep.atlas.theory import carried_rates
-from sweep.engine.runner import exact_measures
+from sweep.engine.compute import exact_measures
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
+from sweep.model.disk.theory import carried_rates
 from sweep.studies import bifurcation
 
 if TYPE_CHECKING:

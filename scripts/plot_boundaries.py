@@ -7,7 +7,7 @@ from driver import drive, figure_parser
 
 import sweep
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 
 
 def main() -> None:

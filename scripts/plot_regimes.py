@@ -5,8 +5,9 @@ from pathlib import Path
 from driver import drive, figure_parser
 
 import sweep
-from sweep.figures import plots, regimemap
-from sweep.files.filenames import check_format
+from sweep.figures import plots
+from sweep.figures.disk import regimes as regimemap
+from sweep.files.paths import check_format
 
 #: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
 _PLANES = {

@@ -7,8 +7,9 @@ from typing import Any
 from driver import drive
 
 import sweep
-from sweep.figures import motion_plots, plots
-from sweep.files.filenames import check_format
+from sweep.figures import plots
+from sweep.figures.disk import motion_plots
+from sweep.files.paths import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
 RUNS: dict[str, dict[str, Any]] = {

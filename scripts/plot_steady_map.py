@@ -9,11 +9,11 @@ from driver import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
+from sweep.schema import STABLE, UNSTABLE
 
 import sweep
 from sweep.figures import plots
-from sweep.files.filenames import check_format
-from sweep.schema import STABLE, UNSTABLE
+from sweep.files.paths import check_format
 from sweep.studies.steady import marginal_curve, with_coefficients
 
 if TYPE_CHECKING:

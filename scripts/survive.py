@@ -23,7 +23,7 @@ from weigh import large
 import sweep
 from sweep.errors import StoppedError
 from sweep.runs import journal
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")
@@ -228,13 +228,13 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
         run_to_file(SPEC, path, block_cells=180, stopping=lambda: next(looks) >= 12)
 
     os.waitpid(child(stopped), 0)
-    book = journal.Journal.at(folder / "damaged.nc.run")
-    held = [paths[0] for paths in book.held().values()]
+    journal = journal.Journal.at(folder / "damaged.nc.run")
+    held = [paths[0] for paths in journal.held().values()]
     for _ in range(count):
         victim = dice.choice(held)
         good = victim.read_bytes()
         victim.write_bytes(damaged(good, dice))
-        sound, _ = book.verify([int(victim.name[:6])])
+        sound, _ = journal.verify([int(victim.name[:6])])
         caught += not sound
         for each in folder.glob("damaged.nc.run/blocks/*.damaged"):
             each.unlink()

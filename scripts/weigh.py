@@ -11,7 +11,7 @@ from unittest import mock
 
 import sweep
 from sweep.runs import journal
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 
 def large(folder: Path, cells: int, pairs: int) -> None:

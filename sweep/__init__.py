@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from sweep.atlas.reclassify import refine as refine
     from sweep.checks.verify import verify as verify
     from sweep.errors import RequestError as RequestError
-    from sweep.files.reading import open_atlas as open_atlas
     from sweep.files.netcdf import save as save
+    from sweep.files.reading import open_atlas as open_atlas
+    from sweep.motion.request import TrajectorySpec as TrajectorySpec
     from sweep.motion.trajectory import simulate as simulate
     from sweep.request.axes import Range as Range
     from sweep.request.axes import Values as Values
     from sweep.request.criterion import Criterion as Criterion
     from sweep.request.spec import SweepSpec as SweepSpec
-    from sweep.motion.request import TrajectorySpec as TrajectorySpec
     from sweep.runs.run import run_to_file as run_to_file
 
 # Loaded when first used: reading a request must not wait for numba and xarray.

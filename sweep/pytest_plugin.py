@@ -46,10 +46,10 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
         __tracebackhide__ = True
         from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
-        from sweep.checks.regression import in_words
+        from sweep.checks.comparison_report import in_words
         from sweep.files.reading import open_atlas
         from sweep.request.spec import SweepSpec
-        from sweep.runs.running import run_to_file
+        from sweep.runs.run import run_to_file
 
         path = folder / reference
         first, *changes = shlex.split(words)

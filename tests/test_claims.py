@@ -8,9 +8,9 @@ import pytest
 from sweep.errors import RequestError, StorageError
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
-from sweep.runs import parts
+from sweep.runs import array_jobs
 from sweep.runs.locks import locked
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 
@@ -29,8 +29,12 @@ def test_a_folder_of_somebody_else_is_not_taken(tmp_path):
 
 def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
     """Notes that somebody keeps beside the blocks, and among them, outlive the run; blocks and the rest go."""
-    book = parts.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
-    notes = [book.folder / "notes.txt", book.folder / "blocks" / "job-17.log", book.folder / "logs" / "1"]
+    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
+    notes = [
+        journal.folder / "notes.txt",
+        journal.folder / "blocks" / "job-17.log",
+        journal.folder / "logs" / "1",
+    ]
     for path in notes:
         path.parent.mkdir(exist_ok=True)
         path.write_text("kept")

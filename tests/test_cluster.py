@@ -13,7 +13,7 @@ import pytest
 from sweep.engine.runner import compute
 from sweep.errors import FailedBlocksError, RequestError, StoppedError
 from sweep.request.spec import SweepSpec
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 CHECKOUT = Path(__file__).parents[1]
 WORDS = ["rolling", "roll_rate=0.5:4:160", "tilt=0.01deg:60deg:100:log"]
@@ -174,7 +174,7 @@ class Client:
         for number, folder in zip(numbers, folders, strict=True):
             if number != 2:
                 book = cluster.Journal.at(Path(folder))
-                book.keep(number, compute(book.manifest.spec, book.spans[number]))
+                journal.keep(number, compute(journal.manifest.spec, journal.spans[number]))
             futures.append(Future(number, self.problem, self.status) if number == 2 else Future(number))
         return futures
 

@@ -11,7 +11,7 @@ from sweep.engine.runner import exact_measures
 from sweep.figures import plots
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 from sweep.schema import PARAMETERS, VARIABLES
 from sweep.schema.exact import REDUCTION
 

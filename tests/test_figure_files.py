@@ -8,7 +8,7 @@ import pytest
 
 import sweep
 from sweep.figures import plots
-from sweep.files.filenames import check_format
+from sweep.files.paths import check_format
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from sweep.runs.claims import check_same
 
 from sweep.engine.runner import compute
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import journal, locks, manifest
-from sweep.runs.claims import check_same
 from sweep.runs.journal import DamagedBlockError, Journal
 from sweep.runs.locks import locked
 from sweep.runs.manifest import Manifest
@@ -33,16 +33,16 @@ def book(tmp_path_factory):
     made = Manifest.new(SPEC, 5, "2023-11-14T22:13:20Z", "eulerdisk run x.toml")
     made.write(folder / journal.MANIFEST)
     book = Journal(folder, made)
-    book.keep(2, compute(SPEC, book.spans[2]))
+    journal.keep(2, compute(SPEC, journal.spans[2]))
     return book
 
 
 def test_a_block_comes_back(book):
     """Every column is read as it was written, bit by bit; NumPy alone reads what is stored of it."""
-    columns = compute(SPEC, book.spans[2])
-    (path,) = book.held()[2]
-    block = book.read(2, path)
-    assert block.span == book.spans[2]
+    columns = compute(SPEC, journal.spans[2])
+    (path,) = journal.held()[2]
+    block = journal.read(2, path)
+    assert block.span == journal.spans[2]
     assert list(block.columns) == list(columns)
     with np.load(path) as archive:
         for name, column in columns.items():
@@ -57,10 +57,10 @@ def test_a_block_comes_back(book):
 
 def test_a_block_has_one_file_whoever_writes_it(book):
     """Written again, by whomever, a block has the same name and bytes: duplicates do no harm."""
-    (path,) = book.held()[2]
+    (path,) = journal.held()[2]
     before = path.read_bytes()
-    book.keep(2, compute(SPEC, book.spans[2]))
-    assert book.held() == {2: [path]}
+    journal.keep(2, compute(SPEC, journal.spans[2]))
+    assert journal.held() == {2: [path]}
     assert path.read_bytes() == before
 
 
@@ -68,7 +68,7 @@ def test_a_block_has_one_file_whoever_writes_it(book):
 @given(st.data())
 def test_damage_is_noticed(book, data):
     """A block that is cut anywhere, ends in zeros from anywhere, or has any one bit flipped, is refused."""
-    (path,) = book.held()[2]
+    (path,) = journal.held()[2]
     good = path.read_bytes()
     place = data.draw(st.integers(0, len(good) - 1))
     kind = data.draw(st.sampled_from(["cut", "zeros", "bit"]))
@@ -82,46 +82,46 @@ def test_damage_is_noticed(book, data):
     try:
         if bad != good:
             with pytest.raises(DamagedBlockError):
-                book.read(2, path)
+                journal.read(2, path)
     finally:
         path.write_bytes(good)
 
 
 def test_a_block_of_another_place_or_run_is_noticed(book):
     """A block under another number, or of another run, does not fit its name."""
-    (path,) = book.held()[2]
+    (path,) = journal.held()[2]
     with pytest.raises(DamagedBlockError, match="does not fit"):
-        book.read(1, path)
-    other = Journal(book.folder, Manifest.new(SPEC.replace(roll_rate=4), 5, "t", "c"))
+        journal.read(1, path)
+    other = Journal(journal.folder, Manifest.new(SPEC.replace(roll_rate=4), 5, "t", "c"))
     with pytest.raises(DamagedBlockError, match="does not fit"):
         other.read(2, path)
 
 
 def test_what_is_damaged_is_set_aside(book):
     """Verifying names the damaged block, keeps its file under another name, and counts it as missing."""
-    columns = compute(SPEC, book.spans[0])
-    book.keep(0, columns)
-    (path,) = book.held()[0]
+    columns = compute(SPEC, journal.spans[0])
+    journal.keep(0, columns)
+    (path,) = journal.held()[0]
     path.write_bytes(path.read_bytes()[:-2])
-    sound, damaged = book.verify()
+    sound, damaged = journal.verify()
     assert sound == {2}
     assert len(damaged) == 1
     assert path.name in damaged[0]
     assert path.with_name(path.name + ".damaged").is_file()
-    assert book.missing(book.held()) == [0, 1, 3]
+    assert journal.missing(journal.held()) == [0, 1, 3]
 
 
 def test_two_results_for_one_block_are_trusted_neither(book):
     """If two machines computed a block differently, both files are set aside and it is computed again."""
-    columns = dict(compute(SPEC, book.spans[3]))
-    book.keep(3, columns)
+    columns = dict(compute(SPEC, journal.spans[3]))
+    journal.keep(3, columns)
     columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
-    book.keep(3, columns)
-    assert len(book.held()[3]) == 2
-    sound, damaged = book.verify([3])
+    journal.keep(3, columns)
+    assert len(journal.held()[3]) == 2
+    sound, damaged = journal.verify([3])
     assert sound == set()
     assert "twice with different results" in damaged[0]
-    assert 3 not in book.held()
+    assert 3 not in journal.held()
 
 
 def test_a_refused_write_leaves_nothing(book, monkeypatch):
@@ -130,16 +130,16 @@ def test_a_refused_write_leaves_nothing(book, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    before = sorted(book.folder.rglob("*"))
+    before = sorted(journal.folder.rglob("*"))
     monkeypatch.setattr("sweep.files.publish.os.fsync", refuse)
     with pytest.raises(OSError, match="No space"):
-        book.keep(1, compute(SPEC, book.spans[1]))
-    assert sorted(book.folder.rglob("*")) == before
+        journal.keep(1, compute(SPEC, journal.spans[1]))
+    assert sorted(journal.folder.rglob("*")) == before
 
 
 def test_the_manifest_comes_back(book):
     """What a run is reads as it was written."""
-    assert Manifest.read(book.folder / journal.MANIFEST) == book.manifest
+    assert Manifest.read(journal.folder / journal.MANIFEST) == journal.manifest
 
 
 def test_the_fingerprint_is_of_what_decides_the_bits(monkeypatch):
@@ -153,11 +153,11 @@ def test_the_fingerprint_is_of_what_decides_the_bits(monkeypatch):
 
 def test_differences_are_named(book, monkeypatch):
     """Each field that differs is named with both values, the program's too."""
-    assert book.manifest.differences(SPEC) == []
-    (one,) = book.manifest.differences(SPEC.replace(roll_rate=4))
+    assert journal.manifest.differences(SPEC) == []
+    (one,) = journal.manifest.differences(SPEC.replace(roll_rate=4))
     assert one == "roll_rate: 3.0 there, 4.0 here"
     monkeypatch.setattr(manifest.compiled, "kernel_hash", lambda: "0" * 64)
-    (two,) = book.manifest.differences(SPEC)
+    (two,) = journal.manifest.differences(SPEC)
     assert two.startswith("kernel_hash: ")
     assert two.endswith("0000000000000000 here")
 
@@ -178,7 +178,7 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
 def test_a_damaged_manifest_is_refused(book, tmp_path, change):
     """A manifest that is cut, altered or no JSON is refused under its name, with what to do."""
     path = tmp_path / journal.MANIFEST
-    text = (book.folder / journal.MANIFEST).read_text()
+    text = (journal.folder / journal.MANIFEST).read_text()
     changed = {
         "cut": text[:-20],
         "number": text.replace(': 5,\n "created"', ': 6,\n "created"'),
@@ -272,7 +272,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
 
 def test_the_manifest_says_what_it_is(book):
     """The manifest is JSON that a person can read: spec, blocks, time, command, versions."""
-    content = json.loads((book.folder / journal.MANIFEST).read_text())
+    content = json.loads((journal.folder / journal.MANIFEST).read_text())
     assert content["spec"]["roll_rate"] == 3.0
     assert content["block_cells"] == 5
     assert content["command"] == "eulerdisk run x.toml"

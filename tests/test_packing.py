@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from sweep.runs.packing import packed, unpacked
 
 from sweep.engine.blocks import Span
 from sweep.engine.runner import compute
 from sweep.request.spec import SweepSpec
-from sweep.runs.packing import packed, unpacked
 from sweep.schema.exact import DERIVED
 
 ROLLING = SweepSpec(roll_rate="0.5:6:30", tilt="0.01deg:60deg:20:log")

@@ -16,9 +16,9 @@ from sweep.errors import StoppedError
 from sweep.files import store
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import driving, peek
+from sweep.runs import driving
 from sweep.runs.locks import locked
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"
 SPEC = SweepSpec.from_words("rolling", WORDS.split()[1:])
@@ -191,7 +191,7 @@ def test_a_partial_atlas_has_what_there_is(command, tmp_path):
             np.testing.assert_array_equal(found[:done], expected[:done])
             assert (np.isnan(found[done:]) if found.dtype.kind == "f" else found[done:] == 0).all()
     assert f"{18 - done} not computed" in command("info p.nc")[1]
-    assert peek.unfinished(tmp_path / "p.nc") is None
+    assert unfinished_run.unfinished(tmp_path / "p.nc") is None
     # only looked at: the run goes on
     assert command(f"run {WORDS} -o a.nc")[0] == 0
 

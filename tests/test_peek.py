@@ -7,7 +7,7 @@ from sweep.engine.runner import compute
 from sweep.errors import RequestError
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import manifest, parts, peek
+from sweep.runs import manifest
 
 SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 SPECS = {
@@ -22,8 +22,8 @@ SPECS = {
 @pytest.fixture
 def begun(tmp_path, request):
     """Return the journal of a run of which the second of four blocks is there."""
-    book = parts.prepare(request.param, tmp_path / "a.nc", block_cells=3)
-    book.keep(1, compute(book.manifest.spec, book.spans[1]))
+    journal = array_jobs.prepare(request.param, tmp_path / "a.nc", block_cells=3)
+    journal.keep(1, compute(journal.manifest.spec, journal.spans[1]))
     return book
 
 
@@ -31,7 +31,7 @@ def begun(tmp_path, request):
 def test_what_there_is_can_be_read(begun, tmp_path):
     """Every variable of the atlas is there, whatever the method; cells of missing blocks have no numbers."""
     spec, path = begun.manifest.spec, tmp_path / "p.nc"
-    assert peek.write_partial(begun.folder, path) == (3, 12)
+    assert unfinished_run.write_partial(begun.folder, path) == (3, 12)
     columns = compute(spec, begun.spans[1])
     with open_atlas(path) as part:
         assert set(columns) <= set(part.data_vars)
@@ -48,7 +48,7 @@ def test_a_block_with_two_results_is_not_there(begun, tmp_path):
     columns = dict(compute(SPEC, begun.spans[1]))
     columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
     begun.keep(1, columns)
-    assert peek.write_partial(begun.folder, tmp_path / "p.nc") == (0, 12)
+    assert unfinished_run.write_partial(begun.folder, tmp_path / "p.nc") == (0, 12)
 
 
 @pytest.mark.parametrize("begun", [SPEC], indirect=True)
@@ -56,6 +56,6 @@ def test_blocks_of_another_program_are_not_passed_off_as_its_own(begun, tmp_path
     """An atlas says which kernels made it: one of blocks of other kernels is refused; how far it is can be told."""
     monkeypatch.setattr(manifest.compiled, "kernel_hash", lambda: "0" * 64)
     with pytest.raises(RequestError, match=r"kernel_hash: .* here"):
-        peek.write_partial(begun.folder, tmp_path / "p.nc")
-    assert "blocks      1 of 4" in peek.describe(begun.folder)
+        unfinished_run.write_partial(begun.folder, tmp_path / "p.nc")
+    assert "blocks      1 of 4" in unfinished_run.describe(begun.folder)
     assert not (tmp_path / "p.nc").exists()

@@ -6,14 +6,14 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from sweep.files.store import gather, save
 
 import sweep
 from sweep.engine.blocks import Span, chunk_shape
 from sweep.engine.runner import Block
 from sweep.files.reading import open_atlas
-from sweep.files.store import gather, save
 from sweep.request.spec import SweepSpec
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 from sweep.schema import FILL, PARAMETERS, VARIABLES
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.

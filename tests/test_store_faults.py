@@ -15,7 +15,7 @@ from sweep.files import publish, store
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import claims, driving
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 

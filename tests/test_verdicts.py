@@ -6,10 +6,10 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
+from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
-from sweep.files.store import save
 from sweep.request.spec import SweepSpec
-from sweep.runs.running import run_to_file
+from sweep.runs.run import run_to_file
 from sweep.schema import VARIABLES
 
 SPECS = {

@@ -1,4 +1,5 @@
 """placeholder until the kernels' branch is merged."""
+
 PARAMETERS = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha", "radius", "gravity")
 SETTINGS = ("duration", "step", "fall_tilt", "tolerance")
 MEASURES = ("tilt_min", "tilt_max", "fall_time", "nutation_period", "energy_drift", "tilt_error")

@@ -1,2 +1,3 @@
 """placeholder until the kernels' branch is merged."""
+
 from kernels.lanes.schedule import integrate as integrate

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from sweep.engine.compiled import extremes
 
 import sweep
 from sweep.engine import cells
-from sweep.engine.blocks import Span
-from sweep.engine.compiled import extremes
+from sweep.engine.grid import Span
 
 Array = npt.NDArray[np.float64]
 #: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])

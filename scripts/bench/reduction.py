@@ -11,12 +11,12 @@ from typing import Any
 
 import numba
 import numpy as np
+from sweep.engine.compiled import extremes
 
 import sweep
 from bench.problem import FALL_TILT
 from sweep.engine import cells
-from sweep.engine.blocks import Span
-from sweep.engine.compiled import extremes
+from sweep.engine.grid import Span
 
 
 def _median(work: Callable[[], object], repeats: int) -> float:

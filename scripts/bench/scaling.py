@@ -12,12 +12,12 @@ from typing import Any
 
 import numba
 import numpy as np
+from sweep.engine.compiled import integrate
 
 import sweep
 from bench.problem import FALL_TILT
 from sweep.engine import cells
-from sweep.engine.blocks import blocks
-from sweep.engine.compiled import integrate
+from sweep.engine.grid import blocks
 
 
 def _grid(count: int) -> list[str]:

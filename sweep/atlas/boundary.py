@@ -1,4 +1,4 @@
-"""The boundary of stability as the cells show it: where along a control parameter the verdict changes, and between which cells."""
+"""The boundary of stability as the cells show it: between which cells along a control parameter the verdict changes."""
 
 from dataclasses import dataclass
 

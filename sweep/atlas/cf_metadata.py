@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.quantities import CURVES, POINTS, curve_quantities, edge_names, edge_quantities, point_quantities
+from sweep.atlas.quantities import (
+    CURVES,
+    POINTS,
+    curve_quantities,
+    edge_names,
+    edge_quantities,
+    point_quantities,
+)
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
 from sweep.model.quantity import FILL, Quantity

@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import edges
-from sweep.atlas.curves import Curves, curves
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     Declaration,
@@ -17,6 +16,7 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     global_attributes,
 )
+from sweep.atlas.curves import Curves, curves
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError

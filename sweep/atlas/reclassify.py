@@ -2,8 +2,6 @@
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from sweep.atlas.cf_metadata import created
 from sweep.atlas.dataset import edge_variables, spec_of
 from sweep.engine.compute import reach_and_scale

@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError
+from sweep.model.quantity import Array, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.model.quantity import Array, Quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,10 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
-    places = {name: _matches(_values(specs[0], name), _values(specs[1], name), specs[0].model.parameters[name]) for name in axes}
+    places = {
+        name: _matches(_values(specs[0], name), _values(specs[1], name), specs[0].model.parameters[name])
+        for name in axes
+    }
     if not common:
         _check_same_grid(specs, axes, places)
     empty = [name for name, (left, _) in places.items() if not left.size]
@@ -158,7 +161,9 @@ def _same(left: Array, right: Array, quantity: Quantity) -> npt.NDArray[np.bool_
     return near
 
 
-def _matches(new: Array, reference: Array, quantity: Quantity) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def _matches(
+    new: Array, reference: Array, quantity: Quantity
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the indices, in each of two increasing arrays, of the values that both have."""
     after = np.searchsorted(new, reference)
     # the match, if there is one, is the neighbour on either side

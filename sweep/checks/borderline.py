@@ -61,7 +61,9 @@ def _at_limit(pair: Pair) -> Mask:
     model, starts = pair.spec.model, _starts(pair)
     reaches = []
     for atlas in (pair.new, pair.reference):
-        reach, scale = reach_and_scale(pair.spec, starts, {name: atlas[name].values for name in model.extremes})
+        reach, scale = reach_and_scale(
+            pair.spec, starts, {name: atlas[name].values for name in model.extremes}
+        )
         reaches.append(reach)
     limit = np.nan_to_num(pair.spec.criterion.allowed(scale))
     slack = model.variables[model.extremes[1]].tolerance.absolute

@@ -1,7 +1,7 @@
 """Two atlases side by side: do they say the same? The regression check.
 
-Decisions (endings, verdicts) have to be equal, measures within the tolerances of the tables, and missing where missing. A
-cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
+Decisions (endings, verdicts) have to be equal, measures within the tolerances of the tables, and missing where missing.
+A cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
 """
 
 import math
@@ -135,7 +135,9 @@ def _left_out(name: str, axis: str, pair: Pair) -> str:
         return f"boundary differs: {' and '.join(pair.boundaries)}"
     if _is_effort(name, pair) and pair.other_steps:
         return f"{', '.join(pair.other_steps)} differ"
-    if _is_effort(name, pair) and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
+    if _is_effort(name, pair) and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get(
+        "kernel_hash"
+    ):
         return "the kernels differ"
     return ""
 
@@ -158,7 +160,10 @@ def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
             for name, quantity in edge_quantities(model.parameters[axis], edge).items():
                 if name in held:
                     yield quantity, axis
-    for name, quantity in {**curve_quantities(), **point_quantities(model.parameters, pair.spec.axes)}.items():
+    for name, quantity in {
+        **curve_quantities(),
+        **point_quantities(model.parameters, pair.spec.axes),
+    }.items():
         if name in held:
             yield quantity, ""
 

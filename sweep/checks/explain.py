@@ -34,8 +34,8 @@ class Explanation:
     """A cell in words.
 
     `text` is the report; `start` has every parameter, `stored` every measure of the cell, `exact` those that the
-    exact reference knows [SI], none if the model lacks one; `repeated` says whether a new run of the cell agrees within the tolerances, `exactly`
-    whether to the bit. A cell that was not computed has nothing to disagree with.
+    exact reference knows [SI], none if the model lacks one; `repeated` says whether a new run of the cell agrees within
+    the tolerances, `exactly` whether to the bit. A cell that was not computed has nothing to disagree with.
     """
 
     text: str
@@ -148,10 +148,14 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
             yield f"  {name:<17} {quantity.spell(value, digits):<22} {quantity.long_name}"
 
 
-def _repeated(spec: SweepSpec, dataset: "xr.Dataset", differing: list[str], beyond: list[str]) -> Iterator[str]:
+def _repeated(
+    spec: SweepSpec, dataset: "xr.Dataset", differing: list[str], beyond: list[str]
+) -> Iterator[str]:
     made = str(dataset.attrs.get("kernel_hash", "unknown"))
     kernels = (
-        "the same kernels" if made == arithmetic_hash(spec) else f"other kernels than those of the file ({made[:12]})"
+        "the same kernels"
+        if made == arithmetic_hash(spec)
+        else f"other kernels than those of the file ({made[:12]})"
     )
     if not differing:
         yield f"repeated    from the file alone, with {kernels}: every value agrees bit for bit"
@@ -239,7 +243,7 @@ def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
 def departure(
     spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
 ) -> tuple[float, float, float]:
-    """Return how far a cell left its undisturbed value, that value, and the criterion's limit, in the same unit [SI]."""
+    """Return how far a cell left its undisturbed value, that value, and the limit of the criterion, in one unit [SI]."""
     starts = {name: np.array([value]) for name, value in start.items()}
     measured = {name: np.array([stored[name]]) for name in spec.model.extremes}
     reach, scale = reach_and_scale(spec, starts, measured)

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.request.axes import Range, Values
 from sweep.model.quantity import Array
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
 from sweep.request.words import unknown_word

@@ -75,9 +75,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
     RequestError
         If neither or both are given, or the words make no valid spec.
     """
-    from sweep.request.spec import SweepSpec
-    from sweep.request.words import split_words
-    from sweep.schema import PARAMETERS, SETTINGS, WORDS
+    from sweep.request.spec import SweepSpec, split_changes
 
     if source is None:
         if spec is None:
@@ -91,20 +89,22 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
             f"A run takes a SPEC or --from, not both; got {spec} and --from {source}.",
             "Leave one of them out.",
         )
-    changes = split_words([spec, *words] if spec else words, (*PARAMETERS, *SETTINGS, *WORDS))
-    return _spec_of_file(source).replace(**changes)
+    made_from = _spec_of_file(source)
+    changes = split_changes([spec, *words] if spec else words, made_from.model)
+    return made_from.replace(**changes)
 
 
 def _spec_of_file(path: Path) -> "SweepSpec":
     from sweep.atlas.dataset import spec_of
-    from sweep.engine.compiled import kernel_hash
+    from sweep.engine.compute import arithmetic_hash
     from sweep.files.reading import opened
 
     with opened(path) as dataset:
-        if dataset.attrs.get("kernel_hash") != kernel_hash():
+        spec = spec_of(dataset)
+        if dataset.attrs.get("kernel_hash") != arithmetic_hash(spec):
             print(
                 f"eulerdisk: {path} was made by other kernels than these: the digits may differ, "
                 "eulerdisk compare says whether they matter",
                 file=sys.stderr,
             )
-        return spec_of(dataset)
+        return spec

@@ -19,20 +19,23 @@ def verify(
 
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
-    from sweep.checks import audit
+    from sweep.atlas.dataset import spec_named
+    from sweep.checks.verify import findings
+    from sweep.checks.verify import verify as audited
     from sweep.commands.report import audit_text
-    from sweep.files import store
+    from sweep.files.netcdf import save
+    from sweep.files.paths import check_apart, check_target
     from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if write is not None:
-            store.check_apart(write, atlas)
-            store.check_target(write, overwrite)
-        audited = audit.verify(dataset)
+            check_apart(write, atlas)
+            check_target(write, overwrite)
+        audit, spec = audited(dataset), spec_named(dataset)
     if write is not None:
-        store.save(audited, write, overwrite=overwrite)
-    found = audit.findings(audited)
-    print(audit_text(found))
+        save(audit, write, overwrite=overwrite)
+    found = findings(audit)
+    print(audit_text(found, spec))
     if not found.passed:
         raise typer.Exit(1)
 
@@ -57,10 +60,10 @@ def compare(
     import json
 
     from sweep.checks.compare import compare as compared
-    from sweep.checks.regression import in_words, to_junit
-    from sweep.files.filenames import check_atlas
+    from sweep.checks.comparison_report import in_words, to_junit
+    from sweep.files.paths import check_apart, check_atlas, check_target
+    from sweep.files.publish import published
     from sweep.files.reading import opened
-    from sweep.files.store import check_apart, check_target, published
 
     if junit is not None:
         check_target(junit, True)
@@ -102,16 +105,13 @@ def explain(
 
     Exit status 1 if the run cannot be repeated within the tolerances.
     """
-    from sweep.request.words import split_words
-    from sweep.schema import PARAMETERS
+    from sweep.request.words import pairs
 
-    given = split_words(cell or [], tuple(PARAMETERS))
+    given = pairs(cell or [])
     if plot is not None:
-        from sweep.files.filenames import check_format
+        from sweep.files.paths import check_format, check_target
 
         check_format(plot)
-        from sweep.files.store import check_target
-
         check_target(plot, True)
     from sweep.checks.explain import explain as explained
     from sweep.files.reading import opened
@@ -120,8 +120,9 @@ def explain(
         explanation = explained(dataset, given)
     print(explanation.text)
     if plot is not None:
-        from sweep.figures import cellplot, plots
+        from sweep.figures import plots
+        from sweep.figures.disk import cell_plot
 
-        plots.save(cellplot.figure(explanation), plot)
+        plots.save(cell_plot.figure(explanation), plot)
     if not explanation.repeated:
         raise typer.Exit(1)

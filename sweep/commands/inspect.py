@@ -22,9 +22,10 @@ def info(
     """Say in words what is in an atlas, or how far an unfinished run is."""
     from sweep.commands.report import describe
     from sweep.files.reading import opened
-    from sweep.runs import peek
+    from sweep.runs.partial import describe as describe_run
+    from sweep.runs.partial import unfinished, write_partial
 
-    folder = peek.unfinished(atlas)
+    folder = unfinished(atlas)
     if folder is None and partial is not None:
         raise RequestError(
             f"--partial writes the finished blocks of a run in {atlas}.run; there is no unfinished run.",
@@ -32,10 +33,10 @@ def info(
             str(atlas),
         )
     if folder is not None and partial is not None:
-        done, cells = peek.write_partial(folder, partial)
+        done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
     elif folder is not None:
-        print(peek.describe(folder))
+        print(describe_run(folder))
     if folder is None or atlas.is_file():
         with opened(atlas) as dataset:
             print(describe(dataset))
@@ -59,19 +60,21 @@ def boundary(
     overwrite: Overwrite = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
-    from sweep.atlas import verdicts
+    from sweep.atlas.reclassify import reclassify
+    from sweep.atlas.reclassify import refine as refined
     from sweep.commands.report import boundary_table
-    from sweep.files import store
+    from sweep.files.netcdf import save
+    from sweep.files.paths import check_target
     from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if output is not None:
-            store.check_target(output, overwrite)
-        found = dataset if criterion is None else verdicts.reclassify(dataset, criterion)
+            check_target(output, overwrite)
+        found = dataset if criterion is None else reclassify(dataset, criterion)
         if refine is not None:
-            found = verdicts.refine(found, refine)
+            found = refined(found, refine)
         if output is not None:
-            store.save(found, output, overwrite=overwrite)
+            save(found, output, overwrite=overwrite)
         print(boundary_table(found))
 
 
@@ -92,7 +95,7 @@ def plot(
     ] = False,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts."""
-    from sweep.files.filenames import check_atlas, check_format
+    from sweep.files.paths import check_atlas, check_format
 
     check_format(output)
     if friction is not None and not friction > 0.0:
@@ -109,15 +112,16 @@ def plot(
         )
     for atlas in atlases:
         check_atlas(atlas)
-    from sweep.atlas.verdicts import reclassify
-    from sweep.figures import plots, regimemap
+    from sweep.atlas.reclassify import reclassify
+    from sweep.figures import plots
+    from sweep.figures.disk.regimes import figure as regimes_figure
     from sweep.files.reading import opened
 
     with ExitStack() as stack:
         datasets = [stack.enter_context(opened(path)) for path in atlases]
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        plots.save(regimemap.figure(datasets) if regimes else plots.figure(datasets, friction), output)
+        plots.save(regimes_figure(datasets) if regimes else plots.figure(datasets, friction), output)
 
 
 def export(
@@ -132,8 +136,8 @@ def export(
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
+    from sweep.files.paths import check_apart
     from sweep.files.reading import opened
-    from sweep.files.store import check_apart
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened(atlas) as dataset:

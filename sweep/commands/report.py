@@ -1,15 +1,16 @@
 """An atlas in words and tables, for a person to read."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas.dataset import require, spec_of
-from sweep.checks.audit import Findings
+from sweep.atlas.quantities import EDGES, edge_names
+from sweep.checks.verify import Findings
+from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,8 @@ _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 def describe(dataset: "xr.Dataset") -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
-    require(dataset, ("peak_tilt", "tilt_error", "energy_drift"))
+    model = spec.model
+    require(dataset, (model.peak, model.error_name, "energy_drift"))
     known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
         known["title"],
@@ -30,15 +32,16 @@ def describe(dataset: "xr.Dataset") -> str:
         f"grid        {_grid(spec)}",
         *_axis_lines(spec),
         f"fixed       {_fixed(dataset, spec)}",
-        f"criterion   unstable if the tilt leaves its steady value by {_criterion(spec)}, or the disk falls",
+        f"criterion   unstable if {_unstable(spec)}",
         f"method      {spec.method}, {_settings(spec)}",
         "",
-        *_counts(dataset, "ending"),
-        *_counts(dataset, "stability"),
+        *_counts(dataset, spec, "ending"),
+        *_counts(dataset, spec, "stability"),
         "",
-        f"peak tilt   {_range(dataset['peak_tilt'], 'deg')}",
-        f"errors      extreme tilts within {_most(dataset['tilt_error'])} rad, "
-        f"energy drift at most {_most(dataset['energy_drift'])} (both estimated in every cell)",
+        f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
+        f"errors      extremes of the {_coordinate(spec)} within {_most(dataset[model.error_name])} "
+        f"{model.variables[model.error_name].units}, energy drift at most {_most(dataset['energy_drift'])} (both "
+        "estimated in every cell)",
         *_boundary_lines(dataset, spec),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
@@ -50,40 +53,20 @@ def describe(dataset: "xr.Dataset") -> str:
 def boundary_table(dataset: "xr.Dataset") -> str:
     """Return the measured boundary beside the lines of theory, one row per value of the other axes.
 
-    Without a rate among the axes there are no such rows: then the points of its curves, if it was refined.
+    Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
     """
     spec = spec_of(dataset)
-    tables = [
-        "\n".join(_edge_rows(dataset, spec, lower + axis)) for axis, lower in _found_edges(dataset, spec)
-    ]
+    tables = ["\n".join(_edge_rows(dataset, spec, axis, edge)) for axis, edge in found_edges(dataset, spec)]
     if tables:
         return "\n\n".join(tables)
     if "curve_point_count" in dataset:
         return "\n".join(_curve_rows(dataset, spec))
     if spec.boundary_width is None and len(spec.axes) > 1:
-        return "This atlas has no boundary of rates: no rate is among its axes. --refine WIDTH finds it as curves."
-    return "This atlas has no boundary: no rate is among its axes."
+        return f"This atlas has no boundary in rows: {_no_control(spec)}. --refine WIDTH finds it as curves."
+    return f"This atlas has no boundary: {_no_control(spec)}."
 
 
-def critical_table(datasets: Sequence["xr.Dataset"]) -> str:
-    """Return rate^2 R/g at the boundary, at the smallest tilt that has one: measured, predicted, and the limit.
-
-    The limit is that of vanishing perturbation and vanishing tilt: 1/[2(1+alpha)] for the roll rate, 2/(2+alpha) for
-    the precession rate.
-    """
-    rows = [["atlas", "at tilt", "rate^2 R/g of", "measured", "predicted by", "", "analytic limit"]]
-    for dataset in datasets:
-        spec = spec_of(dataset)
-        for axis, lower in _found_edges(dataset, spec):
-            if not lower:
-                rows += _critical_rows(dataset, spec, axis)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    )
-
-
-def audit_text(found: Findings) -> str:
+def audit_text(found: Findings, spec: SweepSpec) -> str:
     """Return what an audit found: counts, the distribution of the difference, and the cells to look at."""
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
     lines = [
@@ -94,7 +77,7 @@ def audit_text(found: Findings) -> str:
         f"tolerance    {found.tolerance:.1e} rad",
     ]
     head = "wrong" if found.disagreeing else "worst cell"
-    lines += [f"{head:<12} {_cell(place)}, {flag.replace('_', ' ')}" for flag, place in found.named]
+    lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
     if found.disagreeing > len(found.named):
         lines.append(f"             and {found.disagreeing - len(found.named)} more")
     if found.method == "exact":
@@ -116,53 +99,41 @@ def audit_line(found: Findings) -> str:
     )
 
 
-def _critical_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str) -> Iterator[list[str]]:
-    measured = dataset[f"boundary_{axis}"]
-    if "tilt" not in measured.dims or measured.ndim != 1:
-        return
-    known = np.flatnonzero(np.isfinite(measured.values))
-    if not known.size:
-        return
-    row = {"tilt": int(known[0])}
-    names = (f"boundary_{axis}", f"boundary_{axis}_halfwidth", f"predicted_{axis}")
-    rate, halfwidth, predicted = (float(dataset[name][row]) for name in names)
-    unit_squared = float(dataset["radius"]) / float(dataset["gravity"])
-    alpha = float(dataset["alpha"])
-    limit = 1.0 / (2.0 * (1.0 + alpha)) if axis == "roll_rate" else 2.0 / (2.0 + alpha)
-    yield [
-        dataset.attrs["title"].split(":")[0],
-        f"{np.degrees(float(dataset['tilt'][row])):.3g} deg",
-        axis,
-        f"{rate**2 * unit_squared:.5f} +- {2.0 * rate * halfwidth * unit_squared:.5f}",
-        str(spec.criterion),
-        f"{predicted**2 * unit_squared:.5f}",
-        f"{limit:.5f}",
-    ]
+def _no_control(spec: SweepSpec) -> str:
+    controls = spec.model.controls(spec.model.parameters)
+    return (
+        f"neither {' nor '.join(controls)} is among its axes"
+        if len(controls) > 1
+        else f"{controls[0]} is no axis"
+    )
 
 
-def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, edge: str) -> Iterator[str]:
-    names = [f"boundary_{edge}", f"boundary_{edge}_halfwidth", f"predicted_{edge}", f"critical_{edge}"]
-    others = dataset[names[0]].dims
+def _head(spec: SweepSpec, name: str) -> str:
+    return f"{name} [{spec.model.parameters[name].shown_units}]".removesuffix(" []")
+
+
+def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
+    names = edge_names(axis, edge)
+    others = [str(name) for name in dataset[names[0]].dims]
     units = dataset[names[0]].attrs["units"]
-    heads = [f"{name} [{_shown_units(PARAMETERS[str(name)])}]".removesuffix(" []") for name in others]
+    heads = [_head(spec, name) for name in others]
     yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3]])
     stacked = [dataset[name].values.reshape(-1) for name in names]
     places = np.indices(dataset[names[0]].shape).reshape(len(others), dataset[names[0]].size).T
     for place, *values in zip(places, *stacked, strict=True):
         at = [
-            f"{dataset[name].values[i] * PARAMETERS[str(name)].plot_scale:<{len(head)}.6g}"
+            f"{dataset[name].values[i] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
             for name, i, head in zip(others, place, heads, strict=True)
         ]
         yield "  ".join([*at, *(_number(value, values[1]) for value in values)])
 
 
 def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
-    heads = [f"{name} [{_shown_units(PARAMETERS[name])}]".removesuffix(" []") for name in spec.axes]
-    yield "  ".join(["curve", *(word for head in heads for word in (head, "+-"))])
+    yield "  ".join(["curve", *(word for name in spec.axes for word in (_head(spec, name), "+-"))])
     closed = dataset["curve_closed"].values
     columns = []
     for name in spec.axes:
-        scale = PARAMETERS[name].plot_scale
+        scale = spec.model.parameters[name].plot_scale
         columns += [dataset[f"curve_{name}{end}"].values * scale for end in ("", "_halfwidth")]
     numbers = np.repeat(np.arange(closed.size), dataset["curve_point_count"].values)
     for number, *values in zip(numbers.tolist(), *(column.tolist() for column in columns), strict=True):
@@ -185,11 +156,12 @@ def _number(value: float, halfwidth: float) -> str:
     return f"{value:.{digits}f}"
 
 
-def _found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
+def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
+    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
     for axis in spec.axes:
-        for lower in ("", "lower_"):
-            if f"boundary_{lower}{axis}" in dataset:
-                yield axis, lower
+        for edge in EDGES:
+            if edge_names(axis, edge)[0] in dataset:
+                yield axis, edge
 
 
 def _grid(spec: SweepSpec) -> str:
@@ -200,32 +172,35 @@ def _grid(spec: SweepSpec) -> str:
 
 def _axis_lines(spec: SweepSpec) -> Iterator[str]:
     for name in spec.axes:
-        quantity, axis = PARAMETERS[name], getattr(spec, name)
+        quantity, axis = spec.model.parameters[name], getattr(spec, name)
         low, high = axis.ends() * quantity.plot_scale
         spacing = getattr(axis, "spacing", "listed")
-        ends = f"{low:.6g} to {high:.6g} {_shown_units(quantity)}".strip()
+        ends = f"{low:.6g} to {high:.6g} {quantity.shown_units}".strip()
         yield f"  {name:<17} {ends}, {len(axis)} values, {spacing}"
 
 
 def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
-    parts = []
-    for name, quantity in PARAMETERS.items():
-        if name not in spec.axes and name in dataset.coords:
-            parts.append(
-                f"{name} {float(dataset[name]) * quantity.plot_scale:.6g} {_shown_units(quantity)}".strip()
-            )
-    return ", ".join(parts) + (f", {spec.computed_rate} steady (computed per cell)" if spec.circling else "")
+    parameters = spec.model.parameters
+    parts = [parameters[name].spell(float(dataset[name]), 6) for name in spec.fixed if name in dataset.coords]
+    named = [f"{name} {text}" for name, text in zip(spec.fixed, parts, strict=False)]
+    return ", ".join(
+        [*named, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
+    )
 
 
-def _criterion(spec: SweepSpec) -> str:
-    if spec.criterion.kind == "departure":
-        return f"more than {np.degrees(spec.criterion.limit):.6g} deg"
-    return f"more than {spec.criterion.limit:.6g} times the perturbation"
+def _coordinate(spec: SweepSpec) -> str:
+    return spec.model.coordinate.replace("_", " ")
+
+
+def _unstable(spec: SweepSpec) -> str:
+    too_far = spec.criterion.in_words(spec.model.parameters[spec.model.coordinate])
+    lost = f", or {spec.model.lost_name}" if spec.model.lost_name else ""
+    return f"the {_coordinate(spec)} leaves its steady value by {too_far}{lost}"
 
 
 def _settings(spec: SweepSpec) -> str:
     parts = []
-    for name, quantity in SETTINGS.items():
+    for name, quantity in spec.model.settings.items():
         value = getattr(spec, name)
         if isinstance(value, str):
             text = value
@@ -236,19 +211,19 @@ def _settings(spec: SweepSpec) -> str:
     return ", ".join(parts)
 
 
-def _counts(dataset: "xr.Dataset", name: str) -> Iterator[str]:
+def _counts(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Iterator[str]:
     codes = dataset[name].values
-    flags = VARIABLES[name].flags or {}
+    flags = spec.model.variables[name].flags or {}
     found = [(int((codes == code).sum()), word) for code, word in flags.items()]
     yield f"{name:<12}" + ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
 
 
-def _range(values: "xr.DataArray", units: str) -> str:
+def _range(values: "xr.DataArray", quantity: Quantity) -> str:
     known = values.values[np.isfinite(values.values)]
     if not known.size:
         return "no cell has one"
-    low, high = np.degrees([known.min(), known.max()])
-    return f"{low:.6g} to {high:.6g} {units}"
+    low, high = known.min() * quantity.plot_scale, known.max() * quantity.plot_scale
+    return f"{low:.6g} to {high:.6g} {quantity.shown_units}"
 
 
 def _most(values: "xr.DataArray") -> str:
@@ -257,15 +232,16 @@ def _most(values: "xr.DataArray") -> str:
 
 
 def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
-    for axis, lower in _found_edges(dataset, spec):
-        rate = dataset[f"boundary_{lower}{axis}"].values
-        halfwidth: Any = dataset[f"boundary_{lower}{axis}_halfwidth"].values
-        count = int(np.isfinite(rate).sum())
-        side = "below" if lower else "above"
+    for axis, edge in found_edges(dataset, spec):
+        measured, halfwidth_name, _, _ = edge_names(axis, edge)
+        found, halfwidth = dataset[measured].values, dataset[halfwidth_name].values
+        count = int(np.isfinite(found).sum())
+        side = "below" if edge == "lower" else "above"
+        units = spec.model.parameters[axis].units
         if count:
             yield (
-                f"boundary    stable {side} {axis} {np.nanmin(rate):.6g} to {np.nanmax(rate):.6g} rad s-1, "
-                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {rate.size} rows"
+                f"boundary    stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
+                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {found.size} rows"
             )
         else:
             yield f"boundary    no change of verdict along {axis} ({side})"
@@ -282,13 +258,8 @@ def _spread(distribution: tuple[float, float, float]) -> str:
     return f"{median:.1e} (median), {high:.1e} (99 %), {most:.1e} (largest)"
 
 
-def _cell(place: Mapping[str, float]) -> str:
-    shown = (
-        f"{name} {value * PARAMETERS[name].plot_scale:.10g} {_shown_units(PARAMETERS[name])}".strip()
-        for name, value in place.items()
+def _cell(place: Mapping[str, float], spec: SweepSpec) -> str:
+    return (
+        ", ".join(f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items())
+        or "the one cell"
     )
-    return ", ".join(shown) or "the one cell"
-
-
-def _shown_units(quantity: Any) -> str:
-    return "deg" if quantity.units == "rad" else "" if quantity.units == "1" else str(quantity.units)

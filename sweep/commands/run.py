@@ -55,13 +55,13 @@ def run(
     eulerdisk run --from rolling.nc -o again.nc
     """
     request = read_request(spec, words or [], source)
-    from sweep.runs.running import run_to_file
+    from sweep.runs.run import run_to_file
 
-    driver = None
+    executor = None
     if dask is not None:
-        from sweep.runs.cluster import on_cluster
+        from sweep.runs.dask_executor import on_cluster
 
-        driver = on_cluster(dask, say)
+        executor = on_cluster(dask, say)
     # The history names what decides the atlas. Its bytes do not depend on the other options or the file name.
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
@@ -76,7 +76,7 @@ def run(
             progress=progress,
             say=say,
             stopping=stopping,
-            driver=driver,
+            executor=executor,
         )
     _conclude(failures, request, output, max_failed)
 
@@ -94,12 +94,14 @@ def prepare(
     Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
     """
     request = read_request(spec, words or [], None)
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
     command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
-    book = parts.prepare(request, output, overwrite=overwrite, block_cells=block_cells, command=command)
-    print(book.folder)
-    say(f"{request.size} cells in {len(book.spans)} blocks")
+    journal = array_jobs.prepare(
+        request, output, overwrite=overwrite, block_cells=block_cells, command=command
+    )
+    print(journal.folder)
+    say(f"{request.size} cells in {len(journal.spans)} blocks")
 
 
 def block(
@@ -115,10 +117,10 @@ def block(
         raise RequestError(
             f"A part is I/N with 1 <= I <= N; got {part}.", "Write --part 1/10, for instance.", "--part"
         )
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
     with stoppable() as stopping, reporting() as progress:
-        kept, computed = parts.compute_part(
+        kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
     say(f"part {part}: {kept} blocks were there, {computed} computed")
@@ -131,9 +133,9 @@ def assemble(
     max_failed: MaxFailed = 1.0,
 ) -> None:
     """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
-    from sweep.runs import parts
+    from sweep.runs import array_jobs
 
-    spec, path, failures = parts.assemble(folder, overwrite=overwrite)
+    spec, path, failures = array_jobs.assemble(folder, overwrite=overwrite)
     _conclude(failures, spec, path, max_failed)
 
 
@@ -152,20 +154,18 @@ def plan(
 ) -> None:
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
     from sweep.engine import estimate
-    from sweep.files.store import check_target
+    from sweep.files.paths import check_target
 
     request = read_request(spec, words or [], None)
     # an existing file does not change the estimate; only the run needs --overwrite
     check_target(output, True)
     rate, used, there = None, 1, 1
     if calibrate:
-        from sweep.engine.calibrate import cells_per_second, least_cells
-        from sweep.engine.runner import available_threads, usable_threads
+        from sweep.engine.compute import available_threads, usable_threads
 
         used, there = usable_threads(threads), available_threads()
-
-        rate = cells_per_second(request, threads)
-        block_cells = block_cells or estimate.block_cells(rate, least_cells(threads))
+        rate = estimate.cells_per_second(request, threads)
+        block_cells = block_cells or estimate.suitable_block(rate, estimate.least_cells(threads))
     print("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
     try:
         estimate.check_room(output, estimate.run_bytes(request))
@@ -180,16 +180,17 @@ def warmup() -> None:
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
     """
     from sweep.atlas.dataset import run
-    from sweep.engine.compiled import cache_folder, check_cache
+    from sweep.model import registry
+    from sweep.model.kernel import cache_root, check_cache
     from sweep.request.spec import SweepSpec
-    from sweep.schema import METHODS
 
-    for method in METHODS:
-        began = time.perf_counter()
-        run(SweepSpec(tilt="1deg", roll_rate=3.0, method=method))
-        print(f"{method:<6} ready after {time.perf_counter() - began:.1f} s")
+    for model in registry.every():
+        for method in model.methods:
+            began = time.perf_counter()
+            run(SweepSpec(model=model.name, method=method))
+            print(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
     check_cache()
-    print(f"cache  {cache_folder()}")
+    print(f"cache  {cache_root()}")
 
 
 def _conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:

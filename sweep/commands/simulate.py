@@ -35,16 +35,16 @@ def simulate(
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
     """
-    from sweep.request.trajectory import TrajectorySpec
+    from sweep.motion.request import TrajectorySpec
 
     request = TrajectorySpec.from_words(words or [])
     _check_outputs(output, plot, animate, overwrite)
-    from sweep.files.store import save
+    from sweep.files.netcdf import save
     from sweep.motion.trajectory import simulate as compute
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None:
-        from sweep.figures import animation
+        from sweep.figures.disk import animation
 
         with abandonable(animate) as check, reporting(what="frames") as progress:
 
@@ -54,7 +54,8 @@ def simulate(
 
             animation.save(dataset, animate, after_frame)
     if plot is not None:
-        from sweep.figures import motion_plots, plots
+        from sweep.figures import plots
+        from sweep.figures.disk import motion_plots
 
         plots.save(motion_plots.figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
@@ -64,7 +65,7 @@ def simulate(
 
 def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
     """Refuse every file that could not be written, before anything is computed."""
-    from sweep.files.store import check_target
+    from sweep.files.paths import check_target
 
     if output.suffix.lower() != ".nc":
         raise RequestError(
@@ -73,11 +74,11 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
             f"Write -o {output.stem or 'path'}.nc.",
         )
     if plot is not None:
-        from sweep.files.filenames import check_format
+        from sweep.files.paths import check_format
 
         check_format(plot)
     if animate is not None:
-        from sweep.figures.animation import check_format as check_film
+        from sweep.figures.disk.animation import check_format as check_film
 
         check_film(animate)
     for path in (output, plot, animate):

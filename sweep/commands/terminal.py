@@ -17,7 +17,7 @@ import typer
 from sweep.errors import StoppedError
 
 if TYPE_CHECKING:
-    from sweep.runs.driving import Progress
+    from sweep.runs.executor import Progress
 
 #: Seconds between two lines in a log.
 _LOG_INTERVAL = 10.0

@@ -29,6 +29,7 @@ _NEAR_ZERO = 1e-6
 #: Fixed parameters in a line of the caption: more would be wider than the panel.
 _MOST_IN_LINE = 4
 
+
 @dataclass(frozen=True)
 class Edge:
     """One edge of the unstable band: as measured, with its bracket, and the two lines of theory.
@@ -132,9 +133,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     cells = dataset[[model.peak, "stability", "ending"]].transpose(*order).load()
     quantity, ending = model.variables[model.peak], cells["ending"].values
     peak = cells[model.peak].values * quantity.plot_scale
-    lost = [
-        each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)
-    ]
+    lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
     return Panel(

@@ -22,10 +22,10 @@ from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
 from sweep.figures.disk.friction import slipping
 from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
-from sweep.figures.panels import Panel, drawn_spec, panel
+from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
-from sweep.files.filenames import FORMATS, check_format
-from sweep.files.store import published
+from sweep.files.paths import FORMATS, check_format
+from sweep.files.publish import published
 from sweep.model.quantity import Quantity
 
 if TYPE_CHECKING:

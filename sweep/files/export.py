@@ -1,27 +1,41 @@
-"""Atlases in other formats: tables of cells (csv, parquet), and zarr."""
+"""Atlases in other formats: tables of cells (csv, parquet), and zarr.
+
+A format is a class with the methods of `Format` and an entry in `FORMATS`; nothing else knows the formats.
+"""
 
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError
+from sweep.files.paths import check_target
+from sweep.files.publish import published
 from sweep.files.reading import loaded
-from sweep.files.store import check_target, published
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-#: Format -> the distribution that it needs beside those that are always there.
-FORMATS = {"csv": None, "parquet": "pyarrow", "zarr": "zarr"}
-
 #: Rows of a table that are in memory at a time.
 _ROWS = 250_000
+
+
+class Format(Protocol):
+    """A format that atlases are exported to."""
+
+    #: The distribution that the format needs beside those that are always installed.
+    distribution: str | None
+
+    def check(self, path: Path, overwrite: bool) -> None:
+        """Refuse a target that cannot be written or must not be replaced, with a RequestError."""
+
+    def write(self, dataset: "xr.Dataset", path: Path) -> None:
+        """Write the atlas; what is at `path` appears only when it is complete."""
 
 
 def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: bool = False) -> None:
@@ -33,10 +47,10 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         An atlas.
     path : str or Path
         The file, or for zarr the folder.
-    kind : {"csv", "parquet", "zarr"}
-        A table has one row for each cell: the parameters, the measures in SI, flags as words, and the boundaries of the
-        cell's row, but not the curves of a refined boundary. Parquet keeps units and attributes in its metadata; csv
-        has none.
+    kind : str
+        A key of `FORMATS`. A table (csv, parquet) has one row for each cell: the parameters, the measures in SI, flags
+        as words, and the boundaries of the cell's row, but not the curves of a refined boundary. Parquet keeps units
+        and attributes in its metadata; csv has none.
     overwrite : bool
         Replace what is there.
 
@@ -44,106 +58,115 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
     ------
     RequestError
         If the format is unknown or its library missing, or the target cannot be written.
+    StorageError
+        If the file system refuses.
     """
     path = Path(path)
-    _check_kind(kind)
-    if kind == "zarr":
-        _check_folder(path, overwrite)
-        _to_zarr(dataset, path)
-        return
-    check_target(path, overwrite)
-    with published(path) as unfinished:
-        (_to_csv if kind == "csv" else _to_parquet)(dataset, unfinished)
-
-
-def _check_kind(kind: str) -> None:
     if kind not in FORMATS:
         raise RequestError(
             "unknown format", f"the formats are {', '.join(FORMATS)}", kind, "choose one of them", "--to"
         )
-    needed = FORMATS[kind]
-    if needed is not None and find_spec(needed) is None:
+    chosen = FORMATS[kind]
+    if chosen.distribution is not None and find_spec(chosen.distribution) is None:
         raise RequestError(
-            f"{kind} needs {needed}, which is not installed",
-            "csv needs nothing more; parquet needs pyarrow, zarr needs zarr",
+            f"{kind} needs {chosen.distribution}, which is not installed",
+            "; ".join(
+                f"{name} needs {each.distribution or 'nothing more'}" for name, each in FORMATS.items()
+            ),
             f"--to {kind}",
             "pip install 'eulerdisk[formats]'",
         )
+    chosen.check(path, overwrite)
+    chosen.write(dataset, path)
 
 
-def _check_folder(path: Path, overwrite: bool) -> None:
-    if path.is_dir() and overwrite and not _is_zarr(path):
-        raise RequestError(
-            "not a zarr store",
-            "only a zarr store is replaced by one",
-            str(path),
-            "give another name",
-            str(path),
-        )
-    if not path.is_dir():
-        check_target(path, False)
-    elif not overwrite:
-        raise RequestError(
-            "the folder exists",
-            "what exists is not replaced by accident",
-            str(path),
-            "add --overwrite",
-            str(path),
-        )
+class _Csv:
+    distribution = None
+
+    def check(self, path: Path, overwrite: bool) -> None:
+        check_target(path, overwrite)
+
+    def write(self, dataset: "xr.Dataset", path: Path) -> None:
+        with published(path) as unfinished:
+            for i, table in enumerate(_tables(dataset)):
+                # every digit, so that the number read is the number written
+                table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
 
 
-def _is_zarr(path: Path) -> bool:
-    return any((path / name).exists() for name in (".zgroup", "zarr.json")) or not any(path.iterdir())
+class _Parquet:
+    distribution = "pyarrow"
+
+    def check(self, path: Path, overwrite: bool) -> None:
+        check_target(path, overwrite)
+
+    def write(self, dataset: "xr.Dataset", path: Path) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        with published(path) as unfinished, contextlib.ExitStack() as stack:
+            writer: Any = None
+            for table in _tables(dataset):
+                columns = pa.Table.from_pandas(table, preserve_index=False)
+                if writer is None:
+                    schema = self._described(columns.schema, dataset)
+                    writer = stack.enter_context(pq.ParquetWriter(unfinished, schema))
+                writer.write_table(columns.cast(schema))
+
+    def _described(self, schema: Any, dataset: "xr.Dataset") -> Any:
+        """Return a pyarrow schema with the attributes of the atlas and of each variable, as text."""
+        for i, each in enumerate(schema):
+            attributes = {str(key): str(value) for key, value in dataset[each.name].attrs.items()}
+            schema = schema.set(i, each.with_metadata(attributes))
+        return schema.with_metadata({str(key): str(value) for key, value in dataset.attrs.items()})
 
 
-def _to_zarr(dataset: "xr.Dataset", path: Path) -> None:
-    unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
-    # format 2: every reader of zarr knows it, and its consolidated metadata are part of it
-    packed = dataset.drop_encoding()
-    try:
-        packed.to_zarr(unfinished, mode="w", zarr_format=2, consolidated=True)
-        if path.is_dir():
-            shutil.rmtree(path)
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise RequestError(
-            "the folder could not be written",
-            "there is room for it to the end",
-            str(problem),
-            "free some space, or give another name",
-            str(path),
-        ) from problem
-    finally:
-        if unfinished.exists():
-            shutil.rmtree(unfinished)
+class _Zarr:
+    distribution = "zarr"
+
+    def check(self, path: Path, overwrite: bool) -> None:
+        if not path.is_dir():
+            check_target(path, False)
+        elif not overwrite:
+            raise RequestError(
+                "the folder exists",
+                "what exists is not replaced by accident",
+                str(path),
+                "add --overwrite",
+                str(path),
+            )
+        elif any(path.iterdir()) and not any((path / name).exists() for name in (".zgroup", "zarr.json")):
+            raise RequestError(
+                "not a zarr store",
+                "only a zarr store is replaced by one",
+                str(path),
+                "give another name",
+                str(path),
+            )
+
+    def write(self, dataset: "xr.Dataset", path: Path) -> None:
+        unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
+        packed = dataset.drop_encoding()
+        try:
+            # format 2: every reader of zarr knows it, and its consolidated metadata are part of it
+            packed.to_zarr(unfinished, mode="w", zarr_format=2, consolidated=True)
+            if path.is_dir():
+                shutil.rmtree(path)
+            os.replace(unfinished, path)
+        except OSError as problem:
+            raise RequestError(
+                "the folder could not be written",
+                "there is room for it to the end",
+                str(problem),
+                "free some space, or give another name",
+                str(path),
+            ) from problem
+        finally:
+            if unfinished.exists():
+                shutil.rmtree(unfinished)
 
 
-def _to_csv(dataset: "xr.Dataset", path: Path) -> None:
-    for i, table in enumerate(_tables(dataset)):
-        # every digit, so that the number read is the number written
-        table.to_csv(path, mode="a" if i else "w", header=not i, index=False)
-
-
-def _to_parquet(dataset: "xr.Dataset", path: Path) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    with contextlib.ExitStack() as stack:
-        writer: Any = None
-        for table in _tables(dataset):
-            columns = pa.Table.from_pandas(table, preserve_index=False)
-            if writer is None:
-                schema = _described(columns.schema, dataset)
-                writer = stack.enter_context(pq.ParquetWriter(path, schema))
-            writer.write_table(columns.cast(schema))
-
-
-def _described(schema: Any, dataset: "xr.Dataset") -> Any:
-    """Return a pyarrow schema with the attributes of the atlas and of each variable, as text."""
-    for i, each in enumerate(schema):
-        attributes = {str(key): str(value) for key, value in dataset[each.name].attrs.items()}
-        schema = schema.set(i, each.with_metadata(attributes))
-    return schema.with_metadata({str(key): str(value) for key, value in dataset.attrs.items()})
+#: Name of the format -> the format.
+FORMATS: Mapping[str, Format] = {"csv": _Csv(), "parquet": _Parquet(), "zarr": _Zarr()}
 
 
 def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
@@ -165,7 +188,7 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
         if "flag_meanings" in variable.attrs
     }
     order = list(dict.fromkeys([*axes, *map(str, dataset.coords), *map(str, dataset.data_vars)]))
-    for part in _parts(dataset, axes):
+    for part in _slices(dataset, axes):
         if axes:
             table = part.to_dataframe(dim_order=axes).reset_index()
         else:
@@ -177,7 +200,8 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
         yield table[order]
 
 
-def _parts(dataset: "xr.Dataset", axes: list[str]) -> Iterator["xr.Dataset"]:
+def _slices(dataset: "xr.Dataset", axes: list[str]) -> Iterator["xr.Dataset"]:
+    """Yield consecutive slices along the first axis, each of about `_ROWS` cells, in memory."""
     if not axes:
         yield loaded(dataset)
         return

@@ -1,20 +1,21 @@
-"""A file at its final name is whole: it is written under another name, made safe, and then renamed."""
+"""Atomic publishing: a file is written under a temporary name in the same folder, synchronised, and then renamed."""
 
 import contextlib
 import errno
 import os
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from sweep.errors import StorageError
 
-#: The system's words for "there is no more room": the disk, a quota, a limit on the size of a file.
+#: Errors of the system that mean "no room": the disk is full, or a quota or a limit on file sizes is reached.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def publish(unfinished: Path, path: Path) -> None:
-    """Give a file that was written to its end its final name, in a way that a power cut cannot undo.
+    """Rename a finished temporary file to its final name, such that a power cut leaves the old state or the new one.
 
     Raises
     ------
@@ -26,20 +27,47 @@ def publish(unfinished: Path, path: Path) -> None:
     sync_folder(path.parent)
 
 
-def publish_text(path: Path, text: str) -> None:
-    """Write a small text file that is either absent or whole.
+def publish_bytes(path: Path, content: bytes) -> None:
+    """Write a file that is either absent or complete, also after a power cut.
 
     Raises
     ------
     OSError
+        If the file system refuses; the temporary file is removed then.
     """
-    unfinished = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    unfinished.write_text(text, encoding="ascii")
-    publish(unfinished, path)
+    # not the tempfile module: it makes files that nobody but their owner can read, and another account of the same
+    # group may have to go on with a run
+    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
+    try:
+        with open(unfinished, "xb") as file:
+            file.write(content)
+        publish(unfinished, path)
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            unfinished.unlink()
+
+
+@contextlib.contextmanager
+def published(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside `path`; the file that was written there is published when the block ends well.
+
+    Raises
+    ------
+    StorageError
+        If the file system refuses.
+    """
+    unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
+    try:
+        with refusals(path):
+            yield unfinished
+            publish(unfinished, path)
+    finally:
+        if os.path.exists(unfinished):
+            unfinished.unlink()
 
 
 def sync_folder(folder: Path) -> None:
-    """Make the names in a folder survive a power cut, where its file system can."""
+    """Write the names in a folder to the disk, on file systems that can do so."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -52,16 +80,16 @@ def sync_folder(folder: Path) -> None:
 def refusals(
     path: Path, needed: Callable[[], float] = lambda: 0.0, kept: Callable[[], str] = lambda: ""
 ) -> Iterator[None]:
-    """Say what a file system refuses in the words of a StorageError.
+    """Turn the errors of the file system and of netCDF into a StorageError that says what to do.
 
     Parameters
     ----------
     path : Path
-        What was to be written in the end.
+        The file that was to be written in the end.
     needed : callable
-        Returns the bytes that are still to be written.
+        Returns how many bytes are still to be written.
     kept : callable
-        Returns what the reader may rely on, and where it is; nothing, if the same command does not go on.
+        Returns a sentence that says which results are kept, and where; an empty text if the same command cannot go on.
 
     Raises
     ------
@@ -70,7 +98,7 @@ def refusals(
     try:
         yield
     except (OSError, RuntimeError) as problem:
-        # netCDF says "HDF error" whatever the system told it; other RuntimeErrors are defects of ours
+        # netCDF raises RuntimeError("NetCDF: HDF error") for every error of the system; other RuntimeErrors are defects
         if isinstance(problem, RuntimeError) and "NetCDF" not in str(problem):
             raise
         raise _refusal(problem, path, needed(), kept()) from problem
@@ -78,14 +106,14 @@ def refusals(
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
     free = shutil.disk_usage(path.parent).free
-    told = problem.errno if isinstance(problem, OSError) else _ask(path.parent, int(needed))
+    code = problem.errno if isinstance(problem, OSError) else _probe(path.parent, int(needed))
     given = f"{problem}; {free / 1e6:.0f} MB are free" + (f"; {kept}" if kept else "")
-    if told == errno.EFBIG:
+    if code == errno.EFBIG:
         what, do = "a file may not become that large", f"raise the limit (ulimit -f) to {needed / 1e6:.0f} MB"
-    elif told in _NO_ROOM:
-        missing = max(needed - (free if told == errno.ENOSPC else 0), 1e6)
+    elif code in _NO_ROOM:
+        missing = max(needed - (free if code == errno.ENOSPC else 0), 1e6)
         what, do = "there is no room left", f"free about {missing / 1e6:.0f} MB"
-    elif told in (errno.EACCES, errno.EPERM, errno.EROFS):
+    elif code in (errno.EACCES, errno.EPERM, errno.EROFS):
         what, do = (
             "the file could not be written",
             "give yourself the right to write there, or another name or folder",
@@ -101,8 +129,8 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
     )
 
 
-def _ask(folder: Path, size: int) -> int:
-    # what would the system say to a file of that size? Nothing is written but its last byte
+def _probe(folder: Path, size: int) -> int:
+    """Return the error that the system gives for a file of this size, 0 for none; netCDF does not pass it on."""
     probe = folder / f".eulerdisk-probe-{os.getpid()}"
     try:
         with open(probe, "wb") as file:

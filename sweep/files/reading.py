@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.dataset import place_of, require
-from sweep.atlas.declarations import FORMAT
 from sweep.errors import RequestError
-from sweep.files.filenames import check_atlas
+from sweep.files.paths import check_atlas
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -131,15 +131,19 @@ class Audit:
 
 
 class ExactReference(Protocol):
-    """A way to the extremes of a motion without time stepping; a model may lack it.
+    """A way to the extremes of a motion without time stepping; a model may lack it."""
 
-    `variables` are those that an atlas of ``method=exact`` has besides; `compared` names the measures that have an
-    exact value, in the order in which `explain` shows them.
-    """
+    @property
+    def variables(self) -> Mapping[str, Quantity]:
+        """The table of what an atlas of ``method=exact`` holds besides."""
 
-    variables: Mapping[str, Quantity]
-    compared: tuple[str, ...]
-    audit: Audit
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Measures that have an exact value, in the order in which `explain` shows them."""
+
+    @property
+    def audit(self) -> Audit:
+        """What `verify` stores."""
 
     def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
         """Return the measures and counts of a model, and `variables`, for starts of shape (n,)."""
@@ -219,7 +223,7 @@ class Model(ABC):
     words: Words
     synonyms: Mapping[str, str] = MappingProxyType({})
     ambiguous: Mapping[str, str] = MappingProxyType({})
-    exact: ExactReference | None = None
+    exact: "ExactReference | None" = None
 
     @abstractmethod
     def headline(self, spec: "SweepSpec") -> str:
@@ -238,12 +242,13 @@ class Model(ABC):
         return "the undisturbed motion"
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse values of a request that do not go together.
+        """Refuse values of a request that do not go together; by default all do.
 
         Raises
         ------
         RequestError
         """
+        del values
 
     def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
         """Return starts with the parameters for which the request gives a word instead of a number."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from kernels.disk.endings import FELL, HORIZON
 from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
-from sweep.model.quantity import ERRORERROR_GAUGE, GRID, Input, Quantity, Tolerance, Word, positive, table
+from sweep.model.quantity import ERROR_GAUGE, GRID, Input, Quantity, Tolerance, Word, positive, table
 
 #: The methods of integration of a single motion: the engine's own, and SciPy's for comparison.
 MOTION_METHODS = ("rk4", "dop853")

@@ -14,9 +14,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
-from sweep.model.disk.tables import STEADY_ROLL
 from sweep.motion.quantities import MOTION_INPUTS, MOTION_WORDS
 from sweep.request.spec import MOST_STEPS
 from sweep.request.values import read_number

@@ -6,7 +6,6 @@ written, its verdict, the limit that theory and figures draw, and its words.
 """
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -25,7 +24,7 @@ _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the pert
 
 
 @dataclass(frozen=True)
-class Criterion(ABC):
+class Criterion:
     """A rule for which cells are unstable; `Criterion(kind, limit)` and `Criterion.parse` return one of its kinds.
 
     Parameters
@@ -93,11 +92,10 @@ class Criterion(ABC):
         except RequestError as error:
             raise error.at(f"criterion={shown(text)}") from None
 
-    @abstractmethod
     def __str__(self) -> str:
         """Return the criterion as it is written in a request; `parse` gives exactly this criterion back."""
+        raise NotImplementedError
 
-    @abstractmethod
     def allowed(self, scale: Array) -> Array:
         """Return the largest stable distance from the undisturbed value, for perturbations of a given size.
 
@@ -111,18 +109,19 @@ class Criterion(ABC):
         array of float, shape (...)
             In the same unit; NaN where the criterion says nothing.
         """
+        raise NotImplementedError
 
-    @abstractmethod
     def in_words(self, coordinate: Quantity) -> str:
         """Return how far is too far, in words: ``more than 5 deg``."""
+        raise NotImplementedError
 
-    @abstractmethod
     def label(self, coordinate: Quantity) -> str:
         """Return the criterion as a figure says it: ``departure 5°``."""
+        raise NotImplementedError
 
-    @abstractmethod
     def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
         """Return the limit of one cell in words, `allowed` in the unit of the coordinate."""
+        raise NotImplementedError
 
     def verdict(
         self, endings: Endings, measured: Columns, reach: Array, scale: Array
@@ -222,9 +221,7 @@ class Amplification(Criterion):
     def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
         """Return the limit of one cell, and the perturbation that it is a multiple of."""
         scale = coordinate.spell(allowed / self.limit, 6)
-        return (
-            f"the {coordinate.spell(allowed, 6)} of the criterion ({self.limit:g} times the perturbation, {scale})"
-        )
+        return f"the {coordinate.spell(allowed, 6)} of the criterion ({self.limit:g} times the perturbation, {scale})"
 
 
 _KINDS: dict[str, type[Criterion]] = {"departure": Departure, "amplification": Amplification}

@@ -19,6 +19,7 @@ from typing import Any, NoReturn, Self
 from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
+from sweep.model.quantity import Input, Word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.words import (
@@ -230,9 +231,7 @@ class SweepSpec:
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value; axes first, for their order is the order of the words."""
-        return {
-            name: self._values[name] for name in dict.fromkeys(("title", *self.axes, *names(self.model)))
-        }
+        return {name: self._values[name] for name in dict.fromkeys(("title", *self.axes, *names(self.model)))}
 
     def to_toml(self) -> str:
         """Return the text of a TOML file from which `from_toml` makes the same spec."""
@@ -245,7 +244,7 @@ class SweepSpec:
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        rows = {**self.model.parameters, **self.model.settings, **options(self.model)}
+        rows = _rows(self.model)
         defaults = _defaults(self.model)
         words = {
             name: _to_json(value)
@@ -301,8 +300,11 @@ def _words_of_simulate() -> Mapping[str, str]:
 
 
 def _defaults(model: Model) -> dict[str, Any]:
-    rows = {**model.parameters, **model.settings, **options(model)}
-    return {name: read_word(name, row.default, model) for name, row in rows.items()}
+    return {name: read_word(name, row.default, model) for name, row in _rows(model).items()}
+
+
+def _rows(model: Model) -> dict[str, Input | Word]:
+    return {**model.parameters, **model.settings, **options(model)}
 
 
 def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:

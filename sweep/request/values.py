@@ -124,7 +124,9 @@ def _read_array(raw: npt.NDArray[Any], quantity: Quantity) -> Value:
     if raw.ndim == 0:
         return _read_numbers([raw.item()], quantity)[0]
     if raw.ndim > 1:
-        raise RequestError(f"An axis has one dimension; got an array of shape {raw.shape}.", hint="Flatten it.")
+        raise RequestError(
+            f"An axis has one dimension; got an array of shape {raw.shape}.", hint="Flatten it."
+        )
     return Values(_read_numbers(raw.tolist(), quantity))
 
 

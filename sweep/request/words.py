@@ -117,17 +117,30 @@ def split_words(
     RequestError
         If a word has no ``=``, its name is not one of `known`, or a name comes twice.
     """
+    found = pairs(words)
+    for name in found:
+        if name not in known:
+            unknown_word(name, known, model, elsewhere)
+    return found
+
+
+def pairs(words: Iterable[str]) -> dict[str, str]:
+    """Return the names and values of ``NAME=VALUE`` words, whatever the names.
+
+    Raises
+    ------
+    RequestError
+        If a word has no ``=``, or a name comes twice.
+    """
     found: dict[str, str] = {}
     for word in words:
         name, equals, value = (part.strip() for part in word.partition("="))
         if not equals or not name:
             raise RequestError(
-                "Changes to a spec are written NAME=VALUE.",
+                "A word is written NAME=VALUE.",
                 hint="Write it as in alpha=0.5,1.",
                 where=shown(word) or "an empty word",
             )
-        if name not in known:
-            unknown_word(name, known, model, elsewhere)
         if name in found:
             raise RequestError(
                 f"Each name is given once; got {name}={shown(found[name])} and {name}={shown(value)}.",
@@ -184,7 +197,8 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
             raise RequestError(
                 f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
                 f"{' or '.join(quantity.words)}.",
-                hint=perhaps(raw, quantity.words) or f"Write {quantity.name}={quantity.words[0]}, or a value.",
+                hint=perhaps(raw, quantity.words)
+                or f"Write {quantity.name}={quantity.words[0]}, or a value.",
                 where=error.where,
             ) from None
         raise
@@ -283,7 +297,9 @@ def _boundary(text: str) -> str:
     )
 
 
-def unknown_word(name: str, known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None) -> NoReturn:
+def unknown_word(
+    name: str, known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None
+) -> NoReturn:
     """Refuse a name that is not one of `known`, and say which was probably meant.
 
     Parameters

@@ -1,1 +1,1 @@
-"""Runs that survive: journal of finished blocks, one writer, resume, assembly, failures, more than one machine."""
+"""Runs: missing blocks are computed and kept in a journal, then the file is written from all of them and published."""

@@ -1,4 +1,4 @@
-"""One writer at a time: a lock on a run's folder that the system lets go when its holder dies."""
+"""One writer at a time: a lock on the folder of a run that the system releases when its holder dies."""
 
 import contextlib
 import errno
@@ -12,10 +12,10 @@ from pathlib import Path
 
 from sweep.errors import RequestError
 
-#: The files that stand for the lock, one of them where the file system has locks.
+#: The file that is locked; and the file that takes its place where the file system has no locks.
 LOCK, OWNER = "lock", "owner"
 
-#: The system's words for "this file system has no locks" (some NFS and Lustre mounts).
+#: Errors of the system that mean "this file system has no locks" (some NFS and Lustre mounts).
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 
@@ -28,31 +28,31 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     folder : Path
         It exists.
     shared : bool
-        Let others hold it too who ask for it shared: the jobs of an array, each writing blocks of its own.
+        Let others who ask for it shared hold it too: the jobs of an array, each of which writes blocks of its own.
 
     Raises
     ------
     RequestError
-        If somebody else holds it, where the message names process, machine and time; or the folder takes no files.
+        If another process holds it, where the message names process, machine and time; or the folder takes no files.
     """
-    path = folder / LOCK
-    handle = _acquired(path, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+    handle = _acquired(folder / LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     if handle is None:
         with contextlib.nullcontext() if shared else _owned(folder / OWNER):
             yield
         return
     try:
-        # who holds it is for people; a full disk is told by whoever has something to write
+        # the holder's name is only for messages: a full disk is reported when a block cannot be written
         with contextlib.suppress(OSError):
             if not shared:
                 os.ftruncate(handle, 0)
-            os.pwrite(handle, (_signature() + "\n").encode("ascii", "replace"), 0)
+            os.pwrite(handle, f"{_signature()}\n".encode("ascii", "replace"), 0)
         yield
     finally:
         os.close(handle)
 
 
 def _acquired(path: Path, kind: int) -> int | None:
+    """Return the handle of the locked file; None if the file system has no locks."""
     while True:
         handle = _opened(path)
         try:
@@ -65,23 +65,19 @@ def _acquired(path: Path, kind: int) -> int | None:
             if not isinstance(problem, BlockingIOError):
                 raise
             raise _taken(path.parent, holder) from None
-        # whoever finished this run meanwhile has removed the file that we hold: ours must be the one with the name
+        # a run that has ended meanwhile has removed the file, and perhaps another process has made a new one: the lock
+        # counts only on the file that has the name now
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(handle), os.stat(path)):
                 return handle
         os.close(handle)
-        if not path.parent.is_dir():
-            path.parent.mkdir(exist_ok=True)
 
 
 def _opened(path: Path) -> int:
     try:
-        try:
-            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        except FileNotFoundError:
-            # whoever finished this run meanwhile has removed its folder
-            path.parent.mkdir(exist_ok=True)
-            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        # a run that has ended meanwhile has removed its folder
+        path.parent.mkdir(exist_ok=True)
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as problem:
         raise RequestError(
             "the run's folder cannot be written",
@@ -94,46 +90,36 @@ def _opened(path: Path) -> int:
 
 @contextlib.contextmanager
 def _owned(path: Path) -> Iterator[None]:
-    """Hold a file that only one process can make; it must be cleared away after a crash on another machine."""
+    """Hold a file that only one process can make; after a crash on another machine a person has to remove it."""
     while True:
         try:
             handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
             break
         except FileExistsError:
             holder = path.read_text(encoding="ascii", errors="replace").strip()
-            if not _is_gone(holder):
+            if not _is_dead(holder):
                 raise _taken(
                     path.parent, holder, f"; if that process is gone: `rm {shlex.quote(str(path))}`"
                 ) from None
-            with contextlib.suppress(FileNotFoundError):
-                path.unlink()
+            path.unlink(missing_ok=True)
     os.write(handle, _signature().encode("ascii", "replace"))
     os.close(handle)
     try:
         yield
     finally:
-        with contextlib.suppress(FileNotFoundError):
-            path.unlink()
+        path.unlink(missing_ok=True)
 
 
 def _signature() -> str:
     since = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-    return f"process {os.getpid()} on {platform.node()} since {since} boot {_boot()}"
+    return f"process {os.getpid()} on {platform.node()} since {since}"
 
 
-def _boot() -> str:
-    try:
-        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
-    except OSError:
-        return "unknown"
-
-
-def _is_gone(holder: str) -> bool:
+def _is_dead(holder: str) -> bool:
+    """Return whether a signature is that of a process of this machine that does not exist any more."""
     words = holder.split()
-    if len(words) != 8 or words[3] != platform.node():
+    if len(words) != 6 or words[3] != platform.node():
         return False
-    if words[7] != _boot():
-        return True
     try:
         os.kill(int(words[1]), 0)
     except ProcessLookupError:
@@ -147,7 +133,7 @@ def _taken(folder: Path, holder: str, more: str = "") -> RequestError:
     return RequestError(
         "this output is being written",
         "one run writes it at a time",
-        holder.partition(" boot ")[0] or "another process",
+        holder or "another process",
         f"wait for it, stop it, or give another output{more}",
         str(folder),
     )

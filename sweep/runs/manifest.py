@@ -1,4 +1,4 @@
-"""What a run is: its spec, its cut into blocks, and what its arithmetic is made of; written before the first block."""
+"""The manifest of a run: its spec, its cut into blocks, and what decides its bits; written before the first block."""
 
 import hashlib
 import json
@@ -9,15 +9,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
-from sweep.engine import compiled
-from sweep.engine.blocks import Span, blocks
+from sweep.engine.compute import arithmetic_hash
+from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
-from sweep.files.publish import publish_text
+from sweep.files.publish import publish_bytes
 from sweep.request.spec import SweepSpec
-from sweep.version import __version__
 
-#: Version of the journal: names and contents of its files. 1 stored all columns whole.
-FORMAT = 2
+#: Name of the file in the folder of a run.
+MANIFEST = "manifest.json"
+
+#: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
+FORMAT = 3
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
@@ -34,13 +36,15 @@ class Manifest:
     block_cells : int
         Cells of a block.
     created : str
-        When the run was begun, ISO 8601 in UTC: the time that the finished file bears.
+        When the run was begun, ISO 8601 in UTC: the time that the finished file states.
     command : str
-        What makes this atlas, for its history.
+        The command that makes this atlas, for its history.
     arithmetic : mapping of str to str
-        What decides the bits of a cell besides the spec: kernel hash, formats, versions.
+        What decides the bits of a cell besides the spec: hash of the code, format of the journal, versions.
     recorded : mapping of str to str
-        Versions of what else was there.
+        Versions of other packages.
+    fingerprint : str
+        SHA-256 over the spec and `arithmetic`, made when the run was begun. Every block is tied to it.
     """
 
     spec: SweepSpec
@@ -49,18 +53,15 @@ class Manifest:
     command: str
     arithmetic: Mapping[str, str]
     recorded: Mapping[str, str]
+    fingerprint: str
 
     @classmethod
     def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
-        """Return the manifest of a run that begins here and now."""
+        """Return the manifest of a run that is begun by this program."""
+        deciding = arithmetic(spec)
         recorded = {name: version(name) for name in _RECORDED}
-        return cls(spec, block_cells, created, command, arithmetic(), recorded)
-
-    @property
-    def fingerprint(self) -> str:
-        """SHA-256 over the spec and what else decides the bits; not over threads, blocks, time or command."""
-        text = json.dumps([self.spec.canonical(), dict(self.arithmetic)], sort_keys=True)
-        return hashlib.sha256(text.encode("ascii")).hexdigest()
+        fingerprint = _digest([spec.canonical(), deciding])
+        return cls(spec, block_cells, created, command, deciding, recorded, fingerprint)
 
     @property
     def versions(self) -> dict[str, str]:
@@ -73,20 +74,21 @@ class Manifest:
         return list(blocks(self.spec.size, self.block_cells))
 
     def differences(self, spec: SweepSpec) -> list[str]:
-        """Return what keeps a request for `spec`, by this program, from being this run, field by field."""
-        found = []
-        for name in type(spec).model_fields:
-            there, here = getattr(self.spec, name), getattr(spec, name)
-            if there != here:
-                found.append(f"{name}: {_text(there)} there, {_text(here)} here")
-        for name, here in arithmetic().items():
-            there = self.arithmetic.get(name)
-            if there != here:
-                found.append(f"{name}: {str(there)[:16]} there, {here[:16]} here")
+        """Return why this program cannot go on with this run for `spec`: one text for each field that differs."""
+        there, here = (json.loads(each.canonical()) for each in (self.spec, spec))
+        found = [
+            f"{name}: {_text(self.spec, name)} there, {_text(spec, name)} here"
+            for name in dict.fromkeys((*there, *here))
+            if there.get(name) != here.get(name)
+        ]
+        for name, value in arithmetic(spec).items():
+            before = self.arithmetic.get(name)
+            if before != value:
+                found.append(f"{name}: {str(before)[:16]} there, {value[:16]} here")
         return found
 
     def write(self, path: Path) -> None:
-        """Write the manifest; it is absent or whole.
+        """Write the manifest; the file is absent or complete.
 
         Raises
         ------
@@ -99,9 +101,10 @@ class Manifest:
             "command": self.command,
             "arithmetic": dict(self.arithmetic),
             "recorded": dict(self.recorded),
+            "fingerprint": self.fingerprint,
         }
-        content["checksum"] = _checksum(content)
-        publish_text(path, json.dumps(content, indent=1) + "\n")
+        content["checksum"] = _digest(content)
+        publish_bytes(path, (json.dumps(content, indent=1) + "\n").encode("ascii"))
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -110,15 +113,16 @@ class Manifest:
         Raises
         ------
         RequestError
-            If it is damaged, or of another program.
+            If it is damaged, or of another version of this program.
         FileNotFoundError
         """
         try:
             content = json.loads(path.read_text(encoding="ascii"))
-            if content.pop("checksum") != _checksum(content):
+            if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
-            return cls(spec, **content)
+            # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
+            return cls(spec, **({"fingerprint": ""} | content))
         except (ValueError, TypeError, KeyError, AttributeError, RequestError) as problem:
             raise RequestError(
                 "the manifest of this run is damaged, or of another version of this program",
@@ -130,23 +134,23 @@ class Manifest:
 
 
 def discard(folder: Path) -> str:
-    """Return the command that removes a run's folder, whatever characters its name has."""
+    """Return the shell command that removes a run's folder, whatever characters its name has."""
     return f"`rm -r {shlex.quote(str(folder))}`"
 
 
-def arithmetic() -> dict[str, str]:
-    """Return what decides the bits of a cell in this process: kernel hash, format, versions."""
+def arithmetic(spec: SweepSpec) -> dict[str, str]:
+    """Return what decides the bits of the cells of a spec in this process: hash of the code, formats, versions."""
     return {
         "format": str(FORMAT),
-        "eulerdisk": __version__,
-        "kernel_hash": compiled.kernel_hash(),
+        "arithmetic_hash": arithmetic_hash(spec),
         **{name: version(name) for name in _ARITHMETIC},
     }
 
 
-def _checksum(content: Mapping[str, Any]) -> str:
+def _digest(content: object) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode("ascii")).hexdigest()
 
 
-def _text(value: object) -> str:
+def _text(spec: SweepSpec, name: str) -> str:
+    value = spec.model.name if name == "model" else getattr(spec, name)
     return shown(",".join(value) if isinstance(value, tuple) else str(value))

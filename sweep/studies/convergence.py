@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweep.atlas.dataset import run
-from sweep.request.spec import SweepSpec
 from sweep.model.quantity import Array
+from sweep.request.spec import SweepSpec
 
 #: Where the boundary is looked for, in units of sqrt(g/R): no narrower than the cells of any atlas.
 _SEARCHED = (0.3, 1.5, 13)

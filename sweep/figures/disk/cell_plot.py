@@ -87,7 +87,7 @@ def _shown_time(explanation: Explanation) -> float:
         return 1.01 * stored["fall_time"]
     # a cell that time ended, or that was not computed, has a period all the same
     known = (each["nutation_period"] for each in (stored, exact) if math.isfinite(each["nutation_period"]))
-    return min(_PERIODS * next(known, math.inf), duration)
+    return float(min(_PERIODS * next(known, math.inf), duration))
 
 
 def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> None:

@@ -123,7 +123,9 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
         regime=np.asarray(grid(regime), np.int8),
         fell=np.asarray(grid(fell), np.bool_),
         unknown=np.asarray(grid(~known & ~fell), np.bool_),
-        lost=", ".join(name for name in ("unresolved", "invalid") if (exact["ending"] == DISK.endings.code(name)).any()),
+        lost=", ".join(
+            name for name in ("unresolved", "invalid") if (exact["ending"] == DISK.endings.code(name)).any()
+        ),
         separatrix=np.asarray(grid(exact["separatrix"]), np.float64),
         folds=tuple(_folds(spec, drawn)),
     )

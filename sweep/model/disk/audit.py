@@ -50,7 +50,7 @@ _VARIABLES: Mapping[str, Quantity] = table(
 AUDIT = Audit(
     variables=_VARIABLES,
     agreeing=AGREEING,
-    disagreeing=DISAGREEING,
+    disagreeing=tuple(DISAGREEING),
     missing=NOT_COMPUTED,
     ended_by_time=WITHIN,
     difference="tilt_difference",
@@ -176,7 +176,8 @@ def _margin(spec: "SweepSpec", exact: Columns, steady: Array, scale: Array) -> A
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
     return np.minimum(
-        np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale))), np.abs(peak - spec.fall_tilt)
+        np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale))),
+        np.abs(peak - spec.fall_tilt),
     )
 
 

@@ -35,7 +35,7 @@ class Disk(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "peak_tilt"
-    lost_name = "a fall"
+    lost_name = "the disk falls"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate")
     lane_model = Kernel("kernels.disk.integrate", "LANE_MODEL", cached=())
@@ -60,7 +60,7 @@ class Disk(Model):
     ambiguous = {  # noqa: RUF012 - likewise
         "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical."
     }
-    exact = ExactReduction()
+    exact: ExactReduction = ExactReduction()
 
     def headline(self, spec: "SweepSpec") -> str:
         """Return what is looked at, which follows from the rates."""

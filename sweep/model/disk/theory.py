@@ -75,7 +75,7 @@ def critical_square(spec: "SweepSpec", rate: str) -> str:
 
 def _limit(spec: "SweepSpec", starts: Starts) -> Array:
     """How far [rad] the tilt of each cell may leave its steady value before the criterion says unstable."""
-    return np.nan_to_num(spec.criterion.allowed(perturbation(spec, starts)))
+    return np.asarray(np.nan_to_num(spec.criterion.allowed(perturbation(spec, starts))))
 
 
 def _circling_edges(spec: "SweepSpec", given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:

@@ -1,4 +1,4 @@
-"""The blocks of a run on the workers of a dask scheduler; they write into the run's folder, which all of them see."""
+"""The executor that uses the workers of a dask scheduler; they write into the run's folder, which they share."""
 
 import threading
 import time
@@ -6,28 +6,28 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sweep.engine.runner import available_threads, compute, use_threads
+from sweep.engine.compute import available_threads, measure_block, use_threads
 from sweep.errors import FailedBlocksError, RequestError
-from sweep.runs.claims import check_same
-from sweep.runs.driving import Driver, Kept, Say, Stopping, unheard
+from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, no_op
 from sweep.runs.journal import Journal
+from sweep.runs.run_directory import check_same_run
 
-#: Seconds within which a scheduler answers.
-_PATIENCE = 10
+#: Seconds to wait for the answer of a scheduler.
+_TIMEOUT = 10
 
 #: Only one thread of a process may be inside the kernels.
 _KERNELS = threading.Lock()
 
 
-def on_cluster(address: str, say: Say = unheard) -> Driver:
-    """Return the driver that has blocks computed by the workers of a dask scheduler.
+def on_cluster(address: str, say: Say = no_op) -> Executor:
+    """Return the executor that has blocks computed by the workers of a dask scheduler.
 
     Parameters
     ----------
     address : str
         For instance ``tcp://host:8786``.
     say : callable
-        Called with a sentence if there is nobody who would compute.
+        Called with a sentence if there are no workers.
 
     Raises
     ------
@@ -45,21 +45,21 @@ def on_cluster(address: str, say: Say = unheard) -> Driver:
             "--dask",
         ) from problem
 
-    def drive(book: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[Kept]:
+    def execute(journal: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[FinishedBlock]:
         if numbers:
             client = _connected(address)
             try:
                 if not client.scheduler_info()["workers"]:
                     say(f"no worker is there yet; start some with `dask worker {address}`")
-                yield from _computed(client, book, numbers, stopping)
+                yield from _computed(client, journal, numbers, stopping)
             finally:
                 client.close()
 
-    return drive
+    return execute
 
 
 def compute_block(folder: str, fingerprint: str, number: int) -> int:
-    """Compute one block and keep it; this is what a worker does.
+    """Compute one block and keep it in the journal; runs on a worker.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ def compute_block(folder: str, fingerprint: str, number: int) -> int:
     OSError
         If the file system refuses.
     """
-    book = Journal.at(Path(folder))
-    check_same(book, book.manifest.spec)
-    if book.manifest.fingerprint != fingerprint:
+    journal = Journal.at(Path(folder))
+    check_same_run(journal, journal.spec)
+    if journal.manifest.fingerprint != fingerprint:
         raise RequestError("another run", "workers see the folder of the run", folder, "share the folder")
     with _KERNELS:
         use_threads(_threads())
-        columns = compute(book.manifest.spec, book.spans[number])
-    book.keep(number, columns)
+        measured = measure_block(journal.spec, journal.spans[number])
+    journal.keep(number, measured)
     return number
 
 
@@ -107,9 +107,9 @@ def _connected(address: str) -> Any:
     try:
         scheme, place = parse_address(address)
         if scheme in ("tcp", "tls"):
-            # a client that is given less than host and port does not come into being, and takes 20 s to go
+            # a client that is given less than host and port fails to start, and then takes 20 s to close
             parse_host_port(place)
-        return Client(address, timeout=_PATIENCE, set_as_default=False, name="eulerdisk")
+        return Client(address, timeout=_TIMEOUT, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
         raise RequestError(
             "no dask scheduler answers",
@@ -120,44 +120,46 @@ def _connected(address: str) -> Any:
         ) from problem
 
 
-def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[Kept]:
+def _computed(
+    client: Any, journal: Journal, numbers: Sequence[int], stopping: Stopping
+) -> Iterator[FinishedBlock]:
     from distributed import as_completed
 
     futures = client.map(
         compute_block,
-        [str(book.folder.resolve())] * len(numbers),
-        [book.manifest.fingerprint] * len(numbers),
+        [str(journal.folder.resolve())] * len(numbers),
+        [journal.manifest.fingerprint] * len(numbers),
         numbers,
         pure=False,
         retries=2,
     )
-    asked = dict(zip((future.key for future in futures), numbers, strict=True))
+    numbers_left = dict(zip((future.key for future in futures), numbers, strict=True))
     waiting, failed = as_completed(futures, loop=client.loop), dict[int, BaseException]()
     while waiting.count() and not stopping():
         for future in waiting.next_batch(block=False):
             if future.status in ("pending", "lost"):
-                # its worker died with the result between the two: dask computes it again
+                # its worker died after the block had finished and before its status was read: dask computes it again
                 waiting.add(future)
                 continue
             if future.status == "cancelled":
-                # not by us: that comes after this loop
+                # by the end of the scheduler: this process cancels only after the loop
                 raise FailedBlocksError(
                     "the dask scheduler has gone",
                     "scheduler and workers stay until the run is done",
-                    f"{len(asked)} of {len(numbers)} blocks were still asked for",
+                    f"{len(numbers_left)} of {len(numbers)} blocks were still asked for",
                     "start them again, and run the same command again; finished blocks are kept",
-                    str(book.folder),
+                    str(journal.folder),
                 )
-            number = asked.pop(future.key)
+            number = numbers_left.pop(future.key)
             if future.status == "finished":
-                yield number, None
+                yield FinishedBlock(number, None)
             else:
                 failed[number] = future.exception()
             future.release()
         time.sleep(0.05)
-    if asked:
-        # what the workers have begun they finish and keep
-        client.cancel([future for future in futures if future.key in asked])
+    if numbers_left:
+        # blocks that workers have begun are finished and kept
+        client.cancel([future for future in futures if future.key in numbers_left])
     elif failed:
         raise FailedBlocksError(
             "the workers could not compute all blocks",
@@ -165,5 +167,5 @@ def _computed(client: Any, book: Journal, numbers: Sequence[int], stopping: Stop
             f"{len(failed)} of {len(numbers)} blocks: {', '.join(map(str, sorted(failed)[:10]))}; "
             f"{next(iter(failed.values()))!r}",
             "mend the cause and run the same command again; finished blocks are kept",
-            str(book.folder),
+            str(journal.folder),
         )

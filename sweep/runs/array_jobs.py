@@ -1,22 +1,20 @@
-"""A run in parts: prepared, computed by the jobs of an array, assembled; every part of it can be done again."""
+"""A run as an array of jobs: prepare it, compute its blocks in parts, assemble the file; every step can be repeated."""
 
 import shlex
 from pathlib import Path
 
 from sweep.engine import estimate
-from sweep.engine.ahead import ahead
-from sweep.engine.runner import usable_threads
+from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError
+from sweep.files.paths import check_target
 from sweep.files.publish import refusals
-from sweep.files.store import check_target
 from sweep.request.spec import SweepSpec
-from sweep.runs import journal
-from sweep.runs.assembly import publish_atlas
-from sweep.runs.claims import begun, check_same, claimed, final
-from sweep.runs.driving import Progress, Say, Stopping, here, unheard
+from sweep.runs.executor import Progress, Say, Stopping, local, no_op
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
+from sweep.runs.run import write_and_publish
+from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_same_run, claimed, resolved
 
 
 def prepare(
@@ -27,18 +25,18 @@ def prepare(
     block_cells: int | None = None,
     command: str = "sweep.prepare",
 ) -> Journal:
-    """Make the folder of a run, without computing a cell; what is left is `compute_part` and `assemble`.
+    """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
     Raises
     ------
     RequestError
         As in `run_to_file`.
     """
-    path = final(path)
+    path = resolved(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
-        book = begun(spec, path, folder, block_cells, None, command)
-    return book
+        journal = begin_or_resume(spec, path, folder, block_cells, None, command)
+    return journal
 
 
 def compute_part(
@@ -47,8 +45,8 @@ def compute_part(
     parts: int,
     *,
     threads: int | None = None,
-    progress: Progress = unheard,
-    say: Say = unheard,
+    progress: Progress = no_op,
+    say: Say = no_op,
     stopping: Stopping = lambda: False,
 ) -> tuple[int, int]:
     """Compute every `parts`-th block of a prepared run, from the `part`-th on (1 to `parts`); one job of an array.
@@ -67,18 +65,18 @@ def compute_part(
     """
     folder = Path(folder)
     usable_threads(threads)
-    book = Journal.at(folder)
-    check_same(book, book.manifest.spec)
-    mine = range(part - 1, len(book.spans), parts)
-    with locked(folder, shared=True), refusals(folder, kept=book.kept):
-        sound, damaged = book.verify(mine)
+    journal = Journal.at(folder)
+    check_same_run(journal, journal.spec)
+    mine = range(part - 1, len(journal.spans), parts)
+    with locked(folder, shared=True), refusals(folder, kept=journal.kept):
+        sound, damaged = journal.verify(mine)
         for each in damaged:
             say(f"damaged, set aside and computed again: {each}")
         missing = [number for number in mine if number not in sound]
-        for done, _ in enumerate(here(threads)(book, missing, stopping), 1):
+        for done, _ in enumerate(local(threads)(journal, missing, stopping), 1):
             progress(len(sound) + done, len(mine))
-        if not book.held().keys() >= set(mine):
-            raise StoppedError(str(folder), len(book.held()), len(book.spans))
+        if not journal.held().keys() >= set(mine):
+            raise StoppedError(str(folder), len(journal.held()), len(journal.spans))
     return len(sound), len(missing)
 
 
@@ -97,39 +95,36 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
     StorageError
         If the file system refuses.
     """
-    # "." has no name
+    # the path "." has no name
     folder = Path(folder) if Path(folder).name else Path(folder).resolve()
     Journal.at(folder)
-    if not folder.name.removesuffix(journal.SUFFIX) or not folder.name.endswith(journal.SUFFIX):
+    if not folder.name.removesuffix(SUFFIX) or not folder.name.endswith(SUFFIX):
         raise RequestError(
             "no name for the file",
-            f"the folder of OUT.nc is called OUT.nc{journal.SUFFIX}",
+            f"the folder of OUT.nc is called OUT.nc{SUFFIX}",
             folder.name,
-            f"rename it: `mv {shlex.quote(folder.name)} OUT.nc{journal.SUFFIX}`",
+            f"rename it: `mv {shlex.quote(folder.name)} OUT.nc{SUFFIX}`",
             str(folder),
         )
-    path = folder.with_name(folder.name.removesuffix(journal.SUFFIX))
+    path = folder.with_name(folder.name.removesuffix(SUFFIX))
     with claimed(path, overwrite):
         check_target(path, overwrite)
-        book = Journal.at(folder)
-        check_same(book, book.manifest.spec)
-        sound, damaged = book.verify()
-        missing = book.missing(sound)
+        journal = Journal.at(folder)
+        check_same_run(journal, journal.spec)
+        sound, damaged = journal.verify()
+        missing = journal.missing(sound)
         if missing:
             raise RequestError(
                 "blocks are missing",
                 "an atlas is assembled from all of its blocks",
                 "; ".join(
                     [
-                        f"{len(missing)} of {len(book.spans)} missing, the first is {missing[0]}",
+                        f"{len(missing)} of {len(journal.spans)} missing, the first is {missing[0]}",
                         *(f"damaged and set aside: {each}" for each in damaged[:10]),
                     ]
                 ),
                 "run the parts again that have not ended well; what is there is kept",
                 str(folder),
             )
-        with (
-            refusals(path, lambda: estimate.file_bytes(book.manifest.spec), book.kept),
-            ahead(book.blocks()) as blocks,
-        ):
-            return book.manifest.spec, path, publish_atlas(book, path, blocks)
+        with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
+            return journal.spec, path, write_and_publish(journal, path)

@@ -1,0 +1,244 @@
+"""A run in its stages: claim the folder, compute missing blocks, derive, write cells, find the boundary, publish."""
+
+import contextlib
+import itertools
+import json
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import global_attributes
+from sweep.atlas.dataset import boundaries
+from sweep.engine import estimate
+from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
+from sweep.errors import StoppedError, StorageError
+from sweep.files.netcdf import AtlasWriter
+from sweep.files.paths import check_target
+from sweep.files.publish import refusals
+from sweep.request.spec import SweepSpec
+from sweep.runs import run_directory
+from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op
+from sweep.runs.failures import Failures
+from sweep.runs.journal import Columns, DamagedBlockError, Journal
+from sweep.runs.manifest import Manifest
+from sweep.runs.prefetch import prefetch
+
+
+def run_to_file(
+    spec: SweepSpec,
+    path: str | Path,
+    *,
+    overwrite: bool = False,
+    threads: int | None = None,
+    block_cells: int | None = None,
+    command: str = "sweep.run_to_file",
+    progress: Progress = no_op,
+    say: Say = no_op,
+    stopping: Stopping = lambda: False,
+    executor: Executor | None = None,
+) -> Failures:
+    """Compute the atlas of a spec and write it to one netCDF file, going on where an earlier run has ended.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    path : str or Path
+        The file; it appears only when it is complete. Until then finished blocks are kept in a folder beside it, named
+        like the file with ``.run`` at its end.
+    overwrite : bool
+        Replace an existing file, at the very end.
+    threads : int, optional
+        Threads to use; all that this process may use if not given.
+    block_cells : int, optional
+        Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
+    command : str
+        What the user ran, for the history.
+    progress : callable, optional
+        Called with (cells done, cells in all) after every block.
+    say : callable, optional
+        Called with a sentence when blocks of an earlier run are kept or set aside.
+    stopping : callable, optional
+        Asked before every block whether to end the run.
+    executor : callable, optional
+        Computes the blocks; in this process if not given.
+
+    Returns
+    -------
+    Failures
+        The cells that could not be computed.
+
+    Raises
+    ------
+    RequestError
+        If the file exists, its folder does not or cannot be written, another run writes it or has left blocks of
+        another spec, or the disk has not enough room; nothing has been touched then.
+    StorageError
+        If the file system refuses on the way; finished blocks are kept.
+    StoppedError
+        If `stopping` said so; finished blocks are kept.
+    """
+    path = run_directory.resolved(path)
+    with run_directory.claimed(path, overwrite) as folder:
+        earlier = run_directory.published_file(folder, path)
+        if earlier is not None:
+            run_directory.remove(folder)
+            return earlier
+        check_target(path, overwrite)
+        usable_threads(threads)
+        check_device(spec)
+        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command)
+        missing = _missing_blocks(journal, say, progress)
+        sound = len(journal.spans) - len(missing)
+        to_write = estimate.file_bytes(spec)
+        estimate.check_room(path, _journal_bytes(journal, missing) + to_write)
+
+        def needed() -> float:
+            return _journal_bytes(journal, journal.missing(journal.held())) + to_write
+
+        computed = (executor or local(threads))(journal, missing, stopping)
+        finished = _reported(journal, computed, missing, progress)
+        with refusals(path, needed, journal.kept), contextlib.closing(finished):
+            if sound or executor:
+                # what is missing comes first: however often a run is killed, it gets further
+                for _ in finished:
+                    pass
+                return write_and_publish(journal, path, threads, stopping)
+            in_memory = ((block.number, block.measured) for block in finished if block.measured is not None)
+            return _write_and_publish(journal, path, in_memory, threads, stopping)
+
+
+def write_and_publish(
+    journal: Journal, path: Path, threads: int | None = None, stopping: Stopping = lambda: False
+) -> Failures:
+    """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder.
+
+    Raises
+    ------
+    StorageError
+        If a block is damaged.
+    OSError, RuntimeError
+        If the file system or netCDF refuses.
+    StoppedError
+        If `stopping` said so.
+    """
+    with prefetch(journal.blocks()) as blocks:
+        until = itertools.takewhile(lambda _: not stopping(), blocks)
+        return _write_and_publish(journal, path, until, threads, stopping)
+
+
+def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
+    """Write the cells of an atlas, find its boundary, and write that too.
+
+    Parameters
+    ----------
+    path : Path
+        A temporary name.
+    spec : SweepSpec
+    attributes : dict
+        The global attributes of the file.
+    blocks : iterable of Block
+        All cells in C order.
+
+    Returns
+    -------
+    Failures
+        The cells that could not be computed.
+
+    Raises
+    ------
+    OSError, RuntimeError
+        If the file system or netCDF refuses, or the file does not hold what was written.
+    """
+    stability, failures = np.zeros(spec.size, np.int8), Failures.none(spec)
+
+    def noted() -> Iterator[Block]:
+        for block in blocks:
+            stability[block.span.start : block.span.stop] = block.columns["stability"]
+            failures.count(block)
+            yield block
+
+    with AtlasWriter(path, spec, attributes) as writer:
+        writer.write_cells(noted())
+        writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    return failures
+
+
+def attributes_of(manifest: Manifest) -> dict[str, Any]:
+    """Return the global attributes of the file of a run: the time and the command are those of its beginning."""
+    attributes = global_attributes(manifest.spec, manifest.command, manifest.created)
+    return attributes | {"versions": json.dumps(manifest.versions, sort_keys=True)}
+
+
+def _write_and_publish(
+    journal: Journal,
+    path: Path,
+    measured: Iterable[tuple[int, Columns]],
+    threads: int | None,
+    stopping: Stopping,
+) -> Failures:
+    unfinished = journal.folder / run_directory.UNFINISHED
+    # the bisection of the boundary computes cells in this thread
+    use_threads(threads)
+    try:
+        blocks = _derived(journal, measured, stopping)
+        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
+        run_directory.publish_file(journal.folder, path, failures)
+    except DamagedBlockError as problem:
+        raise StorageError(
+            "a block was damaged after it had been verified",
+            "blocks stay as they were written",
+            str(problem),
+            "run the same command again; if it comes back, test the disk and the memory",
+            str(journal.folder),
+        ) from problem
+    finally:
+        unfinished.unlink(missing_ok=True)
+    run_directory.remove(journal.folder)
+    return failures
+
+
+def _derived(
+    journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
+) -> Generator[Block, None, None]:
+    for number, columns in measured:
+        # once the run is to stop, blocks in the making are still kept, but not written to the file any more
+        if not stopping():
+            span = journal.spans[number]
+            yield Block(span, derive_block(journal.spec, span, columns))
+    if stopping():
+        raise StoppedError(str(journal.folder), len(journal.spans), len(journal.spans))
+
+
+def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
+    """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
+    run_directory.remove_unfinished(journal.folder)
+    sound, damaged = journal.verify()
+    missing = journal.missing(sound)
+    for each in damaged:
+        say(f"damaged, set aside and computed again: {each}")
+    if sound or damaged:
+        say(f"going on: {len(sound)} of {len(journal.spans)} blocks are there, {len(missing)} to compute")
+    if sound:
+        progress(sum(len(journal.spans[number]) for number in sound), journal.spec.size)
+    return missing
+
+
+def _journal_bytes(journal: Journal, missing: Sequence[int]) -> float:
+    return estimate.journal_bytes(journal.spec, sum(len(journal.spans[number]) for number in missing))
+
+
+def _reported(
+    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
+) -> Generator[FinishedBlock, None, None]:
+    """Yield the blocks on, report progress, and raise StoppedError if they end before the last missing one."""
+    size = journal.spec.size
+    left = {number: len(journal.spans[number]) for number in missing}
+    for block in computed:
+        left.pop(block.number, None)
+        progress(size - sum(left.values()), size)
+        yield block
+    if left:
+        blocks = len(journal.spans)
+        raise StoppedError(str(journal.folder), blocks - len(left), blocks)

@@ -1,0 +1,192 @@
+"""The folder of a run, beside the output: claimed by one process, begun or resumed, and removed at the end."""
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from sweep.atlas.cf_metadata import created
+from sweep.engine import estimate
+from sweep.engine import estimate as calibrate
+from sweep.errors import RequestError
+from sweep.files.paths import check_target
+from sweep.files.publish import publish, publish_bytes, refusals, sync_folder
+from sweep.request.spec import SweepSpec
+from sweep.runs.failures import Failures
+from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
+from sweep.runs.locks import LOCK, OWNER, locked
+from sweep.runs.manifest import MANIFEST, Manifest, discard
+
+#: End of the name of the folder; before it stands the name of the output.
+SUFFIX = ".run"
+
+#: The file while it is written, and the record of the file that was published.
+UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
+
+#: All files that a run makes in its folder, and in that of its blocks.
+_NAMES = (MANIFEST, UNFINISHED, PUBLISHED, LOCK, OWNER)
+_KINDS = (f"*{BLOCK}", f"*{BLOCK}{DAMAGED}", "*.tmp")
+
+
+def resolved(path: str | Path) -> Path:
+    """Return where a file will be: a symbolic link is followed, so that two names of one output share one lock."""
+    return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
+
+
+def directory_of(path: Path) -> Path:
+    """Return the folder of the run that makes a file."""
+    return path.parent / (path.name + SUFFIX)
+
+
+@contextlib.contextmanager
+def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
+    """Make and lock the folder of the run that makes a file.
+
+    A folder that is new is removed again when the ``with`` block fails before a block was kept.
+
+    Raises
+    ------
+    RequestError
+        If the folder cannot be made or holds other things, or another process has locked it.
+    """
+    folder = directory_of(path)
+    found = unrecognised(folder)
+    if found and not (folder / MANIFEST).exists():
+        raise RequestError(
+            "the name of the run's folder is taken",
+            f"blocks are kept in a folder named like the file with {SUFFIX} at its end",
+            f"{folder} holds {', '.join(found[:5])}, which no run has made",
+            "give another name, or move that folder",
+            str(path),
+        )
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as problem:
+        # what keeps the folder from being made keeps the file from being written, and has a better name there
+        check_target(path, overwrite)
+        raise RequestError(
+            "the file could not be written",
+            "the folder takes a new folder beside the file",
+            f"{folder}: {problem.strerror}",
+            "give another name or folder",
+            str(path),
+        ) from problem
+    with locked(folder):
+        is_new = not (folder / MANIFEST).exists()
+        try:
+            yield folder
+        except BaseException:
+            if is_new and not any((folder / BLOCKS).glob(f"*{BLOCK}*")):
+                remove(folder)
+            raise
+
+
+def begin_or_resume(
+    spec: SweepSpec, path: Path, folder: Path, block_cells: int | None, threads: int | None, command: str
+) -> Journal:
+    """Return the journal of the run in a claimed folder, or of a new one.
+
+    Raises
+    ------
+    RequestError
+        If the folder holds another run, or the disk has not enough room.
+    """
+    if block_cells is not None and block_cells < 1:
+        raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
+    if (folder / MANIFEST).exists():
+        journal = Journal.at(folder)
+        check_same_run(journal, spec)
+        return journal
+    made = created()
+    estimate.check_room(path, estimate.run_bytes(spec))
+    cells = block_cells or calibrate.block_cells(spec, threads)
+    with refusals(path):
+        journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
+        sync_folder(folder.parent)
+    return journal
+
+
+def check_same_run(journal: Journal, spec: SweepSpec) -> None:
+    """Refuse to go on with a journal of another spec, or begun by a program that computes other bits.
+
+    Raises
+    ------
+    RequestError
+        It names the fields that differ.
+    """
+    differences = journal.manifest.differences(spec)
+    if differences:
+        raise RequestError(
+            "blocks of another run are there",
+            "a run goes on with the spec and the program that it was begun with",
+            "; ".join(differences),
+            f"give the same spec, another output, or discard the blocks: {discard(journal.folder)}",
+            str(journal.folder),
+        )
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what a killed process left half written. Only for the process that has locked the folder alone."""
+    for path in [*(folder / BLOCKS).glob("*.tmp"), *folder.glob("*.tmp"), folder / UNFINISHED]:
+        path.unlink(missing_ok=True)
+
+
+def publish_file(folder: Path, path: Path, failures: Failures) -> None:
+    """Give the finished file of a run its final name, and record that before: the folder may outlive a crash.
+
+    Raises
+    ------
+    OSError
+    """
+    unfinished = folder / UNFINISHED
+    record = {"file": _identity(unfinished), "failures": [list(failures.counts.items()), failures.first]}
+    publish_bytes(folder / PUBLISHED, json.dumps(record).encode("ascii"))
+    publish(unfinished, path)
+
+
+def published_file(folder: Path, path: Path) -> Failures | None:
+    """Return the failures of the run in a folder if that run published its file, and was killed before removing it."""
+    try:
+        record = json.loads((folder / PUBLISHED).read_text(encoding="ascii"))
+        if record["file"] != _identity(path):
+            return None
+        counts, first = record["failures"]
+        return Failures(dict(counts), [(cell, code) for cell, code in first])
+    except (OSError, ValueError):
+        return None
+
+
+def _identity(path: Path) -> list[int]:
+    # a rename changes none of these
+    status = os.stat(path)
+    return [status.st_ino, status.st_size, status.st_mtime_ns]
+
+
+def remove(folder: Path) -> None:
+    """Remove the folder of a run; unrecognised files stay, and then the folder too.
+
+    The record of what was published goes last: until then, the next process after a crash sees that the file is there.
+    """
+    blocks = folder / BLOCKS
+    names = [folder / name for name in _NAMES if name != PUBLISHED]
+    for path in (*(path for kind in _KINDS for path in blocks.glob(kind)), *names, *folder.glob("*.tmp")):
+        with contextlib.suppress(OSError):
+            path.unlink()
+    with contextlib.suppress(OSError):
+        blocks.rmdir()
+    (folder / PUBLISHED).unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.rmdir()
+
+
+def unrecognised(folder: Path) -> list[str]:
+    """Return the names of the files in a folder that no run makes."""
+    # os.path, because a pathlib.Path raises where the name is too long
+    if not os.path.isdir(folder):
+        return []
+    return sorted(
+        name
+        for name in os.listdir(folder)
+        if name not in (*_NAMES, BLOCKS) and not name.endswith(".tmp") and not name.startswith(".")
+    )
