@@ -1,11 +1,11 @@
-"""The pytest plugin `eulerdisk_atlas`: a spec is run and compared with a reference file, or the file is renewed.
+"""The pytest fixture `eulerdisk_atlas`: run a spec and compare the atlas with a reference file, or rewrite the file.
 
 ::
 
     def test_rolling(eulerdisk_atlas):
         eulerdisk_atlas("rolling roll_rate=2:4:20 tilt=0.1deg:20deg:10:log", "data/rolling.nc")
 
-``pytest --eulerdisk-regen`` writes the reference files anew instead.
+``pytest --eulerdisk-regen`` rewrites the reference files instead.
 """
 
 import shlex
@@ -18,17 +18,17 @@ _OPTION = "--eulerdisk-regen"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option that renews the reference files."""
+    """Add the option that rewrites the reference files."""
     group = parser.getgroup("eulerdisk")
-    group.addoption(_OPTION, action="store_true", help="write the reference atlases of eulerdisk_atlas anew")
+    group.addoption(_OPTION, action="store_true", help="rewrite the reference atlases of eulerdisk_atlas")
 
 
 @pytest.fixture
 def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path], None]:
     """Return a function that runs a spec and compares the atlas with a reference file.
 
-    It takes the words of ``eulerdisk run``, as one text, and the path of the file, from the test's own folder. It
-    fails the test with the report of ``eulerdisk compare`` if the two differ.
+    Its arguments are the words of ``eulerdisk run``, as one text, and the path of the file, relative to the folder of
+    the test. It fails the test with the report of ``eulerdisk compare`` if the two differ.
     """
     folder = request.path.parent
 
@@ -39,7 +39,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
         try:
             compared(words, reference)
         except RequestError as error:
-            # its text says what to do; where it was raised does not
+            # the message says what to do, a traceback adds nothing
             pytest.fail(f"{words}: {error}", pytrace=False)
 
     def compared(words: str, reference: str | Path) -> None:
@@ -53,17 +53,17 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
         path = folder / reference
         first, *changes = shlex.split(words)
-        # a spec in a file stands beside the test, like the reference
+        # the path of a spec file is relative to the folder of the test too
         spec = SweepSpec.from_words(folder / first if first.endswith(".toml") else first, changes)
         if request.config.getoption(_OPTION):
             command = f"eulerdisk run {words} -o {Path(reference).as_posix()}"
             run_to_file(spec, path, overwrite=True, command=command)
-            pytest.skip(f"{reference} written anew")
+            pytest.skip(f"{reference} rewritten")
         if not path.exists():
             pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
         with open_atlas(path) as trusted:
             comparison = compare(run(spec), trusted)
         if not comparison.same:
-            pytest.fail(f"{words}: not as in {reference}\n{in_words(comparison)}", pytrace=False)
+            pytest.fail(f"{words}: differs from {reference}\n{in_words(comparison)}", pytrace=False)
 
     return check

@@ -198,7 +198,7 @@ def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsy
         assert json.loads(changed.attrs["sweep_spec"]) == json.loads(spec.canonical())
     for line, said in [
         ("run rolling --from a.nc -o d.nc", "not both"),
-        ("run -o d.nc", "nothing to run"),
+        ("run -o d.nc", "eulerdisk run rolling"),
         ("run --from missing.nc -o d.nc", "no such file"),
         ("run --from a.nc rol_rate=2 -o d.nc", "did you mean roll_rate"),
     ]:

@@ -81,7 +81,7 @@ def test_a_bad_request_has_one_message(command, tmp_path, line, facts):
         ("run rolling --overwrite=3 -o a.nc", ["--overwrite", "value"]),
         ("info a.nc b.nc", ["b.nc", "eulerdisk info --help"]),
         ("run rolling --threads two -o a.nc", ["--threads", "integer", "eulerdisk run --help"]),
-        ("run rolling --max-failed=x -o a.nc", ["--max-failed", "number", "eulerdisk run --help"]),
+        ("run rolling --max-failed=x -o a.nc", ["--max-failed", "valid", "eulerdisk run --help"]),
         ("run rolling --max-failed nan -o a.nc", ["--max-failed", "0 to 100", "nan"]),
         ("run rolling --max-failed -1 -o a.nc", ["--max-failed", "0 to 100", "-1"]),
         ("assemble a.nc.run --max-failed 101", ["--max-failed", "0 to 100", "101"]),
