@@ -37,10 +37,10 @@ def cache_folder() -> Path:
 
 @lru_cache
 def integrate() -> Callable[..., None]:
-    """Return `kernels.lanes.schedule.integrate`, cached on disk where the cache folder can be written."""
-    from kernels.lanes import schedule as lanes
+    """Return `kernels.disk.integrate.integrate`, cached on disk where the cache folder can be written."""
+    from kernels.disk import integrate as disk
 
-    kernel: Callable[..., None] = lanes.integrate
+    kernel: Callable[..., None] = disk.integrate
     _cache_on_disk(kernel)
     return kernel
 

@@ -37,7 +37,7 @@ def check_device(spec: SweepSpec) -> None:
 
 
 def integrator(spec: SweepSpec) -> Callable[..., None]:
-    """Return the lane kernel for the device of a spec: `kernels.lanes.schedule.integrate` or `kernels.lanes.cuda.integrate`.
+    """Return the lane kernel for the device of a spec: `kernels.disk.integrate` or `kernels.disk.integrate_cuda`.
 
     Raises
     ------
@@ -47,9 +47,9 @@ def integrator(spec: SweepSpec) -> Callable[..., None]:
     if spec.device == "cpu":
         return compiled.integrate()
     check_device(spec)
-    from kernels.lanes import cuda
+    from kernels.disk import integrate_cuda
 
-    kernel: Callable[..., None] = cuda.integrate
+    kernel: Callable[..., None] = integrate_cuda.integrate
     return kernel
 
 
