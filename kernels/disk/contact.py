@@ -7,6 +7,19 @@ import math
 
 from numba import prange
 
+from kernels.disk.arrays import (
+    ALPHA,
+    CONTACT_FRICTION_NEEDED,
+    CONTACT_LEAST_NORMAL_FORCE,
+    GRAVITY,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_MAX,
+    TILT_MIN,
+    TILT_RATE,
+)
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.rk4 import tilt_acceleration
 from kernels.jit import internal, kernel, parallel
@@ -40,7 +53,7 @@ def contact_forces(state, constants, alpha):
     Notes
     -----
     Newton on the centre of mass, which is at R (sin tilt, 0, cos tilt) from the contact point in the precessing frame;
-    the horizontal components are the Lagrange multipliers of the two rolling constraints (`kernels.lagrange`).
+    the horizontal components are the Lagrange multipliers of the two rolling constraints.
     """
     S, C, T, w, o, s = state
     turning, rolling, climb = o / C, s - o * T, o * T
@@ -73,10 +86,10 @@ def vertical_momentum(state, alpha):
 
 
 @internal
-def suitable_step(state, constants, pace):
-    """Scaled step: `pace` over the fastest frequency of the linearised motion, shorter like cos(tilt) near flat."""
+def suitable_step(state, constants, relative_step):
+    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, shorter like cos(tilt) near flat."""
     _, C, _, w, o, s = state
-    return pace * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
+    return relative_step * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
 
 @internal
@@ -157,11 +170,10 @@ def contact_extremes(starts, tilts, extremes):
 
     Parameters
     ----------
-    starts : float64[7, n]
-        As in `kernels.lanes.schedule.integrate`.
-    tilts : float64[2, n]
-        Least and greatest tilt [rad] of the motion; NaN where there is none to speak of.
-    extremes : float64[2, n], written
+    starts : float64[len(PARAMETERS), n]
+    tilts : float64[len(EXTREME_TILTS), n]
+        Least and greatest tilt [rad] of the motion; NaN where they are not known.
+    extremes : float64[len(CONTACT), n], written
         Least normal force over m g [1], and largest friction coefficient needed [1], NaN where the normal force is
         zero or less on the way. Both NaN where the tilts are.
 
@@ -172,10 +184,15 @@ def contact_extremes(starts, tilts, extremes):
     from which it was kicked can pass it by on the wrong side.
     """
     for cell in prange(starts.shape[1]):
-        least, greatest = tilts[0, cell], tilts[1, cell]
-        extremes[0, cell] = extremes[1, cell] = math.nan
+        least, greatest = tilts[TILT_MIN, cell], tilts[TILT_MAX, cell]
+        normal = friction = math.nan
         if least <= greatest:
-            unit = math.sqrt(starts[5, cell] / starts[6, cell])
-            state = scaled_state(starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell], unit)
-            alpha = starts[4, cell]
-            extremes[0, cell], extremes[1, cell] = _extremes(state, inertia(alpha), alpha, least, greatest)
+            unit = math.sqrt(starts[RADIUS, cell] / starts[GRAVITY, cell])
+            state = scaled_state(
+                starts[TILT, cell], starts[TILT_RATE, cell], starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell],
+                unit,
+            )  # fmt: skip
+            alpha = starts[ALPHA, cell]
+            normal, friction = _extremes(state, inertia(alpha), alpha, least, greatest)
+        extremes[CONTACT_LEAST_NORMAL_FORCE, cell] = normal
+        extremes[CONTACT_FRICTION_NEEDED, cell] = friction

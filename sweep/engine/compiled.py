@@ -47,11 +47,12 @@ def integrate() -> Callable[..., None]:
 
 @lru_cache
 def extremes() -> Callable[..., tuple[Any, Any]]:
-    """Return `kernels.disk.exact.turning.extremes`, its kernels cached on disk where the cache folder can be written."""
-    from kernels.disk.exact import legendre, turning
+    """Return `kernels.disk.exact.extremes`, its kernels cached on disk where the cache folder can be written."""
+    from kernels.disk.exact import extremes as exact
+    from kernels.disk.exact import legendre
 
-    found: Callable[..., tuple[Any, Any]] = turning.extremes
-    for kernel in (legendre.build_tables, turning.reduce):
+    found: Callable[..., tuple[Any, Any]] = exact.extremes
+    for kernel in (legendre.build_tables, exact.reduce):
         _cache_on_disk(kernel)
     return found
 

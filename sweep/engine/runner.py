@@ -115,7 +115,7 @@ def measure(spec: SweepSpec, given: dict[str, Array]) -> Columns:
 
 
 def exact_measures(spec: SweepSpec, given: Mapping[str, Array]) -> dict[str, npt.NDArray[Any]]:
-    """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.turning`).
+    """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.extremes`).
 
     Parameters
     ----------

@@ -5,9 +5,18 @@ The scalar side of the reduction, once per cell. `motions` holds a row per motio
 
 import math
 
+from kernels.disk.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+)
 from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
+from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
 from kernels.disk.exact.period import period
-from kernels.disk.exact.turning_point_search import BEYOND, OFF_TABLE
 from kernels.jit import inlined, internal
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
@@ -24,18 +33,18 @@ BEHIND = EXCESS + 1 - END
 COLUMNS = END + 2 * BEHIND
 
 #: Kinds of motions.
-SWINGS, RESTS, UNCLEAR, WILD = 0.0, 1.0, 2.0, 3.0
+OSCILLATES, RESTS, ON_SEPARATRIX, NOT_FINITE = 0.0, 1.0, 2.0, 3.0
 
 
 @inlined
 def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
-    measures[0, cell] = least
-    measures[1, cell] = greatest
-    measures[2, cell] = period
-    measures[3, cell] = height
-    measures[4, cell] = error
-    counts[0, cell] = ending
-    counts[1, cell] = wells
+    measures[EXACT_TILT_MIN, cell] = least
+    measures[EXACT_TILT_MAX, cell] = greatest
+    measures[EXACT_NUTATION_PERIOD, cell] = period
+    measures[EXACT_SEPARATRIX, cell] = height
+    measures[EXACT_TILT_ERROR, cell] = error
+    counts[EXACT_ENDING, cell] = ending
+    counts[EXACT_WELLS, cell] = wells
 
 
 @inlined
@@ -44,7 +53,7 @@ def _write_nothing(cell, ending, wells, height, measures, counts):
 
 
 @internal
-def _outcome(motion, fall_tilt):
+def _ending_and_extremes(motion, fall_tilt):
     """What the turning points say: (ending, least, greatest tilt, error); a fall shows only what came before."""
     tilt, ahead = motion[TILT], motion[AHEAD]
     kicked = motion[W] != 0.0
@@ -81,21 +90,21 @@ def _period(motion, tables, table, near, work):
 
 
 @internal
-def leave(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
+def write_cell(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
     """Write the cell of a motion whose turning points are known."""
     kind, height = motion[KIND], motion[HEIGHT]
     wells = 1 if math.isnan(motion[TOP]) else 2
-    if kind == WILD:
+    if kind == NOT_FINITE:
         _write_nothing(cell, UNRESOLVED, 0, math.nan, measures, counts)
         return
     if kind == RESTS:
         tilt = motion[TILT]
         _write(cell, STEADY, wells, tilt, tilt, math.nan, height, 0.0, measures, counts)
         return
-    if kind == UNCLEAR:
+    if kind == ON_SEPARATRIX:
         _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
         return
-    ending, least, greatest, error = _outcome(motion, fall_tilt)
+    ending, least, greatest, error = _ending_and_extremes(motion, fall_tilt)
     duration = math.nan
     if with_period and ending == BOUNDED:
         duration = _period(motion, tables, table, near, work)

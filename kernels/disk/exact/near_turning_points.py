@@ -28,7 +28,7 @@ from kernels.disk.exact.legendre import (
 )  # fmt: skip
 from kernels.disk.exact.polynomial import value
 from kernels.disk.exact.potential import NEAR, rise, rise_at
-from kernels.disk.exact.root import ROUNDING, zeros
+from kernels.disk.exact.root import ROUNDING, find_roots
 from kernels.jit import internal, simd
 
 #: The excess is known to this share of its terms (measured against 40-digit arithmetic).
@@ -40,7 +40,7 @@ _MOST_REDUCTIONS = 350
 
 
 @simd
-def noise(block, lane, distance):
+def rounding_error(block, lane, distance):
     """Rounding error of the excess at a distance in y from the start: of the terms of its expansion, or of h."""
     distance = abs(distance)
     terms = (block[at.PULL + lane] + block[at.CURVATURE + lane] * distance) * distance
@@ -49,7 +49,7 @@ def noise(block, lane, distance):
 
 
 @internal
-def _set_out(block, alpha):
+def _force_and_sizes(block, alpha):
     """The force on each start, and the sizes of the terms of its excess."""
     for lane in range(LANES):
         w, s0, o0 = block[at.W_0 + lane], block[at.S_0 + lane], block[at.O_0 + lane]
@@ -68,7 +68,7 @@ def _set_out(block, alpha):
 
 
 @internal
-def _origin(block, panels, panel, nodes, node):
+def _rates_at_upright(block, panels, panel, nodes, node):
     """The rates at the panel's centre and at upright; both maps have determinant one."""
     ds1, ds2, dp1, dp2 = nodes[node, DS1], nodes[node, DS2], nodes[node, DP1], nodes[node, DP2]
     for lane in range(LANES):
@@ -97,7 +97,7 @@ def expand(block, panels, panel, first):
 
 
 @internal
-def _about_the_start(block, alpha, nodes, node):
+def _shift_to_start(block, alpha, nodes, node):
     """Move the expansion in NEAR from the panel's centre to the start: repeated synthetic division."""
     there = rise_at(nodes, node)
     for lane in range(LANES):
@@ -115,16 +115,16 @@ def _about_the_start(block, alpha, nodes, node):
 
 
 @internal
-def begin(block, alpha, panels, panel, nodes, node):
+def expand_about_starts(block, alpha, panels, panel, nodes, node):
     """Expand the excess of each motion about its start, into NEAR: from the start's rows to those of the motion."""
-    _set_out(block, alpha)
-    _origin(block, panels, panel, nodes, node)
+    _force_and_sizes(block, alpha)
+    _rates_at_upright(block, panels, panel, nodes, node)
     expand(block, panels, panel, at.NEAR)
-    _about_the_start(block, alpha, nodes, node)
+    _shift_to_start(block, alpha, nodes, node)
 
 
 @internal
-def _face(block, sense):
+def _excess_to_one_side(block, sense):
     """Turn the expansions in NEAR towards the side of the search, into WORK, and see how far they may be trusted.
 
     At rest the start is a zero itself; WORK is then the quotient of the excess by the distance.
@@ -163,7 +163,7 @@ def _face(block, sense):
 
 
 @internal
-def _guess(block):
+def _first_guess(block):
     """Where polynomials, negative at 0 and positive at OUTER, may vanish: a kick of 1e-9 turns the disk at 1e-9.
 
     The roots of the first three terms; if these never turn positive, a point within eight times of the root.
@@ -194,33 +194,33 @@ def _guess(block):
 
 
 @internal
-def tilts(block, panels, panel):
+def tilts_and_errors(block, panels, panel):
     """The tilts, and their errors, of turning points on one panel, X from its centre."""
     for lane in range(LANES):
         x = block[at.X + lane]
         cos = row_value(panels, panel, ONE, x)
         block[at.TILT + lane] = row_value(panels, panel, TILT, x)
-        error = noise(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
+        error = rounding_error(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
         block[at.ERROR + lane] = error + _FLOOR
 
 
 @internal
-def turn_near(block, sense, panels, panel):
+def near_turning_points(block, sense, panels, panel):
     """Find the turning points that lie within the expansions about the starts, in the lanes that are WANTED.
 
     `sense` is +1 on the side to which the disk sets off, -1 on the other. Lanes that found one are left in WANTED as
     -1, with DISTANCE, TILT, ERROR and SLOPE; the excess at the end of the expansion is left in EXCESS.
     """
-    if not _face(block, sense):
+    if not _excess_to_one_side(block, sense):
         return
     for lane in range(LANES):
         block[at.WANTED + lane] = -1.0 if block[at.ACTIVE + lane] > 0.0 else block[at.WANTED + lane]
-    _guess(block)
-    zeros(block, 0.0)
+    _first_guess(block)
+    find_roots(block, 0.0)
     for lane in range(LANES):
         distance, slope = block[at.ROOT + lane], block[at.SLOPE + lane]
         along = block[at.SIDE + lane] * distance
         block[at.SLOPE + lane] = distance * slope if block[at.KINETIC + lane] == 0.0 else slope
         block[at.DISTANCE + lane] = along
         block[at.X + lane] = block[at.X_0 + lane] + along
-    tilts(block, panels, panel)
+    tilts_and_errors(block, panels, panel)

@@ -13,7 +13,7 @@ MOST_STEPS = 100
 
 
 @internal
-def _closer(block, scale):
+def _newton_step(block, scale):
     """One step of Newton's in every active lane; whether there are any left."""
     left = 0
     for lane in range(LANES):
@@ -49,7 +49,7 @@ def _closer(block, scale):
 
 
 @internal
-def zeros(block, scale):
+def find_roots(block, scale):
     """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
 
     Newton in a bracket from the guesses in ROOT, in the lanes that are ACTIVE; leaves the roots in ROOT and the slopes
@@ -60,5 +60,5 @@ def zeros(block, scale):
         block[at.LAST + lane] = 0.0
         block[at.SLOPE + lane] = math.nan
     for _ in range(MOST_STEPS):
-        if not _closer(block, scale):
+        if not _newton_step(block, scale):
             return

@@ -32,7 +32,7 @@ _MOST_HALVES = 60
 
 
 @internal
-def _two_wells(block, alpha):
+def _two_well_candidates(block, alpha):
     """Which potentials may have two wells (WANTED), and on which side their saddle is then; whether any."""
     some = 0
     for lane in range(LANES):
@@ -77,7 +77,7 @@ def _bracket(block, alpha, nodes, upright):
 
 
 @internal
-def _hide(block):
+def _bracket_hidden(block):
     """Where no node told of a saddle, bracket the place where one may hide; WANTED is cleared where none can."""
     for lane in range(LANES):
         wanted, panel, where = block[at.WANTED + lane], block[at.PANEL + lane], block[at.NODE + lane]
@@ -107,7 +107,7 @@ def expand_excess(block, alpha, table, panels, nodes, k):
 
 
 @internal
-def _halve(block, centre):
+def _bisect(block, centre):
     """Halve the brackets (BEFORE, LEAST) of the least V' in every active lane, until V' < 0 somewhere or nowhere."""
     left = 0
     for lane in range(LANES):
@@ -131,7 +131,7 @@ def _halve(block, centre):
 
 
 @internal
-def _seek(block, centre):
+def _find_hidden(block, centre):
     """Bracket the saddles that hide between nodes of this panel; a potential without one has one well."""
     some = 0
     for lane in range(LANES):
@@ -141,7 +141,7 @@ def _seek(block, centre):
     if some == 0:
         return
     for _ in range(_MOST_HALVES):
-        if not _halve(block, centre):
+        if not _bisect(block, centre):
             break
     for lane in range(LANES):
         hidden = (block[at.HERE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
@@ -151,7 +151,7 @@ def _seek(block, centre):
 
 
 @internal
-def _nearer(block, centre):
+def _newton_step(block, centre):
     """One step of Newton's on V' in every active lane; whether there are any left."""
     left = 0
     for lane in range(LANES):
@@ -174,7 +174,7 @@ def _nearer(block, centre):
 
 
 @internal
-def _summits(block, alpha, table, panels, nodes, k):
+def _maxima_on_panel(block, alpha, table, panels, nodes, k):
     """Find the maxima of V that were bracketed on panel k, and their heights over h."""
     some = 0
     for lane in range(LANES):
@@ -185,12 +185,12 @@ def _summits(block, alpha, table, panels, nodes, k):
         return
     centre = k * PANEL
     expand_excess(block, alpha, table, panels, nodes, k)
-    _seek(block, centre)
+    _find_hidden(block, centre)
     for lane in range(LANES):
         moves = (block[at.HERE + lane] > 0.0) & (block[at.OUTER + lane] > 0.0)
         block[at.ACTIVE + lane] = 1.0 if moves else 0.0
     for _ in range(MOST_STEPS):
-        if not _nearer(block, centre):
+        if not _newton_step(block, centre):
             break
     for lane in range(LANES):
         t, here = block[at.ROOT + lane], block[at.HERE + lane] > 0.0
@@ -200,17 +200,17 @@ def _summits(block, alpha, table, panels, nodes, k):
 
 
 @internal
-def saddles(block, alpha, table, panels, nodes):
+def find_saddles(block, alpha, table, panels, nodes):
     """Find the saddles of the potentials, into TOP (y) and HEIGHT (V there minus h): NaN with one well only.
 
     Needs what `kernels.disk.exact.near_turning_points.begin` leaves.
     """
-    if not _two_wells(block, alpha):
+    if not _two_well_candidates(block, alpha):
         return
     _bracket(block, alpha, nodes, table * NODES + 2 * REACH)
-    _hide(block)
+    _bracket_hidden(block)
     for k in range(_SADDLE_PANELS):
-        _summits(block, alpha, table, panels, nodes, k)
+        _maxima_on_panel(block, alpha, table, panels, nodes, k)
     for lane in range(LANES):
         away = block[at.TOP + lane] - block[at.Y_0 + lane]
         # about the start the excess is known without a difference of potentials

@@ -8,6 +8,21 @@ import math
 
 import numpy as np
 
+from kernels.disk.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+    GRAVITY,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_RATE,
+)
 from kernels.disk.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
@@ -23,7 +38,7 @@ _LAST_PANEL = float(REACH)
 
 
 @internal
-def _scale(block, fall_tilt):
+def _scale_block(block, fall_tilt):
     """From cells to scaled starts, the nearest panel to each (about), and what is known without a motion (ENDING)."""
     for lane in range(LANES):
         tilt, rate = block[at.TILT_0 + lane], block[at.W_0 + lane]
@@ -51,7 +66,7 @@ def _scale(block, fall_tilt):
 
 
 @internal
-def _stretch(block):
+def _stretched_tilts(block):
     """The stretched tilt, from its distance to the centre of the panel found.
 
     y = 2 atanh(tan(tilt/2)), and exp(y) = (1 + sin)/cos: the distance is 2 atanh((t - t0)/(1 - t t0)) with the
@@ -84,23 +99,23 @@ def _stretch(block):
 @internal
 def _write_at_once(cell, ending, tilt, measures, counts):
     fell = ending == FELL
-    measures[0, cell] = measures[1, cell] = tilt if fell else math.nan
-    measures[2, cell] = measures[3, cell] = math.nan
-    measures[4, cell] = 0.0 if fell else math.nan
-    counts[0, cell], counts[1, cell] = ending, 0
+    measures[EXACT_TILT_MIN, cell] = measures[EXACT_TILT_MAX, cell] = tilt if fell else math.nan
+    measures[EXACT_NUTATION_PERIOD, cell] = measures[EXACT_SEPARATRIX, cell] = math.nan
+    measures[EXACT_TILT_ERROR, cell] = 0.0 if fell else math.nan
+    counts[EXACT_ENDING, cell], counts[EXACT_WELLS, cell] = ending, 0
 
 
 @internal
 def _load(block, starts, first, stop):
     for lane in range(LANES):
         cell = min(first + lane, stop - 1)
-        block[at.TILT_0 + lane], block[at.W_0 + lane] = starts[0, cell], starts[1, cell]
-        block[at.O_0 + lane], block[at.S_0 + lane] = starts[2, cell], starts[3, cell]
-        block[at.RADIUS + lane], block[at.GRAVITY + lane] = starts[5, cell], starts[6, cell]
+        block[at.TILT_0 + lane], block[at.W_0 + lane] = starts[TILT, cell], starts[TILT_RATE, cell]
+        block[at.O_0 + lane], block[at.S_0 + lane] = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+        block[at.RADIUS + lane], block[at.GRAVITY + lane] = starts[RADIUS, cell], starts[GRAVITY, cell]
 
 
 @internal
-def _look_up(block, tables):
+def _read_panel_centres(block, tables):
     """What is known of the centre of each start's panel; it is the same in every table."""
     for lane in range(LANES):
         swings = block[at.ENDING + lane] == NOT_COMPUTED
@@ -112,7 +127,7 @@ def _look_up(block, tables):
 
 
 @internal
-def _keep(block, lane, table, motions, i):
+def _store_motion(block, lane, table, motions, i):
     motions[i, of.TILT], motions[i, of.UNIT] = block[at.TILT_0 + lane], block[at.UNIT + lane]
     motions[i, of.Y_0], motions[i, of.X_0] = block[at.Y_0 + lane], block[at.X_0 + lane]
     motions[i, of.S_0], motions[i, of.O_0] = block[at.S_0 + lane], block[at.O_0 + lane]
@@ -122,7 +137,7 @@ def _keep(block, lane, table, motions, i):
 
 
 @internal
-def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts):
+def scale_starts(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts):
     """Make motions of the cells from `start` to `stop`, but for those whose ending is known without (and written).
 
     Returns their number. Of `chunk`, `motions`, `cells` and `keys` are written.
@@ -130,9 +145,9 @@ def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts
     n = 0
     for first in range(start, stop, LANES):
         _load(chunk.block, starts, first, stop)
-        _scale(chunk.block, fall_tilt)
-        _look_up(chunk.block, tables)
-        _stretch(chunk.block)
+        _scale_block(chunk.block, fall_tilt)
+        _read_panel_centres(chunk.block, tables)
+        _stretched_tilts(chunk.block)
         for lane in range(min(LANES, stop - first)):
             cell = first + lane
             table = which[cell]
@@ -140,7 +155,7 @@ def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts
             if ending != NOT_COMPUTED:
                 _write_at_once(cell, ending, chunk.block[at.TILT_0 + lane], measures, counts)
                 continue
-            _keep(chunk.block, lane, table, chunk.motions, n)
+            _store_motion(chunk.block, lane, table, chunk.motions, n)
             chunk.cells[n] = cell
             chunk.keys[n] = table * PANELS + REACH + int(chunk.block[at.PANEL + lane])
             n += 1
