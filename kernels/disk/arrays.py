@@ -55,9 +55,9 @@ STATE = PARAMETERS[:4]
 SAMPLES = (*STATE, "heading", "roll_angle", "contact_x", "contact_y", "momentum_gained")
 HEADING, ROLL_ANGLE, CONTACT_X, CONTACT_Y, MOMENTUM_GAINED = range(len(STATE), len(SAMPLES))
 
-#: What follows from one sample: energy over m g R; its relative change since the first sample; vertical angular momentum
-#: about the contact point per mass [m^2/s] and its rate of change [m^2/s^2]; normal force and horizontal forces across and
-#: along the track, over m g; friction coefficient needed, NaN where the normal force is not positive.
+#: What follows from one sample: energy over m g R; its relative change since the first sample; vertical angular
+#: momentum about the contact point per mass [m^2/s] and its rate of change [m^2/s^2]; normal force and horizontal
+#: forces across and along the track, over m g; friction coefficient needed, NaN where the normal force is not positive.
 DERIVED = (
     "energy",
     "energy_drift",

@@ -26,7 +26,7 @@ from kernels.jit import internal, kernel, parallel
 
 #: Step in the tilt [rad] over cos(tilt), and the fewest steps from one extreme tilt to the other: the extremes of the
 #: forces, on parabolas through three steps, are then good to about 1e-6.
-_STRIDE, _FEWEST = 0.01, 32.0
+_TILT_STEP, _FEWEST = 0.01, 32.0
 
 #: No step is shorter than this [rad]: close to flat the loop would not end.
 _SMALLEST = 1e-7
@@ -68,7 +68,7 @@ def contact_forces(state, constants, alpha):
 
 @kernel
 def friction_needed(normal, across, along):
-    """Friction coefficient without which the disk slips; NaN where it does not press on the plane (normal <= 0)."""
+    """Least friction coefficient for rolling without slip; NaN where the normal force is not positive."""
     if not normal > 0.0:
         return math.nan
     return math.sqrt(across * across + along * along) / normal
@@ -87,7 +87,7 @@ def vertical_momentum(state, alpha):
 
 @internal
 def suitable_step(state, constants, relative_step):
-    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, shorter like cos(tilt) near flat."""
+    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
     _, C, _, w, o, s = state
     return relative_step * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
@@ -126,15 +126,15 @@ def _along(tilt, s, o, kinetic, constants, h):
 
 
 @internal
-def _stride(tilt, left, whole):
-    """Step [rad] in the tilt, as short as the pole of tan(tilt) wants; a share of a small range; exact at its end."""
-    longest = max(min(_STRIDE * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
+def _tilt_step(tilt, left, whole):
+    """Step [rad] in the tilt: short near the pole of tan(tilt) and for a small range; it ends exactly at `left`."""
+    longest = max(min(_TILT_STEP * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
     return left if abs(left) <= longest else math.copysign(longest, left)
 
 
 @internal
-def _demand(tilt, s, o, kinetic, constants, alpha):
-    """(normal force over m g, friction needed) where the motion passes a tilt; the sense of its rate is immaterial."""
+def _contact_at(tilt, s, o, kinetic, constants, alpha):
+    """(normal force over m g, friction needed) at a tilt of the motion; they do not depend on the sign of its rate."""
     S, C = math.sin(tilt), math.cos(tilt)
     w = math.sqrt(max(0.0, 2.0 * constants[0] * kinetic))
     normal, across, along = contact_forces((S, C, S / C, w, o, s), constants, alpha)
@@ -148,16 +148,16 @@ def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
     s, o, kinetic = start[5], start[4], 0.5 * start[3] * start[3] / constants[0]
     whole = greatest_tilt - least_tilt
     while tilt > least_tilt:
-        h = _stride(tilt, least_tilt - tilt, whole)
+        h = _tilt_step(tilt, least_tilt - tilt, whole)
         s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
         tilt = max(tilt + h, least_tilt)
-    normal_1, friction_1 = _demand(tilt, s, o, kinetic, constants, alpha)
+    normal_1, friction_1 = _contact_at(tilt, s, o, kinetic, constants, alpha)
     least, most, normal_2, friction_2, h_1 = normal_1, friction_1, normal_1, friction_1, math.inf
     while tilt < greatest_tilt:
-        h = _stride(tilt, greatest_tilt - tilt, whole)
+        h = _tilt_step(tilt, greatest_tilt - tilt, whole)
         s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
         tilt = min(tilt + h, greatest_tilt)
-        normal, friction = _demand(tilt, s, o, kinetic, constants, alpha)
+        normal, friction = _contact_at(tilt, s, o, kinetic, constants, alpha)
         least = min(least, normal, _vertex(normal_2, normal_1, normal, h_1, h))
         most = max(most, friction, _vertex(friction_2, friction_1, friction, h_1, h))
         normal_2, normal_1, friction_2, friction_1, h_1 = normal_1, normal, friction_1, friction, h
@@ -179,9 +179,9 @@ def contact_extremes(starts, tilts, extremes):
 
     Notes
     -----
-    Never raises. No time passes here: along a motion s, o and the kinetic energy of the tilt are functions of the
-    tilt (Chaplygin 1897), and so are the forces. Integrated in time instead, a motion that returns to the saddle
-    from which it was kicked can pass it by on the wrong side.
+    Never raises. The integration is one in the tilt, not in time: along a motion s, o and the kinetic energy of the
+    tilt are functions of the tilt (Chaplygin 1897), and so are the forces. An integration in time can take a motion
+    that returns to the saddle from which it was kicked past the saddle, on the wrong side.
     """
     for cell in prange(starts.shape[1]):
         least, greatest = tilts[TILT_MIN, cell], tilts[TILT_MAX, cell]

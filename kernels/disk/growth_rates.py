@@ -1,4 +1,4 @@
-"""How a kick to a motion grows or swings, followed with RK4 for a short while."""
+"""Growth rates and frequencies of small disturbances of steady motions, measured with RK4."""
 
 import math
 

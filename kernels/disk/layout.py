@@ -2,7 +2,7 @@
 
 from kernels.lanes.layout import LANES, offsets
 
-# The state that a step changes (scaled, see kernels.disk.equations; P is 1 + alpha times s), the time, and half the next
+# The state that a step changes (scaled, see `kernels.disk.equations`; P is 1 + alpha times s), the time, half the next
 # step
 S, C, T, W, O_RATE, P, TIME, HALF = offsets(0, 8)
 

@@ -1,11 +1,11 @@
-"""The scalar stages of a cell (`kernels.lanes.interface`): how its start is read, what its events mean, when it has ended.
+"""The scalar stages of a cell (`kernels.lanes.interface`): reading its start, finishing its legs, writing its results.
 
 `lanes` is the flat array of `kernels.disk.layout`.
 
-A start that is not at rest lies between its two turning points. The first leg goes forward in time to one of them; the
-second leg goes from the start again backward in time to the other. Integrating forward through both turning points fails
-for a start near the maximum of the potential: it must cross that maximum again by less than the error of a step. A
-nutation is symmetric in time about each of its turning points, so the two legs give its period too.
+A start that is not at rest lies between its two turning points. The first leg goes forward in time to one of them;
+the second leg goes from the start again backward in time to the other. Integrating forward through both turning points
+fails for a start near the maximum of the potential: it must cross that maximum again by less than the error of a step.
+A nutation is symmetric in time about each of its turning points, so the two legs give its period too.
 """
 
 import math

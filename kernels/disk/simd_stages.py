@@ -1,4 +1,4 @@
-"""The vector stages of a cell (`kernels.lanes.interface`): its scaled start, the start of a leg, a step, a turning point.
+"""The vector stages of a cell (`kernels.lanes.interface`): scaling its start, setting off, one step, landing.
 
 The functions work on one lane of the flat array of `kernels.disk.layout` and are inlined into loops over all lanes.
 """
@@ -14,7 +14,7 @@ from kernels.disk.step_size import first_step
 from kernels.jit import simd
 from kernels.simd_math import angle_of, sine_cosine
 
-#: A single cell may not hold a worker for ever: after about this many steps it is unresolved.
+#: After about this many steps a leg is given up, and its cell unresolved.
 MOST_STEPS = 1.0e8
 
 

@@ -1,8 +1,8 @@
 """One compiled entry point for each model, from the one schedule and the functions of the model.
 
-The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions that
-use such a global, and the copies see the model's functions under these names. A closure over the model's functions would
-compute the same, as fast, but Numba cannot keep closures in its disk cache (second process: 32.6 s instead of 2.0 s).
+The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions
+that use such a global, and the copies see the model's functions under these names. A closure over the model's functions
+would compute the same, as fast, but Numba cannot keep closures in its disk cache (second process: 32.6 s, not 2.0 s).
 Numba's cache key ignores globals: each model needs a cache folder of its own.
 """
 

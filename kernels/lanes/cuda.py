@@ -1,8 +1,8 @@
 """Any model on an NVIDIA device: one cell per thread, from the same functions as on the CPU.
 
-The functions of a model, and all that they call, are compiled a second time for the device; a thread owns what a lane owns
-on the CPU and takes it through the same stages to the same endings. Only the loop differs: a thread steps its one cell
-until an event, without waiting for others.
+The functions of a model, and all that they call, are compiled a second time for the device; a thread owns what a lane
+owns on the CPU and takes it through the same stages to the same endings. Only the loop differs: a thread steps its one
+cell until an event, without waiting for others.
 """
 
 import math
@@ -23,7 +23,7 @@ from kernels.lanes.interface import (
     set_off,
 )
 
-#: Threads of a block: 32 to 256 keep an H200 equally busy, and few leave little to wait for where cells end apart.
+#: Threads of a block: with 32 to 256 an H200 is equally fast; with few, those whose cells end early wait less.
 THREADS = 64
 
 
@@ -48,7 +48,7 @@ def _step_to_event(run, own):
 
 def _integrate(starts, run, measures, counts):
     """What one thread does."""
-    # its numbers lie as in lane 0 of the model's layout, so that the functions of the model find them where they always do
+    # its numbers lie as in lane 0 of the model's layout, so that the functions of the model serve unchanged
     own = cuda.local.array(SIZE, np.float64)
     cell = cuda.grid(1)
     if cell < starts.shape[1] and _begin(cell, starts, run, own, measures, counts):
@@ -60,8 +60,8 @@ def _integrate(starts, run, measures, counts):
 
 
 def _recompiled(kernel, different):
-    # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target takes any
-    # `fastmath` for all of it: a NaN would pass unnoticed. The device contracts without being asked.
+    # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
+    # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts without being asked.
     return cuda.jit(device=kernel is not _integrate)(copied(kernel, different))
 
 
@@ -75,9 +75,9 @@ def bind(model):
     Returns
     -------
     callable
-        Arguments and results as in `kernels.lanes.schedule.integrate`. The bits of a cell depend on the cell alone, as on
-        the CPU, but are not the CPU's: library functions (a few sines, powers) and the places where a multiplication and
-        an addition become one instruction differ.
+        Arguments and results as in `kernels.lanes.schedule.integrate`. The bits of a cell depend on the cell alone, as
+        on the CPU, but differ from the CPU's: library functions (a few sines, powers) and the places where a
+        multiplication and an addition become one instruction are others.
     """
     kernel = rebound(_integrate, replacements(model), _recompiled, {})
 

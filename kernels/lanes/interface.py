@@ -6,8 +6,8 @@ Their docstrings say what a model has to provide. `kernels.disk.integrate` is th
 
 The life of a cell
     `read_start` puts the start of a cell into a lane, `prepare` computes what follows from it, `needs_integration`
-    decides whether it has to be stepped at all, and `set_off` places it at the beginning of its first *leg*: a stretch of
-    steps that ends with an event. `advance` makes one step. When it reports an event, `land` computes where the leg
+    decides whether it has to be stepped at all, and `set_off` places it at the beginning of its first *leg*: a series
+    of steps that ends with an event. `advance` makes one step. When it reports an event, `land` computes where the leg
     ended and `finish_leg` decides what that means: another leg, or the results of the cell.
 
 Two kinds of functions

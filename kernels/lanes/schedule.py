@@ -4,14 +4,14 @@ A worker owns a chunk of cells and LANES cells at a time, side by side in memory
 that the compiler turns it into full-width vector code. When the cell of a lane has ended, the next cell of the chunk
 takes the lane over: no lane waits for a slower neighbour. What comes before and after the steps of a cell is done for a
 block of LANES consecutive cells at a time, in vector code too. Lanes never exchange a number, every loop over them has
-the same fixed length, and the step follows from the cell alone, so a cell's bits do not depend on threads, chunks, order
+the same fixed length, and the step follows from the cell alone: a cell's bits do not depend on threads, chunks, order
 or neighbours.
 
 The functions of the model are those of `kernels.lanes.interface`; `kernels.lanes.binding` replaces them.
 
 Words of bits
-    Sets of lanes, and of a worker's blocks, are words (int64): bit n stands for lane or block n. There are as many blocks
-    as lanes, for every lane may step a cell of another block.
+    Sets of lanes, and of a worker's blocks, are words (int64): bit n stands for lane or block n. There are as many
+    blocks as lanes, because every lane may step a cell of a different block.
 """
 
 import numpy as np
@@ -72,8 +72,8 @@ def _advance_all(run, lanes):
 def _advance_to_event(pending, idle, run, lanes):
     """Step all lanes until one that is not idle has an event.
 
-    Returns the lanes whose event is to be handled now; those with an event in the last step, which is handled next time;
-    the number of steps.
+    Returns the word of the lanes whose event is to be handled now; that of those with an event in the last step, which
+    is handled next time; the number of steps.
     """
     events, steps = 0, 0
     while events == 0:
@@ -176,7 +176,7 @@ def _store(events, steps, memory, notes):
 
 @internal
 def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
-    """Integrate the cells from `start` to `stop`; in `memory` lie the stepping lanes first, all zero, then the blocks."""
+    """Integrate the cells from `start` to `stop`; `memory` holds the stepping lanes, all zero, then the blocks."""
     # The caller keeps the arrays until this call returns. Without a reference count already there, they would be freed
     # before it.
     memory, notes = without_refcount(memory), without_refcount(notes)

@@ -82,7 +82,15 @@ def chunk_in(arrays):
     """The `Chunk` in the arrays of `memory`: views without reference counts (`kernels.lanes.intrinsics`)."""
     lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
     return Chunk(
-        without_refcount(aligned(lanes, at.SIZE)), without_refcount(motions), without_refcount(numbers[0]), without_refcount(nears),
-        without_refcount(work), without_refcount(searches), without_refcount(numbers[1]), without_refcount(numbers[2]), without_refcount(numbers[3]),
-        without_refcount(ends), without_refcount(blocks),
-    )  # fmt: skip
+        without_refcount(aligned(lanes, at.SIZE)),
+        without_refcount(motions),
+        without_refcount(numbers[0]),
+        without_refcount(nears),
+        without_refcount(work),
+        without_refcount(searches),
+        without_refcount(numbers[1]),
+        without_refcount(numbers[2]),
+        without_refcount(numbers[3]),
+        without_refcount(ends),
+        without_refcount(blocks),
+    )

@@ -1,4 +1,4 @@
-"""Order by group, so that neighbours can be treated alike."""
+"""Counting sort, and blocks of places with equal keys."""
 
 from kernels.jit import internal
 

@@ -1,7 +1,7 @@
 """The exact reduction: extreme tilts for all time, wells, separatrix and period of many cells, without time stepping.
 
-A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not exceed its
-energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
+A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not
+exceed its energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
 """
 
 import math
@@ -48,9 +48,9 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
 
     Notes
     -----
-    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and what came before.
-    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite
-    and it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
+    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and the extreme before it.
+    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite and
+    it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     n = which.size
     chunks = (n + CHUNK - 1) // CHUNK

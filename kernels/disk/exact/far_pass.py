@@ -1,4 +1,4 @@
-"""The other passes over a chunk: turning points beyond the expansions about the starts."""
+"""The second and third pass over a chunk: turning points beyond the expansions about the starts."""
 
 import math
 
@@ -41,7 +41,7 @@ def _load(chunk, first, last):
 
 @internal
 def _store_brackets(chunk, table, end, first, last):
-    """Note where searches are bracketed; those that are not end here."""
+    """Store the brackets of searches; a search without a bracket ends."""
     block = chunk.block
     for lane in range(last - first):
         j, k = chunk.order[first + lane], block[at.PANEL + lane]
@@ -60,7 +60,7 @@ def _store_brackets(chunk, table, end, first, last):
 
 @internal
 def _collect(n, chunk):
-    """List what is to be sought for n motions, and on which panel each search begins; returns the number."""
+    """List the searches of n motions, and the panel on which each begins; returns their number."""
     count = 0
     for i in range(n):
         if chunk.motions[i, of.KIND] != of.OSCILLATES:
@@ -77,7 +77,7 @@ def _collect(n, chunk):
 
 @internal
 def _bracket_all(n, tables, chunk, y_fall):
-    """Follow n searches out to the panels on which the motions turn; their keys are then those, or -1."""
+    """Bracket n searches; their keys become the panels of the brackets, or -1."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
         panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
         table = panel // PANELS
@@ -89,7 +89,7 @@ def _bracket_all(n, tables, chunk, y_fall):
 
 @internal
 def _drop_ended(n, chunk):
-    """Move the searches that go on to the front; returns their number."""
+    """Move the searches that have not ended to the front; returns their number."""
     count = 0
     for j in range(n):
         if chunk.keys[j] >= 0:

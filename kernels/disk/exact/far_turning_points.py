@@ -1,4 +1,4 @@
-"""Turning points far from the start: out to the panel on which the excess changes sign, then to the root there.
+"""Turning points far from the start: find the panel on which the excess changes sign, then the root on that panel.
 
 Every search looks outward along positive y: under y -> -y, p -> -p nothing changes, and the tables are bit-symmetric.
 All functions treat a block of searches (`kernels.disk.exact.layout`).
@@ -21,7 +21,7 @@ TURNS, BEYOND, OFF_TABLE, OPEN = 0.0, 1.0, 2.0, 3.0
 
 @internal
 def _pass_panel(block, alpha, nodes, node, k, inner):
-    """Take every search that is still on past panel k, or bracket its root there; whether any is left."""
+    """Bracket the roots on panel k of the searches that are still active; whether any search goes on."""
     there, outer, left = rise_at(nodes, node), NODE, 0
     for lane in range(LANES):
         before = block[at.EXCESS + lane]
@@ -47,8 +47,8 @@ def _pass_panel(block, alpha, nodes, node, k, inner):
 def bracket_turning_points(block, alpha, table, nodes, start, y_fall):
     """Bracket the root of the excess of searches that begin on panel `start`.
 
-    Leaves PANEL, INNER, OUTER and ROOT (a guess); PANEL is NaN where the search passed y_fall or the table's end.
-    Returns which of the two happened to these.
+    Writes PANEL, INNER, OUTER and ROOT (a guess); PANEL is NaN where the search passed y_fall or the table's end.
+    Returns which of the two these have passed.
     """
     for lane in range(LANES):
         block[at.ACTIVE + lane] = 1.0
@@ -65,7 +65,10 @@ def bracket_turning_points(block, alpha, table, nodes, start, y_fall):
 
 @internal
 def far_turning_points(block, alpha, table, panels, nodes, k):
-    """Find the turning points that `bracket_turning_points` bracketed on panel k: DISTANCE (outward), TILT (outward), ERROR, SLOPE."""
+    """Find the turning points that `bracket_turning_points` bracketed on panel k.
+
+    Writes DISTANCE and TILT (both outward), ERROR and SLOPE.
+    """
     expand_excess(block, alpha, table, panels, nodes, k)
     for lane in range(LANES):
         block[at.ACTIVE + lane] = 1.0

@@ -1,4 +1,4 @@
-"""One motion of the exact reduction: what is known of it, and what its turning points say of its cell.
+"""One motion of the exact reduction: its row of numbers, and the results of its cell that follow from them.
 
 The scalar side of the reduction, once per cell. `motions` holds a row per motion of a chunk, with the columns below.
 """
@@ -54,7 +54,7 @@ def _write_nothing(cell, ending, wells, height, measures, counts):
 
 @internal
 def _ending_and_extremes(motion, fall_tilt):
-    """What the turning points say: (ending, least, greatest tilt, error); a fall shows only what came before."""
+    """(ending, least, greatest tilt, error); where the disk falls, only extremes before the fall count."""
     tilt, ahead = motion[TILT], motion[AHEAD]
     kicked = motion[W] != 0.0
     falls = motion[END] == BEYOND or ahead * motion[TURN] >= fall_tilt
@@ -70,7 +70,7 @@ def _ending_and_extremes(motion, fall_tilt):
             second = -ahead * fall_tilt
         else:
             error = max(error, motion[ERROR + BEHIND])
-    # rounding of the last place must not put the start outside its own interval
+    # rounding must not put the start outside its own interval
     return FELL if falls else BOUNDED, min(tilt, first, second), max(tilt, first, second), error
 
 
@@ -79,7 +79,7 @@ def _period(motion, tables, table, near, work):
     """Nutation period [s] of a bounded motion."""
     k0 = int(motion[PANEL_0])
     swing = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
-    # released at rest, the disk starts from its other turning point
+    # released at rest, the disk starts at its other turning point
     distance, slope = (
         (motion[DISTANCE + BEHIND], motion[SLOPE + BEHIND]) if motion[W] != 0.0 else (0.0, near[1])
     )

@@ -1,4 +1,4 @@
-"""The first pass over a chunk: everything about the starts, where most turning points of slow motions lie."""
+"""The first pass over a chunk: expansions about the starts, near which most turning points of slow motions lie."""
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
@@ -28,7 +28,7 @@ def _load(chunk, first, last):
 
 @internal
 def _classify(block):
-    """Tell the KIND of each motion; whether one of them was kicked."""
+    """Write the KIND of each motion; whether one of them starts with a tilt rate."""
     kicked = 0
     for lane in range(LANES):
         w, height, base = block[at.W_0 + lane], block[at.HEIGHT + lane], block[at.BASE + lane]
@@ -38,7 +38,7 @@ def _classify(block):
         )
         kind = of.ON_SEPARATRIX if on_separatrix else of.OSCILLATES
         kind = of.RESTS if at_rest else kind
-        # a number that is not finite minus itself is none
+        # x - x is zero only for a finite x
         block[at.KIND + lane] = kind if base - base == 0.0 else of.NOT_FINITE
         kicked |= int(w != 0.0)
     return kicked != 0
@@ -62,7 +62,7 @@ def _store_motions(chunk, first, last):
 
 @internal
 def _find_to_one_side(chunk, sense, panels, panel, first, last):
-    """Look for the turning points of a block on one side; those that lie farther out are left to be sought."""
+    """Find the turning points of a block on one side; those that lie farther out are left OPEN."""
     block, motions = chunk.block, chunk.motions
     ahead = sense > 0.0
     for lane in range(LANES):

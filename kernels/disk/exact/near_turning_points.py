@@ -1,8 +1,9 @@
-"""Motions about their starts: the expansion of the excess, the turning points near by, and how well they are known.
+"""Expansion of the excess (V - h) of a motion about its start, the turning points near by, and their errors.
 
 Everything is expanded about the start, so that a disk released at rest from 1e-5 rad is as exact as one at 1 rad: the
 force is computed once from the start's own numbers, and the start's potential is never subtracted from another of the
-same size within 3/4 of a panel. All functions treat a block of motions (`kernels.disk.exact.layout`) that start on one panel.
+same size within 3/4 of a panel. All functions treat a block of motions (`kernels.disk.exact.layout`) that start on one
+panel.
 """
 
 import math
@@ -31,11 +32,11 @@ from kernels.disk.exact.potential import NEAR, rise, rise_at
 from kernels.disk.exact.root import ROUNDING, find_roots
 from kernels.jit import internal, simd
 
-#: The excess is known to this share of its terms (measured against 40-digit arithmetic).
-_NOISE = 8.0 * ROUNDING
-#: The tables and the way through them cost this much [rad], most of it for motions that reach near flat.
-_FLOOR = 128.0 * ROUNDING
-#: A first guess is at most this often reduced to an eighth: a kick of 1e-300 turns the disk at once.
+#: Relative rounding error of the terms of the excess (measured against 40-digit arithmetic).
+_TERM_ERROR = 8.0 * ROUNDING
+#: Error [rad] of the tables and of the sums over panels, most of it for motions that reach near flat.
+_TABLE_ERROR = 128.0 * ROUNDING
+#: A first guess is at most this often divided by eight: with a tilt rate of 1e-300 the disk turns within 1e-300.
 _MOST_REDUCTIONS = 350
 
 
@@ -45,7 +46,7 @@ def rounding_error(block, lane, distance):
     distance = abs(distance)
     terms = (block[at.PULL + lane] + block[at.CURVATURE + lane] * distance) * distance
     level = block[at.LEVEL + lane]
-    return _NOISE * (block[at.KINETIC + lane] + (terms if terms < level else level))
+    return _TERM_ERROR * (block[at.KINETIC + lane] + (terms if terms < level else level))
 
 
 @internal
@@ -125,7 +126,7 @@ def expand_about_starts(block, alpha, panels, panel, nodes, node):
 
 @internal
 def _excess_to_one_side(block, sense):
-    """Turn the expansions in NEAR towards the side of the search, into WORK, and see how far they may be trusted.
+    """Write the expansions in NEAR as functions of the outward distance into WORK; whether a root lies within them.
 
     At rest the start is a zero itself; WORK is then the quotient of the excess by the distance.
     """
@@ -164,9 +165,10 @@ def _excess_to_one_side(block, sense):
 
 @internal
 def _first_guess(block):
-    """Where polynomials, negative at 0 and positive at OUTER, may vanish: a kick of 1e-9 turns the disk at 1e-9.
+    """First guesses of the roots of polynomials that are negative at 0 and positive at OUTER.
 
-    The roots of the first three terms; if these never turn positive, a point within eight times of the root.
+    The roots of the first three terms; if these never become positive, a point within a factor of eight of the root:
+    it can be as near as 1e-9.
     """
     more = 0
     for lane in range(LANES):
@@ -201,7 +203,7 @@ def tilts_and_errors(block, panels, panel):
         cos = row_value(panels, panel, ONE, x)
         block[at.TILT + lane] = row_value(panels, panel, TILT, x)
         error = rounding_error(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
-        block[at.ERROR + lane] = error + _FLOOR
+        block[at.ERROR + lane] = error + _TABLE_ERROR
 
 
 @internal

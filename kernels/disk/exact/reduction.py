@@ -1,8 +1,9 @@
-"""A chunk of cells through the exact reduction: motions and searches that stand on one panel are treated together.
+"""The exact reduction of a chunk of cells: motions and searches on the same panel are treated together.
 
-Three passes over the chunk, each in blocks of lanes ordered by panel: about the starts (`kernels.disk.exact.near_pass`), out
-from panel to panel, and to the roots on the panels found (`kernels.disk.exact.far_pass`). A lane never looks at its
-neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on the cell alone.
+Three passes over the chunk, each in blocks of lanes ordered by panel: expansions about the starts
+(`kernels.disk.exact.near_pass`), search outward from panel to panel, and roots on the panels found
+(`kernels.disk.exact.far_pass`). A lane never reads its neighbours, and lanes without a motion repeat the last one of
+their block: a cell's bits depend on the cell alone.
 """
 
 from kernels.disk.exact import motion as of
@@ -20,8 +21,8 @@ def reduce_chunk(
 ):
     """Write the cells from `start` to `stop`.
 
-    Arguments as in `kernels.disk.exact.extremes.reduce`, but for the stretched `fall_tilt`, the `Tables`, and the arrays of
-    `kernels.disk.exact.chunk.memory`.
+    Arguments as in `kernels.disk.exact.extremes.reduce`; `y_fall` is the stretched `fall_tilt`, `tables` the `Tables`
+    and `arrays` those of `kernels.disk.exact.chunk.memory`.
     """
     chunk = chunk_in(arrays)
     n = scale_starts(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts)

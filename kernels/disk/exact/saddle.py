@@ -1,8 +1,8 @@
 """The saddle of the potential between its two wells, for a block of motions (`kernels.disk.exact.layout`).
 
 V has one well unless V'' < 0 at upright (checked along the whole curve of folds). The saddle lies on the side on which
-V rises from upright; with c1 c2 = 0 it is upright itself. Every motion is looked at from upright towards its saddle:
-under y -> -y, p -> -p nothing changes, so that the sign of c2 tells one side from the other.
+V rises from upright; with c1 c2 = 0 it is upright itself. The side of the saddle counts as positive y: under y -> -y,
+p -> -p nothing changes, so that the sign of c2 tells one side from the other.
 
 Source: Borisov, Mamaev, Kilin, Regul. Chaotic Dyn. 8 (2003) 201.
 """
@@ -27,7 +27,7 @@ _SADDLE_PANELS = 4
 _HIDDEN = 0.016
 #: max|V'''| there.
 _THIRD = 2.0 * _HIDDEN / NODE**2
-#: A bracket is then down to rounding.
+#: Bisections after which a bracket is as small as rounding.
 _MOST_HALVES = 60
 
 
@@ -78,7 +78,7 @@ def _bracket(block, alpha, nodes, upright):
 
 @internal
 def _bracket_hidden(block):
-    """Where no node told of a saddle, bracket the place where one may hide; WANTED is cleared where none can."""
+    """Where V' > 0 at all nodes, bracket a saddle that may lie between two; clear WANTED where none can."""
     for lane in range(LANES):
         wanted, panel, where = block[at.WANTED + lane], block[at.PANEL + lane], block[at.NODE + lane]
         lost = panel < 0.0
@@ -152,7 +152,7 @@ def _find_hidden(block, centre):
 
 @internal
 def _newton_step(block, centre):
-    """One step of Newton's on V' in every active lane; whether there are any left."""
+    """One Newton step on V' in every active lane; whether any lane is still active."""
     left = 0
     for lane in range(LANES):
         t, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]

@@ -1,7 +1,7 @@
-"""How cells become motions of the exact reduction: their starts, scaled, at their places in the table.
+"""How cells become motions of the exact reduction: their starts, scaled, and their panels of the table.
 
-A block of cells at a time (`kernels.disk.exact.layout`). The logarithm that finds the panel is one from the bits of the
-number, because the library's works on one number at a time.
+A block of cells at a time (`kernels.disk.exact.layout`). The logarithm that finds the panel is an approximation from
+the bits of the number, because the library's works on one number at a time.
 """
 
 import math
@@ -31,15 +31,15 @@ from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
 from kernels.jit import internal
 from kernels.simd_math import sine_cosine
 
-#: How far the logarithm is above the straight line: log2(1+m) - m is about this m(1-m) for m from 0 to 1.
-_BULGE = 0.346
-#: Starts beyond the table's end are looked for on its last panel.
+#: log2(1+m) - m is about this times m(1-m) for m from 0 to 1.
+_LOG_CURVATURE = 0.346
+#: Starts beyond the table's end are taken for ones on its last panel.
 _LAST_PANEL = float(REACH)
 
 
 @internal
 def _scale_block(block, fall_tilt):
-    """From cells to scaled starts, the nearest panel to each (about), and what is known without a motion (ENDING)."""
+    """Scale the starts, find the panel of each to within one, and the endings of cells without a motion (ENDING)."""
     for lane in range(LANES):
         tilt, rate = block[at.TILT_0 + lane], block[at.W_0 + lane]
         precession, roll = block[at.O_0 + lane], block[at.S_0 + lane]
@@ -50,17 +50,17 @@ def _scale_block(block, fall_tilt):
         # the exponent and the mantissa of exp(y) = (1 + |sin|)/cos give its logarithm well enough
         power = np.float64((1.0 + abs(S)) / C).view(np.int64) * 2.0**-52 - 1023.0
         mantissa = power - math.floor(power)
-        y = math.log(2.0) * (power + _BULGE * mantissa * (1.0 - mantissa))
+        y = math.log(2.0) * (power + _LOG_CURVATURE * mantissa * (1.0 - mantissa))
         possible = (abs(tilt) < 0.5 * math.pi) & (radius > 0.0) & (radius < math.inf)
         possible &= (gravity > 0.0) & (gravity < math.inf)
-        # a number that is not finite minus itself is none
+        # x - x is zero only for a finite x
         possible &= (rate - rate == 0.0) & (precession - precession == 0.0) & (roll - roll == 0.0)
         ending = FELL if abs(tilt) >= fall_tilt else NOT_COMPUTED
         block[at.ENDING + lane] = ending if possible else INVALID
         panel = math.floor(y * (1.0 / PANEL) + 0.5)
         block[at.PANEL + lane] = panel if panel < _LAST_PANEL else _LAST_PANEL
         block[at.UNIT + lane] = unit
-        block[at.W_0 + lane] = w if w * w > 0.0 else 0.0  # a kick without energy is none
+        block[at.W_0 + lane] = w if w * w > 0.0 else 0.0  # a rate whose square underflows counts as rest
         block[at.S_0 + lane], block[at.O_0 + lane] = roll * unit + spin * S, spin * C
         block[at.SIN + lane], block[at.COS + lane] = S, C
 
