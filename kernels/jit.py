@@ -1,23 +1,24 @@
 """How kernels are compiled.
 
-Numba compiles every function apart and links them; wrappers that make it callable from Python too take a fifth of the
-time. Functions that stand in a loop over lanes have to become part of it before the compiler makes vectors of it: one
-call that is left keeps the loop scalar. Left to the linker (`forceinline`) this costs less time than in Numba.
+Numba compiles each function separately and links them; the wrapper that makes a function callable from Python takes a
+fifth of the time. Functions called in a loop over lanes have to be inlined before LLVM vectorises the loop: one
+remaining call keeps the loop scalar. Inlining in LLVM (`forceinline`) takes less time than inlining in Numba
+(`inline="always"`).
 """
 
 from numba import njit
 
-# fastmath may only contract a*b + c into one instruction: any further licence would let a NaN pass unnoticed
+# fastmath may only contract a*b + c into one instruction: any further option would let a NaN pass unnoticed
 _ALL = {"error_model": "numpy", "fastmath": {"contract"}}
 _FOR_KERNELS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_ALL}
 
-#: Decorator of a function that Python calls too, and of one that stands in a loop over lanes besides.
+#: Decorators of functions that Python calls too; of the second kind are those called in loops over lanes.
 kernel, simd_kernel = njit(**_ALL), njit(forceinline=True, **_ALL)
 
-#: Decorators of functions that only kernels call; called from Python such a one would end the process.
+#: The same for functions that only kernels call; a call from Python would end the process.
 internal, simd = njit(**_FOR_KERNELS), njit(forceinline=True, **_FOR_KERNELS)
 
-#: Decorator of a short function that is called with constants: each of them would be compiled apart.
+#: Decorator of a short function that is called with constants: Numba would compile one specialisation per constant.
 inlined = njit(inline="always", **_FOR_KERNELS)
 
 #: Decorator of a function whose loop over cells runs in parallel.

@@ -1,10 +1,10 @@
-"""Sines, cosines and tilts in vector code, which a call of the C library would keep from being one."""
+"""Sine, cosine and arc tangent without calls of the C library, which would keep a loop over lanes scalar."""
 
 import math
 
 from kernels.jit import simd_kernel
 
-#: What pi/2 lacks in double precision.
+#: pi/2 minus its double.
 _REST_OF_QUARTER = 6.123233995736766e-17
 
 
@@ -12,8 +12,8 @@ _REST_OF_QUARTER = 6.123233995736766e-17
 def sine_cosine(tilt):
     """Sine and cosine of a tilt of at most pi/2, each to 3e-16 of itself.
 
-    Taylor's series, nested, of the tilt or of what it lacks of pi/2; the first terms that are left out are below 3e-18
-    of the sum at pi/4.
+    Taylor's series in Horner form, of the tilt or of pi/2 minus the tilt; the first terms that are left out are below
+    3e-18 of the sum at pi/4.
     """
     size = abs(tilt)
     steep = size > 0.25 * math.pi
@@ -29,7 +29,7 @@ def sine_cosine(tilt):
 
 @simd_kernel
 def angle_of(S, C):
-    """Tilt of a sine and a cosine, or of a common multiple of both, to 1e-15 of itself.
+    """Angle of a sine and a cosine, or of a common multiple of both, to 1e-15 of itself.
 
     The tangent of an eighth of it is 1/5 at most within pi/2, where eleven terms of the arc tangent are enough.
     """

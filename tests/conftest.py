@@ -55,8 +55,8 @@ def spec_file(tmp_path):
 @pytest.fixture(scope="session")
 def crowd():
     """Random starts over all parameters, with their exact extremes."""
-    import engine
+    import kernel_runner
     import referee
 
-    given = engine.scattered(1500, seed=5)
+    given = kernel_runner.scattered(1500, seed=5)
     return given, referee.extremes(given)

@@ -1,95 +1,10 @@
-import math
-
-import mpmath
 import numpy as np
 import pytest
-import referee
-from engine import flow
-from hypothesis import given
-from hypothesis import strategies as st
 
 import sweep
-from kernels.disk import contact
-from kernels.disk import equations as disk
 from sweep.checks.compare import compare
 from sweep.checks.explain import explain
-from sweep.engine import compiled
 from sweep.schema import CONTACT_VARIABLES
-
-TILTS = st.floats(-1.4, 1.4)
-RATES = st.floats(-20.0, 20.0)
-STATES = st.tuples(TILTS, RATES, RATES, RATES)
-MASSES = {"alpha": st.floats(0.01, 1.0), "radius": st.floats(0.01, 10.0), "gravity": st.floats(0.1, 30.0)}
-
-
-def rigid_body(state, alpha, radius, gravity):
-    """Force over m g and vertical angular momentum about the contact point over m, by differentiation.
-
-    The coordinates are given their accelerations and their velocities; the centre of mass is differentiated twice, by
-    mpmath. The angular momentum is that of the moving centre, r x v, plus that of the rotation.
-    """
-    tilt, rate, turning, rolling = map(mpmath.mpf, state)
-    tilting, turn_up, roll_up = referee.accelerations(state, alpha, radius, gravity)
-
-    def centre(t):
-        psi, theta = turning * t + turn_up * t**2 / 2, tilt + rate * t + tilting * t**2 / 2
-        # contact point: x' = -R phi' sin psi, y' = R phi' cos psi, expanded to second order at psi = 0
-        x, y = -radius * rolling * turning * t**2 / 2, radius * (rolling * t + roll_up * t**2 / 2)
-        lean = radius * mpmath.sin(theta)
-        return x + lean * mpmath.cos(psi), y + lean * mpmath.sin(psi), radius * mpmath.cos(theta)
-
-    with mpmath.workdps(40):
-        acceleration = [mpmath.diff(lambda t, i=i: centre(t)[i], 0, 2) for i in range(3)]
-        velocity = [mpmath.diff(lambda t, i=i: centre(t)[i], 0) for i in range(3)]
-        arm = centre(mpmath.mpf(0))
-        orbital = arm[0] * velocity[1] - arm[1] * velocity[0]
-        # the axis of the disk is (cos tilt, 0, -sin tilt); the diameter at right angles is (sin tilt, 0, cos tilt)
-        axial = alpha * radius**2 * (rolling + turning * mpmath.sin(tilt)) * mpmath.sin(tilt)
-        diametral = alpha * radius**2 / 2 * turning * mpmath.cos(tilt) * mpmath.cos(tilt)
-    forces = (acceleration[2] + gravity, acceleration[0], acceleration[1])
-    return [float(force / gravity) for force in forces], float(orbital + axial + diametral)
-
-
-@given(STATES, *MASSES.values())
-def test_contact_forces_are_newtons(state, alpha, radius, gravity):
-    """The three components equal mass times acceleration of the centre, less its weight."""
-    scaled = disk.scaled_state(*state, math.sqrt(radius / gravity))
-    found = contact.contact_forces(scaled, disk.inertia(alpha), alpha)
-    expected, _ = rigid_body(state, alpha, radius, gravity)
-    size = (1.0 + radius / gravity * sum(rate**2 for rate in state[1:])) / math.cos(state[0])
-    assert found == pytest.approx(expected, rel=0.0, abs=1e-12 * size)
-
-
-@given(STATES, *MASSES.values())
-def test_vertical_momentum_is_that_of_a_moving_rigid_body(state, alpha, radius, gravity):
-    """H.e3 about the contact point equals r x v of the centre plus the rotation's, formed from velocities."""
-    unit = math.sqrt(radius / gravity)
-    found, _ = contact.vertical_momentum(disk.scaled_state(*state, unit), alpha)
-    _, expected = rigid_body(state, alpha, radius, gravity)
-    assert found * radius**2 / unit == pytest.approx(expected, rel=1e-12, abs=1e-12 * radius**2 * 40.0)
-
-
-@given(STATES, st.floats(0.01, 1.0))
-def test_vertical_momentum_obeys_its_balance_law(state, alpha):
-    """Along the flow H.e3 changes at the rate (roll rate)(tilt rate) cos(tilt), which is not zero."""
-    scaled = np.array(disk.scaled_state(*state, 0.1))
-    ahead = flow(scaled, alpha)
-    _, rate = contact.vertical_momentum(tuple(scaled), alpha)
-    # H.e3 is quadratic in the state, so central differences are exact
-    after, _ = contact.vertical_momentum(tuple(scaled + ahead), alpha)
-    before, _ = contact.vertical_momentum(tuple(scaled - ahead), alpha)
-    assert 0.5 * (after - before) == pytest.approx(
-        rate, rel=0.0, abs=1e-13 * (1.0 + scaled @ scaled + ahead @ ahead)
-    )
-
-
-def test_a_standing_disk_presses_with_its_weight():
-    """Upright and at rest: the normal force is m g, and no friction is needed."""
-    state = disk.scaled_state(0.0, 0.0, 0.0, 0.0, 1.0)
-    normal, across, along = contact.contact_forces(state, disk.inertia(0.5), 0.5)
-    assert (normal, across, along) == (1.0, 0.0, 0.0)
-    assert contact.friction_needed(normal, across, along) == 0.0
-    assert math.isnan(contact.friction_needed(0.0, 0.0, 0.0))
 
 
 def circling_atlas():
@@ -125,23 +40,6 @@ def test_an_atlas_holds_the_extremes_of_the_forces():
                 assert np.isnan(cell["friction_needed"])
             checked += 1
     assert checked == 12
-
-
-@pytest.mark.compiled
-def test_forces_are_recorded_only_where_there_is_a_motion():
-    """A cell without extreme tilts has no forces; one that lifts off has no friction coefficient."""
-    starts = referee.starts(tilt=[0.1, 0.1, 0.1], roll_rate=[3.0, 3.0, 3.0])
-    tilts = np.array([[np.nan, 0.1, -0.1], [np.nan, 0.1, 0.1]])
-    extremes = np.zeros((2, 3))
-    compiled.contact_extremes()(starts, tilts, extremes)
-    assert np.isnan(extremes[:, 0]).all()
-    assert (extremes[0, 1:] > 0.9).all()
-    assert (extremes[1, 1:] > 0.0).all()
-    # one tilt alone is the start: at rest, tilted by 0.1 rad
-    state = disk.scaled_state(0.1, 0.0, 0.0, 3.0, math.sqrt(0.5 / 9.81))
-    normal, across, along = contact.contact_forces(state, disk.inertia(0.5), 0.5)
-    assert extremes[:, 1] == pytest.approx((normal, abs(across) / normal), rel=1e-13)
-    assert along == 0.0
 
 
 @pytest.mark.compiled

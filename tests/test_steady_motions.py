@@ -1,6 +1,6 @@
 """Frequencies and growth rates of steady motions, measured from trajectories, against linear theory."""
 
-import engine
+import kernel_runner
 import numpy as np
 import pytest
 import referee
@@ -42,7 +42,7 @@ def test_nutation_of_a_small_kick():
     given, k = wandering(10_000, seed=12)
     given, k = given[:, k > 0.0], k[k > 0.0]
     given[1] = 1e-6 * np.sqrt(given[6] / given[5])
-    found = engine.run(given, fall_tilt=np.radians(89.9))
+    found = kernel_runner.run(given, fall_tilt=np.radians(89.9))
     resolved = found.ending == 1
     assert resolved.mean() > 0.999
     assert np.abs(2.0 * np.pi / found.period[resolved] / np.sqrt(k[resolved]) - 1.0).max() < 1e-4

@@ -1,4 +1,4 @@
-"""Turning points to 40 digits, from hypergeometric functions: writes the table that test_turning.py believes.
+"""Turning points to 40 digits, from hypergeometric functions: writes the table of test_extremes_digits.py.
 
 Nothing of the project is imported. Along a motion s = c1 E + c2 O, with E and O the even and the odd solution of
 Legendre's equation (1-u^2) s'' - 2u s' - 2s/(1+alpha) = 0, u = sin(tilt); o = -(1+alpha) cos(tilt) ds/du. The extreme

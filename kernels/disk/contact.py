@@ -7,13 +7,26 @@ import math
 
 from numba import prange
 
+from kernels.disk.arrays import (
+    ALPHA,
+    CONTACT_FRICTION_NEEDED,
+    CONTACT_LEAST_NORMAL_FORCE,
+    GRAVITY,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_MAX,
+    TILT_MIN,
+    TILT_RATE,
+)
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.rk4 import tilt_acceleration
 from kernels.jit import internal, kernel, parallel
 
 #: Step in the tilt [rad] over cos(tilt), and the fewest steps from one extreme tilt to the other: the extremes of the
 #: forces, on parabolas through three steps, are then good to about 1e-6.
-_STRIDE, _FEWEST = 0.01, 32.0
+_TILT_STEP, _FEWEST = 0.01, 32.0
 
 #: No step is shorter than this [rad]: close to flat the loop would not end.
 _SMALLEST = 1e-7
@@ -40,7 +53,7 @@ def contact_forces(state, constants, alpha):
     Notes
     -----
     Newton on the centre of mass, which is at R (sin tilt, 0, cos tilt) from the contact point in the precessing frame;
-    the horizontal components are the Lagrange multipliers of the two rolling constraints (`kernels.lagrange`).
+    the horizontal components are the Lagrange multipliers of the two rolling constraints.
     """
     S, C, T, w, o, s = state
     turning, rolling, climb = o / C, s - o * T, o * T
@@ -55,7 +68,7 @@ def contact_forces(state, constants, alpha):
 
 @kernel
 def friction_needed(normal, across, along):
-    """Friction coefficient without which the disk slips; NaN where it does not press on the plane (normal <= 0)."""
+    """Least friction coefficient for rolling without slip; NaN where the normal force is not positive."""
     if not normal > 0.0:
         return math.nan
     return math.sqrt(across * across + along * along) / normal
@@ -73,10 +86,10 @@ def vertical_momentum(state, alpha):
 
 
 @internal
-def suitable_step(state, constants, pace):
-    """Scaled step: `pace` over the fastest frequency of the linearised motion, shorter like cos(tilt) near flat."""
+def suitable_step(state, constants, relative_step):
+    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
     _, C, _, w, o, s = state
-    return pace * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
+    return relative_step * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
 
 @internal
@@ -113,15 +126,15 @@ def _along(tilt, s, o, kinetic, constants, h):
 
 
 @internal
-def _stride(tilt, left, whole):
-    """Step [rad] in the tilt, as short as the pole of tan(tilt) wants; a share of a small range; exact at its end."""
-    longest = max(min(_STRIDE * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
+def _tilt_step(tilt, left, whole):
+    """Step [rad] in the tilt: short near the pole of tan(tilt) and for a small range; it ends exactly at `left`."""
+    longest = max(min(_TILT_STEP * math.cos(tilt), abs(whole) / _FEWEST), _SMALLEST)
     return left if abs(left) <= longest else math.copysign(longest, left)
 
 
 @internal
-def _demand(tilt, s, o, kinetic, constants, alpha):
-    """(normal force over m g, friction needed) where the motion passes a tilt; the sense of its rate is immaterial."""
+def _contact_at(tilt, s, o, kinetic, constants, alpha):
+    """(normal force over m g, friction needed) at a tilt of the motion; they do not depend on the sign of its rate."""
     S, C = math.sin(tilt), math.cos(tilt)
     w = math.sqrt(max(0.0, 2.0 * constants[0] * kinetic))
     normal, across, along = contact_forces((S, C, S / C, w, o, s), constants, alpha)
@@ -135,16 +148,16 @@ def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
     s, o, kinetic = start[5], start[4], 0.5 * start[3] * start[3] / constants[0]
     whole = greatest_tilt - least_tilt
     while tilt > least_tilt:
-        h = _stride(tilt, least_tilt - tilt, whole)
+        h = _tilt_step(tilt, least_tilt - tilt, whole)
         s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
         tilt = max(tilt + h, least_tilt)
-    normal_1, friction_1 = _demand(tilt, s, o, kinetic, constants, alpha)
+    normal_1, friction_1 = _contact_at(tilt, s, o, kinetic, constants, alpha)
     least, most, normal_2, friction_2, h_1 = normal_1, friction_1, normal_1, friction_1, math.inf
     while tilt < greatest_tilt:
-        h = _stride(tilt, greatest_tilt - tilt, whole)
+        h = _tilt_step(tilt, greatest_tilt - tilt, whole)
         s, o, kinetic = _along(tilt, s, o, kinetic, constants, h)
         tilt = min(tilt + h, greatest_tilt)
-        normal, friction = _demand(tilt, s, o, kinetic, constants, alpha)
+        normal, friction = _contact_at(tilt, s, o, kinetic, constants, alpha)
         least = min(least, normal, _vertex(normal_2, normal_1, normal, h_1, h))
         most = max(most, friction, _vertex(friction_2, friction_1, friction, h_1, h))
         normal_2, normal_1, friction_2, friction_1, h_1 = normal_1, normal, friction_1, friction, h
@@ -157,25 +170,29 @@ def contact_extremes(starts, tilts, extremes):
 
     Parameters
     ----------
-    starts : float64[7, n]
-        As in `kernels.lanes.schedule.integrate`.
-    tilts : float64[2, n]
-        Least and greatest tilt [rad] of the motion; NaN where there is none to speak of.
-    extremes : float64[2, n], written
+    starts : float64[len(PARAMETERS), n]
+    tilts : float64[len(EXTREME_TILTS), n]
+        Least and greatest tilt [rad] of the motion; NaN where they are not known.
+    extremes : float64[len(CONTACT), n], written
         Least normal force over m g [1], and largest friction coefficient needed [1], NaN where the normal force is
         zero or less on the way. Both NaN where the tilts are.
 
     Notes
     -----
-    Never raises. No time passes here: along a motion s, o and the kinetic energy of the tilt are functions of the
-    tilt (Chaplygin 1897), and so are the forces. Integrated in time instead, a motion that returns to the saddle
-    from which it was kicked can pass it by on the wrong side.
+    Never raises. The integration is one in the tilt, not in time: along a motion s, o and the kinetic energy of the
+    tilt are functions of the tilt (Chaplygin 1897), and so are the forces. An integration in time can take a motion
+    that returns to the saddle from which it was kicked past the saddle, on the wrong side.
     """
     for cell in prange(starts.shape[1]):
-        least, greatest = tilts[0, cell], tilts[1, cell]
-        extremes[0, cell] = extremes[1, cell] = math.nan
+        least, greatest = tilts[TILT_MIN, cell], tilts[TILT_MAX, cell]
+        normal = friction = math.nan
         if least <= greatest:
-            unit = math.sqrt(starts[5, cell] / starts[6, cell])
-            state = scaled_state(starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell], unit)
-            alpha = starts[4, cell]
-            extremes[0, cell], extremes[1, cell] = _extremes(state, inertia(alpha), alpha, least, greatest)
+            unit = math.sqrt(starts[RADIUS, cell] / starts[GRAVITY, cell])
+            state = scaled_state(
+                starts[TILT, cell], starts[TILT_RATE, cell], starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell],
+                unit,
+            )  # fmt: skip
+            alpha = starts[ALPHA, cell]
+            normal, friction = _extremes(state, inertia(alpha), alpha, least, greatest)
+        extremes[CONTACT_LEAST_NORMAL_FORCE, cell] = normal
+        extremes[CONTACT_FRICTION_NEEDED, cell] = friction

@@ -1,4 +1,4 @@
-"""The closed list of ways in which the integration of a cell can end."""
+"""The complete list of ways in which the integration of a cell can end."""
 
 NOT_COMPUTED = 0
 BOUNDED = 1

@@ -3,7 +3,7 @@
 Time is counted in units of sqrt(R/g), so radius and gravity drop out. The state is carried as six numbers:
 S = sin(tilt), C = cos(tilt), T = tan(tilt), w = tilt rate, o = precession rate times cos(tilt), and
 s = roll rate + precession rate times sin(tilt), all rates scaled. Every right-hand side is a polynomial: neither
-trigonometry nor division stands in the inner loop, and S*S + C*C = 1 and T = S/C come as free gauges of the error.
+trigonometry nor division stands in the inner loop, and the deviations from S*S + C*C = 1 and T = S/C measure the error.
 """
 
 import math

@@ -1,9 +1,10 @@
-"""How a kick to a motion grows or swings, followed with RK4 for a short while."""
+"""Growth rates and frequencies of small disturbances of steady motions, measured with RK4."""
 
 import math
 
 from numba import prange
 
+from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.rk4 import step
 from kernels.jit import internal, parallel
@@ -27,10 +28,12 @@ def _deviation(state, S0, C0, constants, h):
 
 @internal
 def _coefficient(starts, cell):
-    unit = math.sqrt(starts[5, cell] / starts[6, cell])
-    S, C, T, w, o, s = scaled_state(starts[0, cell], 0.0, starts[2, cell], starts[3, cell], unit)
+    unit = math.sqrt(starts[RADIUS, cell] / starts[GRAVITY, cell])
+    S, C, T, w, o, s = scaled_state(
+        starts[TILT, cell], 0.0, starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell], unit
+    )
     fastest = 1.0 + abs(o) + abs(s) + abs(o * T)
-    kick, constants, h = _KICK * fastest, inertia(starts[4, cell]), 1.0 / (fastest * _STEPS)
+    kick, constants, h = _KICK * fastest, inertia(starts[ALPHA, cell]), 1.0 / (fastest * _STEPS)
     up = _deviation((S, C, T, kick, o, s), S, C, constants, h)
     down = _deviation((S, C, T, -kick, o, s), S, C, constants, h)
     # of sinh(g t) and sin(f t) alike, twice the time gives the function times twice its cosine
@@ -46,8 +49,8 @@ def coefficients(starts, found):
 
     Parameters
     ----------
-    starts : float64[7, n]
-        As in `kernels.lanes.schedule.integrate`; each a steady motion. Their tilt rates are not read.
+    starts : float64[len(PARAMETERS), n]
+        Each a steady motion. Their tilt rates are not read.
     found : float64[n], written
         k [rad^2/s^2], negative where a kick grows; NaN where a start is none.
 

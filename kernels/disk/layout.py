@@ -1,43 +1,38 @@
-"""Where each number of a cell lies: one flat array holds LANES trajectories side by side, quantity after quantity.
+"""The rows of a disk's cell in the flat array of LANES cells (`kernels.lanes.layout`)."""
 
-Constant offsets into a single array let the compiler see that no lane touches another one's numbers; with two
-dimensions or several arrays it gives up and the lane loop stays scalar (30 times slower).
-"""
+from kernels.lanes.layout import LANES, offsets
 
-#: Four AVX-512 or eight AVX2 vectors: enough independent chains to hide latency. With 16 a run takes 6 % longer, with
-#: 48 it takes 3 % less where there are cells enough, but more lanes idle while the last long cell of a chunk ends.
-LANES = 32
+# The state that a step changes (scaled, see `kernels.disk.equations`; P is 1 + alpha times s), the time, half the next
+# step
+S, C, T, W, O_RATE, P, TIME, HALF = offsets(0, 8)
 
-# The state that a step changes (scaled, see kernels.disk.equations; P is 1 + alpha times s), the time, and half the step to come
-S, C, T, W, O_RATE, P, TIME, HALF = (row * LANES for row in range(8))
-
-# What a step reads besides
-I_TILT, I_SPIN, DRAG = (row * LANES for row in range(8, 11))
+# What a step only reads
+I_TILT, I_SPIN, DRAG = offsets(8, 11)
 #: Half the step is HALF_UNIFORM + HALF_GRADED * C.
-HALF_UNIFORM, HALF_GRADED = (row * LANES for row in range(11, 13))
+HALF_UNIFORM, HALF_GRADED = offsets(11, 13)
 #: Sign of the tilt rate until the next turning point; the scaled duration.
-HEADING, END = (row * LANES for row in range(13, 15))
+HEADING, END = offsets(13, 15)
 
-#: Numbers of the lanes while they step.
-MOVING = 15 * LANES
+#: Numbers of the lanes while they step; of these, the numbers that a block needs back after an event.
+STEPPING, RETURNED = 15 * LANES, HALF
 
 # What a cell remembers between its events: the start,
-S_0, C_0, W_0, O_RATE_0, S_RATE_0, ENERGY_0 = (row * LANES for row in range(15, 21))
+S_0, C_0, W_0, O_RATE_0, S_RATE_0, ENERGY_0 = offsets(15, 21)
 #: alpha, 1 + alpha and its reciprocal, sqrt(R/g) in s,
-ALPHA, I_ROLL, I_INVERSE, UNIT = (row * LANES for row in range(21, 25))
+ALPHA, I_ROLL, I_INVERSE, UNIT = offsets(21, 25)
 #: whether it is at rest for ever, the second derivative of its potential,
-STEADY, STIFFNESS = (row * LANES for row in range(25, 27))
-#: the scale of the step, how often it was reduced, the error that was last found too large,
-STEP, REFINED, FAILED = (row * LANES for row in range(27, 30))
+STEADY, CURVATURE = offsets(25, 27)
+#: the scale of the step, how often it was reduced, the estimated error that was last found too large,
+STEP, REFINED, FAILED = offsets(27, 30)
 #: whether the motion is followed backward in time now, the time and the steps of the leg before,
-BACKWARD, FIRST_TURN, STEPS_KEPT = (row * LANES for row in range(30, 33))
+BACKWARD, FIRST_TURN, STEPS_KEPT = offsets(30, 33)
 #: the extreme tilts so far, the worst estimated error, the largest energy change.
-LEAST, GREATEST, ERROR, CHANGE = (row * LANES for row in range(33, 37))
+LEAST, GREATEST, ERROR, CHANGE = offsets(33, 37)
 
-# What has become of the present leg: its steps, whether a turning point was reached with the first correction,
-STEPS, LANDED = (row * LANES for row in range(37, 39))
+# The end of the present leg: its steps, whether the first correction led to a turning point,
+STEPS, LANDED = offsets(37, 39)
 #: the tilt where it ended, the time, the estimated error and the energy change there.
-TILT_END, TIME_END, ERROR_END, CHANGE_END = (row * LANES for row in range(39, 43))
+TILT_END, TIME_END, ERROR_END, CHANGE_END = offsets(39, 43)
 
 #: Numbers of LANES cells.
 SIZE = 43 * LANES

@@ -1,29 +1,46 @@
-"""The life of one cell: how it is read, what its events mean, when it has ended, when it is integrated again.
+"""The scalar stages of a cell (`kernels.lanes.interface`): reading its start, finishing its legs, writing its results.
 
-The scalar side of `kernels.lanes.schedule`: everything that differs from cell to cell. `lanes` is the flat array of
-`kernels.disk.layout`, `lane` a column of it.
+`lanes` is the flat array of `kernels.disk.layout`.
 
-A start that is not at rest lies between its turning points. It is followed forward to the one and then, from the start
-again, backward to the other. Forward through both would be as right in exact arithmetic, but a disk kicked off the
-top of the potential has to pass that top again on its way, by a margin far below any error of a step. As a
-nutation runs back from a turning point the way it came, times follow too.
+A start that is not at rest lies between its two turning points. The first leg goes forward in time to one of them;
+the second leg goes from the start again backward in time to the other. Integrating forward through both turning points
+fails for a start near the maximum of the potential: it must cross that maximum again by less than the error of a step.
+A nutation is symmetric in time about each of its turning points, so the two legs give its period too.
 """
 
 import math
 
 from kernels.disk import layout as at
+from kernels.disk.arrays import (
+    ALPHA,
+    ENDING,
+    ENERGY_DRIFT,
+    FALL_TIME,
+    GRAVITY,
+    NUTATION_PERIOD,
+    PRECESSION_RATE,
+    RADIUS,
+    REFINEMENTS,
+    ROLL_RATE,
+    STEPS,
+    TILT,
+    TILT_ERROR,
+    TILT_MAX,
+    TILT_MIN,
+    TILT_RATE,
+)
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.error_estimate import MOST_LOSS, estimated_error, loss
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.disk.simd_stages import MOST_STEPS, constants_of, longest, set_off, start_of, state_of, time_left
-from kernels.disk.step_size import COS_FALL, DURATION, FALL_TILT, STEP, TOLERANCE, on_hump
+from kernels.disk.step_size import share_near_maximum
 from kernels.jit import inlined, internal, simd
 from kernels.simd_math import angle_of
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
 _SHARE = 0.125
 
-#: By how much that share may be divided.
+#: The largest divisor of that share.
 _MOST_CARE = 65536.0
 
 _MOST_REFINEMENTS = 6
@@ -39,17 +56,17 @@ def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, grav
 
 @inlined
 def _write(
-    cell, ending, least, greatest, fall_time, period, drift, gauge, steps, refinements, measures, counts
+    cell, ending, least, greatest, fall_time, period, drift, error, steps, refinements, measures, counts
 ):
-    measures[0, cell] = least
-    measures[1, cell] = greatest
-    measures[2, cell] = fall_time
-    measures[3, cell] = period
-    measures[4, cell] = drift
-    measures[5, cell] = gauge
-    counts[0, cell] = ending
-    counts[1, cell] = steps
-    counts[2, cell] = refinements
+    measures[TILT_MIN, cell] = least
+    measures[TILT_MAX, cell] = greatest
+    measures[FALL_TIME, cell] = fall_time
+    measures[NUTATION_PERIOD, cell] = period
+    measures[ENERGY_DRIFT, cell] = drift
+    measures[TILT_ERROR, cell] = error
+    counts[ENDING, cell] = ending
+    counts[STEPS, cell] = steps
+    counts[REFINEMENTS, cell] = refinements
 
 
 @inlined
@@ -66,63 +83,65 @@ def _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes):
 
 
 @simd
-def read(cell, lane, starts, settings, lanes, measures, counts):
-    """Put a cell's start into a column: whether it moves at all; one that does not is written, its column vacant."""
-    tilt, alpha, radius, gravity = starts[0, cell], starts[4, cell], starts[5, cell], starts[6, cell]
-    if _impossible(tilt, starts[1, cell], starts[2, cell], starts[3, cell], alpha, radius, gravity):
+def read_start(cell, lane, starts, run, lanes, measures, counts):
+    """Put a start into a lane, in SI units; an impossible one and one beyond fall_tilt are written at once."""
+    tilt, tilt_rate = starts[TILT, cell], starts[TILT_RATE, cell]
+    precession_rate, roll_rate = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+    alpha, radius, gravity = starts[ALPHA, cell], starts[RADIUS, cell], starts[GRAVITY, cell]
+    if _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity):
         _write_at_once(cell, INVALID, math.nan, math.nan, math.nan, measures, counts)
-        vacate(lane, lanes)
+        fill_idle(lane, lanes)
         return False
-    if abs(tilt) >= settings[FALL_TILT]:
+    if abs(tilt) >= run.fall_tilt:
         _write_at_once(cell, FELL, tilt, tilt, 0.0, measures, counts)
-        vacate(lane, lanes)
+        fill_idle(lane, lanes)
         return False
     unit = math.sqrt(radius / gravity)
-    _put(lane, tilt, starts[1, cell], starts[2, cell], starts[3, cell], alpha, unit, lanes)
+    _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes)
     return True
 
 
 @internal
-def vacate(lane, lanes):
-    """Put into a column without a cell what any arithmetic can be done with."""
+def fill_idle(lane, lanes):
+    """Put an upright disk at rest into a lane without a cell."""
     _put(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
 
 
 @simd
-def moves(cell, lane, settings, lanes, measures, counts):
-    """Whether a prepared column is to be integrated, its step settled; if not, the cell is written."""
+def needs_integration(cell, lane, run, lanes, measures, counts):
+    """Write a steady motion and a cell of too many steps at once; shorten the step near a maximum of the potential."""
     if lanes[at.STEADY + lane] == 1.0:
         tilt = lanes[at.LEAST + lane]
         _write_at_once(cell, STEADY, tilt, tilt, math.nan, measures, counts)
         return False
-    if settings[STEP] > 0.0:
-        if not settings[DURATION] / settings[STEP] <= MOST_STEPS:
+    if run.step > 0.0:
+        if not run.duration / run.step <= MOST_STEPS:
             _write_at_once(cell, UNRESOLVED, math.nan, math.nan, math.nan, measures, counts)
             return False
     else:
-        lanes[at.STEP + lane] *= on_hump(lanes[at.STIFFNESS + lane])
+        lanes[at.STEP + lane] *= share_near_maximum(lanes[at.CURVATURE + lane])
     return True
 
 
 @internal
-def _event(lane, lowest, fall_tilt, lanes):
-    """Finish on what occurred: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
+def _event(lane, run, lanes):
+    """Land on the event of a leg: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
     state, constants = state_of(lane, lanes), constants_of(lane, lanes)
     t, end, most = lanes[at.TIME + lane], lanes[at.END + lane], longest(lane, lanes)
     there, elapsed, ending = state, 0.0, HORIZON
     if lanes[at.HEADING + lane] * state[3] < 0.0:
         there, elapsed = land_on_turning_point(state, constants, most)
         ending = BOUNDED
-        if not there[1] > lowest:
+        if not there[1] > run.cos_fall_tilt:
             # the disk turned back only beyond fall_tilt: go back to where it passed that
-            beyond = abs(abs(math.atan2(there[0], there[1])) - fall_tilt)
+            beyond = abs(abs(math.atan2(there[0], there[1])) - run.fall_tilt)
             back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, constants)))
             there, elapsed = step(there, constants, back), elapsed + back
             ending = FELL
-    elif not state[1] >= lowest:
+    elif not state[1] >= run.cos_fall_tilt:
         ending = FELL
     if ending == FELL:
-        there, more = land_on_tilt(there, constants, math.copysign(fall_tilt, there[0]), most)
+        there, more = land_on_tilt(there, constants, math.copysign(run.fall_tilt, there[0]), most)
         elapsed += more
     if ending == HORIZON or t + elapsed > end:
         return HORIZON, step(state, constants, end - t), end
@@ -130,24 +149,25 @@ def _event(lane, lowest, fall_tilt, lanes):
 
 
 @internal
-def _allowed(lane, settings, lanes):
+def _allowed(lane, run, lanes):
     """Estimated error [rad] with which a result is accepted.
 
-    The gauges see what a motion loses of its energy, but not how its two other constants change: where a fast disk
-    sweeps through large tilts the true error can be ten thousand times the estimate. With this care all of six million
-    random starts with scaled rates from 0.01 to 1000 came out within the tolerance or, one in two thousand, unresolved.
+    The estimate sees what a motion loses of its energy, but not how its two other constants change: where a fast disk
+    sweeps through large tilts the true error can be ten thousand times the estimate. With the divisor `care` all of six
+    million random starts with scaled rates from 0.01 to 1000 came out within the tolerance or, one in two thousand,
+    unresolved.
     """
     w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
     T = lanes[at.S_0 + lane] / lanes[at.C_0 + lane]
     care = (1.0 + w * w + (o * o + s * s) / 24.0) * (1.0 + T * T / 8.0)
     care = min(_MOST_CARE, care)
-    return _SHARE * settings[TOLERANCE] / care
+    return _SHARE * run.tolerance / care
 
 
 @internal
-def _end_leg(lane, settings, lanes):
+def _end_leg(lane, run, lanes):
     """Measure the end of a leg that `kernels.disk.simd_stages.land` left open; returns the ending so far."""
-    ending, state, t = _event(lane, settings[COS_FALL], settings[FALL_TILT], lanes)
+    ending, state, t = _event(lane, run, lanes)
     whole, alpha, steps = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane], lanes[at.STEPS + lane]
     lost, rounding, change = loss(state, start_of(lane, lanes), whole, alpha, steps)
     error = estimated_error(ending, state, lost, rounding, constants_of(lane, lanes))
@@ -157,9 +177,9 @@ def _end_leg(lane, settings, lanes):
 
 
 @internal
-def _refine(lane, error, allowed, settings, lanes):
+def _refine(lane, error, allowed, run, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
-    # in the reach of the method the next step would leave a quarter of the error at most; rounding stays
+    # where the error is that of the method the shorter step leaves a quarter of it at most; rounding errors stay
     hopeless = lanes[at.FAILED + lane] < MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
     lanes[at.FAILED + lane] = error
     shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
@@ -169,19 +189,19 @@ def _refine(lane, error, allowed, settings, lanes):
         return False
     lanes[at.STEP + lane] *= min(0.7, shrink)
     lanes[at.REFINED + lane] += 1.0
-    set_off(lane, settings[STEP], settings[DURATION], lanes)
+    set_off(lane, run, lanes)
     return True
 
 
 @simd
-def goes_on(cell, lane, settings, lanes, measures, counts):
-    """Decide on a column whose leg has ended: whether it has set off again; if not, the cell is written."""
-    ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, settings, lanes)
+def finish_leg(cell, lane, run, lanes, measures, counts):
+    """Set a cell off again, with a smaller step or backward in time; or write it."""
+    ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, run, lanes)
     error, t, steps = lanes[at.ERROR_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
-    out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, settings[DURATION], lanes)
-    allowed = _allowed(lane, settings, lanes)
+    out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, run, lanes)
+    allowed = _allowed(lane, run, lanes)
     if out_of_steps or not error <= allowed:
-        if not out_of_steps and _refine(lane, error, allowed, settings, lanes):
+        if not out_of_steps and _refine(lane, error, allowed, run, lanes):
             return True
         nan, taken = math.nan, lanes[at.STEPS_KEPT + lane] + steps
         _write(
@@ -190,7 +210,7 @@ def goes_on(cell, lane, settings, lanes, measures, counts):
         return False
     tilt = lanes[at.TILT_END + lane]
     if ending == FELL:
-        tilt = math.copysign(settings[FALL_TILT], tilt)
+        tilt = math.copysign(run.fall_tilt, tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
     lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], error)
@@ -200,8 +220,8 @@ def goes_on(cell, lane, settings, lanes, measures, counts):
     if ending == BOUNDED and not at_rest and lanes[at.BACKWARD + lane] == 0.0:
         lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane] = 1.0, t
         lanes[at.FAILED + lane] = math.nan
-        if time_left(lane, settings[DURATION], lanes) > 0.0:
-            set_off(lane, settings[STEP], settings[DURATION], lanes)
+        if time_left(lane, run, lanes) > 0.0:
+            set_off(lane, run, lanes)
             return True
         ending = HORIZON
     _finish(cell, lane, ending, t, lanes, measures, counts)

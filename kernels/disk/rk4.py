@@ -18,13 +18,13 @@ def _along(start, slope, angle):
     """`start` + angle * `slope`, of five numbers each."""
     S, C, T, o, p = start
     dS, dC, dT, do, dp = slope
-    # what comes with a minus sign is subtracted without it: left to itself the compiler would spend a negation
+    # what has a minus sign is subtracted without it: for `+ -x` the compiler would spend a negation
     return S + angle * dS, C - angle * -dC, T + angle * dT, o + angle * do, p - angle * -dp
 
 
 @simd
 def _summed(total, slope, angle):
-    """`total` + angle * `slope`, where `total` holds the second and the fifth number as losses."""
+    """`total` + angle * `slope`, where `total` holds the second and the fifth number with opposite sign."""
     S, C, T, o, p = total
     dS, dC, dT, do, dp = slope
     return S + angle * dS, C + angle * -dC, T + angle * dT, o + angle * do, p + angle * -dp
@@ -53,7 +53,7 @@ def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
     """
     # All but w changes with the tilt alone: a slope times the angle that the disk turns. The slopes are summed as they
     # come, with three times the weights 1/6, 1/3, 1/3, 1/6: all four would not fit the vector registers. For the same
-    # reason the step is given as its half; sums that are formed twice cost less than a register.
+    # reason the step is given as its half: a sum that is formed twice costs less than a register.
     half_turn = half * i_tilt
     start = S, C, T, o, p
     slope, first = slopes(start, i_spin, drag)
@@ -154,7 +154,7 @@ def land_on_turning_point(state, constants, longest):
 
 @simd
 def carried(state, constants, angle):
-    """Rest at a tilt that differs by a small angle: first order, for by then the second is rounding."""
+    """State at rest at a tilt that differs by a small angle, to first order: the second order is below rounding."""
     S, C, T, _, o, s = state
     return (
         S + angle * C,
@@ -171,7 +171,7 @@ def land_on_tilt(state, constants, tilt, longest):
     """Finish on the nearby state with the given tilt [rad]; arguments and result as in `land_on_turning_point`."""
     elapsed, sine, cosine = 0.0, math.sin(tilt), math.cos(tilt)
     for _ in range(4):
-        # the sine of the angle that is left may stand for it: so it converges as fast
+        # the sine of the remaining angle in place of the angle: convergence is as fast
         h = (sine * state[1] - cosine * state[0]) / state[3]
         if not abs(h) <= longest:
             h = math.copysign(longest, h)

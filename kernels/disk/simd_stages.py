@@ -1,10 +1,6 @@
-"""What is done to every cell alike, in vector code: its scaled start, the way it sets off, its turning point.
+"""The vector stages of a cell (`kernels.lanes.interface`): scaling its start, setting off, one step, landing.
 
-The functions work on one column of the flat array of `kernels.disk.layout` and are inlined into loops over all columns
-(`kernels.lanes.schedule`). So that these become full-width vectors no function has a branch that cannot become a selection,
-each loads before it stores, and all that they call is inlined too: a loop with a call that is left when it is first
-compiled stays scalar, seven times as slow. A column without a cell holds harmless numbers; what is found there is not
-looked at.
+The functions work on one lane of the flat array of `kernels.disk.layout` and are inlined into loops over all lanes.
 """
 
 import math
@@ -13,46 +9,46 @@ from kernels.disk import layout as at
 from kernels.disk.endings import BOUNDED
 from kernels.disk.equations import energy, force, inertia, scaled
 from kernels.disk.error_estimate import EPS, estimated_error, loss
-from kernels.disk.rk4 import approach_turning_point, carried, tilt_acceleration
+from kernels.disk.rk4 import approach_turning_point, carried, lane_step, tilt_acceleration
 from kernels.disk.step_size import first_step
 from kernels.jit import simd
 from kernels.simd_math import angle_of, sine_cosine
 
-#: A single cell may not hold a worker for ever: after about this many steps it is unresolved.
+#: After about this many steps a leg is given up, and its cell unresolved.
 MOST_STEPS = 1.0e8
 
 
 @simd
 def constants_of(lane, lanes):
-    """Return the constants of `kernels.disk.equations.inertia` of a column."""
+    """Return the constants of `kernels.disk.equations.inertia` of a lane."""
     a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
     return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
 
 
 @simd
 def start_of(lane, lanes):
-    """Return S, C, w, o, s of a column's start."""
+    """Return S, C, w, o, s of the start of a lane."""
     S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
     return S, C, w, lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
 
 
 @simd
 def state_of(lane, lanes):
-    """Return the state of a column."""
+    """Return the state of a lane."""
     S, C, T = lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane]
     s = lanes[at.I_INVERSE + lane] * lanes[at.P + lane]
     return S, C, T, lanes[at.W + lane], lanes[at.O_RATE + lane], s
 
 
 @simd
-def time_left(lane, duration, lanes):
+def time_left(lane, run, lanes):
     """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
-    return duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
+    return run.duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
 
 
 @simd
-def prepare(lane, given_step, pace, lanes):
-    """Scale the start that a column was given in SI units, and choose its step (a given one, or 0 for our choice)."""
+def prepare(lane, run, lanes):
+    """Scale the start, which `read_start` left in SI units, and choose the step."""
     _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
     S, C = sine_cosine(lanes[at.LEAST + lane])
     alpha, unit = lanes[at.ALPHA + lane], lanes[at.UNIT + lane]
@@ -61,34 +57,34 @@ def prepare(lane, given_step, pace, lanes):
     acceleration = tilt_acceleration(state, constants)
     terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
     steady = (w == 0.0) & (abs(acceleration) <= 8.0 * EPS * terms)
-    _, stiffness = force(state, constants)
-    own = first_step(state, constants, pace)
+    _, curvature = force(state, constants)
+    own = first_step(state, constants, run.relative_step)
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = o, s
     lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
     lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
     lanes[at.DRAG + lane] = 2.0 * constants[3]
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
-    lanes[at.STEADY + lane], lanes[at.STIFFNESS + lane] = 1.0 if steady else 0.0, stiffness
-    lanes[at.STEP + lane] = given_step / unit if given_step > 0.0 else own
+    lanes[at.STEADY + lane], lanes[at.CURVATURE + lane] = 1.0 if steady else 0.0, curvature
+    lanes[at.STEP + lane] = run.step / unit if run.step > 0.0 else own
     lanes[at.REFINED + lane], lanes[at.FAILED + lane] = 0.0, math.nan
     lanes[at.BACKWARD + lane], lanes[at.FIRST_TURN + lane], lanes[at.STEPS_KEPT + lane] = 0.0, 0.0, 0.0
     lanes[at.ERROR + lane], lanes[at.CHANGE + lane], lanes[at.STEPS + lane] = 0.0, 0.0, 0.0
 
 
 @simd
-def set_off(lane, given_step, duration, lanes):
-    """Place a column at its start, facing the way that it goes now, with the step scale that it holds."""
+def set_off(lane, run, lanes):
+    """Place a cell at its start, forward or backward in time (BACKWARD), with the step scale that it holds."""
     S, C, w, o, s = start_of(lane, lanes)
     constants, scale = constants_of(lane, lanes), lanes[at.STEP + lane]
     # the motion backward in time is the motion forward with all rates reversed
     sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
     state = S, C, S / C, sense * w, sense * o, sense * s
     acceleration, p = tilt_acceleration(state, constants), constants[1] * state[5]
-    left, most = time_left(lane, duration, lanes), MOST_STEPS * scale
+    left, most = time_left(lane, run, lanes), MOST_STEPS * scale
     end = most if most < left else left  # min() is a call
-    uniform = 0.5 * scale if given_step > 0.0 else 0.0
-    graded = 0.0 if given_step > 0.0 else 0.5 * scale
+    uniform = 0.5 * scale if run.step > 0.0 else 0.0
+    graded = 0.0 if run.step > 0.0 else 0.5 * scale
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, state[2]
     lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = state[3], state[4], p
     lanes[at.TIME + lane], lanes[at.HALF + lane] = 0.0, uniform + graded * C
@@ -98,14 +94,35 @@ def set_off(lane, given_step, duration, lanes):
 
 
 @simd
+def advance(lane, run, lanes):
+    """One RK4 step; an event is a turning point, a tilt of fall_tilt or the end of the time."""
+    # every load comes before the first store: only so can the compiler prove that the lanes are independent
+    half, heading, end = lanes[at.HALF + lane], lanes[at.HEADING + lane], lanes[at.END + lane]
+    uniform, graded = lanes[at.HALF_UNIFORM + lane], lanes[at.HALF_GRADED + lane]
+    t = lanes[at.TIME + lane] + (half + half)
+    S, C, T, w, o, p = lane_step(
+        lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane],
+        lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane],
+        lanes[at.I_TILT + lane], lanes[at.I_SPIN + lane], lanes[at.DRAG + lane], half,
+    )  # fmt: skip
+    # "not >=" rather than "<", so that a NaN is an event too
+    occurred = (heading * w < 0.0) | (not (C >= run.cos_fall_tilt)) | (t >= end)
+    lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
+    lanes[at.O_RATE + lane], lanes[at.P + lane], lanes[at.TIME + lane] = o, p, t
+    # with a step of zero the lane rests
+    lanes[at.HALF + lane] = 0.0 if occurred else uniform + graded * C
+    return occurred
+
+
+@simd
 def longest(lane, lanes):
-    """Bound on one correction of a landing: two steps."""
+    """Longest correction of a landing: two steps."""
     return 4.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane] * abs(lanes[at.C + lane]))
 
 
 @simd
-def land(lane, lowest, lanes):
-    """Finish on the turning point that a column has just passed, if its first correction leads there."""
+def land(lane, run, lanes):
+    """Finish on the turning point that a cell has just passed, if the first correction leads there (LANDED)."""
     state, constants, steps = state_of(lane, lanes), constants_of(lane, lanes), lanes[at.STEPS + lane]
     turned = lanes[at.HEADING + lane] * state[3] < 0.0
     start, whole, alpha = start_of(lane, lanes), lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane]
@@ -115,7 +132,7 @@ def land(lane, lowest, lanes):
     t = before + (elapsed + left)
     lost, rounding, change = loss(state, start, whole, alpha, steps)
     error = estimated_error(BOUNDED, state, lost, rounding, constants)
-    landed = turned & near & (state[1] > lowest) & (not (t > end))
+    landed = turned & near & (state[1] > run.cos_fall_tilt) & (not (t > end))
     lanes[at.LANDED + lane], lanes[at.TIME_END + lane] = 1.0 if landed else 0.0, t
     lanes[at.TILT_END + lane] = angle_of(state[0], state[1])
     lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = error, change

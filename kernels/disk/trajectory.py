@@ -1,18 +1,43 @@
 """One motion sampled in time, with the path of the contact point on the plane.
 
-The state advances with the very step of the atlases (`kernels.disk.rk4.step`), two half steps at a time. Heading, roll
+The state advances with the step of the atlases (`kernels.disk.rk4.step`), two half steps at a time. Heading, roll
 angle and path are integrals over the state; Simpson's rule over the three states keeps them of fourth order.
 """
 
 import math
 
+from kernels.disk.arrays import (
+    ALPHA,
+    CONTACT_X,
+    CONTACT_Y,
+    DERIVED_ENERGY,
+    DERIVED_ENERGY_DRIFT,
+    DERIVED_FRICTION_ACROSS,
+    DERIVED_FRICTION_ALONG,
+    DERIVED_FRICTION_NEEDED,
+    DERIVED_NORMAL_FORCE,
+    DERIVED_VERTICAL_MOMENTUM,
+    DERIVED_VERTICAL_MOMENTUM_RATE,
+    GRAVITY,
+    HEADING,
+    MOMENTUM_GAINED,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_ANGLE,
+    ROLL_RATE,
+    TILT,
+    TILT_RATE,
+    TRAJECTORY_FALL_TILT,
+    TRAJECTORY_RELATIVE_STEP,
+    TRAJECTORY_STEP,
+)
 from kernels.disk.contact import contact_forces, friction_needed, suitable_step, vertical_momentum
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from kernels.disk.equations import energy, energy_change, inertia, scaled_state
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.jit import internal, kernel
 
-#: A motion may not hold its caller for ever.
+#: Steps after which a motion is given up.
 _MOST_STEPS = 100_000_000
 
 
@@ -68,15 +93,22 @@ def _fall(before, after, constants, fall_tilt, h):
 def _record(samples, i, state, place, unit, radius):
     S, C, T, w, o, s = state
     heading, angle, x, y, gained = place
-    samples[0, i] = math.atan2(S, C)
-    samples[1, i] = w / unit
-    samples[2, i] = o / (C * unit)
-    samples[3, i] = (s - o * T) / unit
-    samples[4, i] = heading
-    samples[5, i] = angle
-    samples[6, i] = radius * x
-    samples[7, i] = radius * y
-    samples[8, i] = radius * radius / unit * gained
+    samples[TILT, i] = math.atan2(S, C)
+    samples[TILT_RATE, i] = w / unit
+    samples[PRECESSION_RATE, i] = o / (C * unit)
+    samples[ROLL_RATE, i] = (s - o * T) / unit
+    samples[HEADING, i] = heading
+    samples[ROLL_ANGLE, i] = angle
+    samples[CONTACT_X, i] = radius * x
+    samples[CONTACT_Y, i] = radius * y
+    samples[MOMENTUM_GAINED, i] = radius * radius / unit * gained
+
+
+@internal
+def _scaled_column(states, i, unit):
+    return scaled_state(
+        states[TILT, i], states[TILT_RATE, i], states[PRECESSION_RATE, i], states[ROLL_RATE, i], unit
+    )
 
 
 @kernel
@@ -85,17 +117,13 @@ def trajectory(start, settings, times, samples):
 
     Parameters
     ----------
-    start : float64[7]
-        Tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha [1], radius [m], gravity [m/s^2];
+    start : float64[len(PARAMETERS)]
         |tilt| below fall_tilt.
-    settings : float64[3]
-        Longest step [s], 0 for one that follows the state; what that is relative to the fastest frequency of the
-        state (`kernels.disk.contact.suitable_step`); fall_tilt [rad].
+    settings : float64[len(TRAJECTORY_SETTINGS)]
+        Of the relative step see `kernels.disk.contact.suitable_step`.
     times : float64[n]
         Increasing, from 0 [s].
-    samples : float64[9, n], written
-        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s], heading, roll angle [rad], contact point x
-        and y [m], vertical momentum gained [m^2/s, per mass]; the last four and the heading from 0.
+    samples : float64[len(SAMPLES), n], written
 
     Returns
     -------
@@ -104,9 +132,11 @@ def trajectory(start, settings, times, samples):
         were written; the time [s] of the last one, which after a fall is the moment when fall_tilt was reached; the
         steps made.
     """
-    unit, radius = math.sqrt(start[5] / start[6]), start[5]
-    constants = inertia(start[4])
-    state = scaled_state(start[0], start[1], start[2], start[3], unit)
+    unit, radius = math.sqrt(start[RADIUS] / start[GRAVITY]), start[RADIUS]
+    constants = inertia(start[ALPHA])
+    state = scaled_state(start[TILT], start[TILT_RATE], start[PRECESSION_RATE], start[ROLL_RATE], unit)
+    given_step, relative_step = settings[TRAJECTORY_STEP], settings[TRAJECTORY_RELATIVE_STEP]
+    fall_tilt = settings[TRAJECTORY_FALL_TILT]
     place = (0.0, 0.0, 0.0, 0.0, 0.0)
     _record(samples, 0, state, place, unit, radius)
     steps = 0
@@ -115,7 +145,7 @@ def trajectory(start, settings, times, samples):
         parts = 2.0
         while parts > 1.0:
             longest = (
-                settings[0] / unit if settings[0] > 0.0 else suitable_step(state, constants, settings[1])
+                given_step / unit if given_step > 0.0 else suitable_step(state, constants, relative_step)
             )
             parts = max(1.0, math.ceil(left / longest * (1.0 - 1e-12)))
             if not parts + steps <= _MOST_STEPS:
@@ -124,13 +154,13 @@ def trajectory(start, settings, times, samples):
             middle = step(state, constants, 0.5 * h)
             after = step(middle, constants, 0.5 * h)
             steps += 1
-            fell, back = _fall(state, after, constants, settings[2], h)
+            fell, back = _fall(state, after, constants, fall_tilt, h)
             if fell:
                 h += back
                 middle = step(state, constants, 0.5 * h)
                 after = step(middle, constants, 0.5 * h)
                 _record(samples, i, after, _carry(place, state, middle, after, h), unit, radius)
-                ending = FELL if math.isfinite(samples[0, i] + samples[8, i]) else UNRESOLVED
+                ending = FELL if math.isfinite(samples[TILT, i] + samples[MOMENTUM_GAINED, i]) else UNRESOLVED
                 return ending, i + 1, times[i] - unit * (left - h), steps
             place = _carry(place, state, middle, after, h)
             state = after
@@ -145,28 +175,25 @@ def derived(start, states, results):
 
     Parameters
     ----------
-    start : float64[7]
-        As in `trajectory`.
-    states : float64[4, n]
-        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s].
-    results : float64[8, n], written
-        Rows: energy over m g R; its relative change since the first column; vertical angular momentum about the
-        contact point over m [m^2/s], and its rate of change over m [m^2/s^2]; normal force, horizontal force across
-        and along the track, over m g; friction coefficient needed, NaN where the normal force is not positive.
+    start : float64[len(PARAMETERS)]
+        Its tilt and rates are not read.
+    states : float64[len(STATE), n]
+    results : float64[len(DERIVED), n], written
     """
-    alpha, radius, unit = start[4], start[5], math.sqrt(start[5] / start[6])
+    alpha, radius, unit = start[ALPHA], start[RADIUS], math.sqrt(start[RADIUS] / start[GRAVITY])
     constants = inertia(alpha)
-    first = scaled_state(states[0, 0], states[1, 0], states[2, 0], states[3, 0], unit)
-    S0, C0, _, w0, o0, s0 = first
+    S0, C0, _, w0, o0, s0 = _scaled_column(states, 0, unit)
     whole = energy(S0, C0, w0, o0, s0, alpha)
     for i in range(states.shape[1]):
-        state = scaled_state(states[0, i], states[1, i], states[2, i], states[3, i], unit)
+        state = _scaled_column(states, i, unit)
         S, C, _, w, o, s = state
-        results[0, i] = energy(S, C, w, o, s, alpha)
-        results[1, i] = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha) / whole
+        results[DERIVED_ENERGY, i] = energy(S, C, w, o, s, alpha)
+        change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
+        results[DERIVED_ENERGY_DRIFT, i] = change / whole
         momentum, rate = vertical_momentum(state, alpha)
-        results[2, i] = radius * radius / unit * momentum
-        results[3, i] = radius * radius / (unit * unit) * rate
+        results[DERIVED_VERTICAL_MOMENTUM, i] = radius * radius / unit * momentum
+        results[DERIVED_VERTICAL_MOMENTUM_RATE, i] = radius * radius / (unit * unit) * rate
         normal, across, along = contact_forces(state, constants, alpha)
-        results[4, i], results[5, i], results[6, i] = normal, across, along
-        results[7, i] = friction_needed(normal, across, along)
+        results[DERIVED_NORMAL_FORCE, i] = normal
+        results[DERIVED_FRICTION_ACROSS, i], results[DERIVED_FRICTION_ALONG, i] = across, along
+        results[DERIVED_FRICTION_NEEDED, i] = friction_needed(normal, across, along)

@@ -1,4 +1,4 @@
-"""What LLVM can do and Numba does not offer: arrays without a reference count, and the trailing zeros of a word.
+"""LLVM features that Numba does not offer: arrays without a reference count, and the trailing zero count of a word.
 
 Numba counts the references to an array with atomic instructions at every call that passes one, unless it can prove the
 pairs superfluous, which it cannot across loops and early returns. Small functions called a dozen times per cell spent

@@ -179,8 +179,7 @@ def _integrator(model: Model, device: str) -> Callable[..., Any]:
 
 @lru_cache
 def _bound_to_cuda(model: Model) -> Any:
-    cuda, lane_model = import_module(_CUDA), import_module(model.lane_model.module)
-    return cuda.bind(getattr(lane_model, model.lane_model.function))
+    return import_module(_CUDA).bind(import_module(model.integrate.module).LANE_MODEL)
 
 
 def check_device(spec: SweepSpec) -> None:

@@ -189,9 +189,9 @@ class Model(ABC):
         What happens to a motion that is lost, for captions; empty if none can be.
     presets : Path
         Folder of the specs that come with the model, NAME.toml.
-    integrate, lane_model : Kernel
-        The kernel integrate(starts, settings, measures, counts), and the functions that it is bound from
-        (`kernels.lanes.interface`).
+    integrate : Kernel
+        integrate(starts, settings, measures, counts), which `kernels.lanes.binding.bind` has made of the LANE_MODEL in
+        the same module.
     start_modules : tuple of str
         Modules outside of the kernels whose code decides the bits of a start (see `complete`).
     words : Words
@@ -218,7 +218,6 @@ class Model(ABC):
     lost_name: str = ""
     presets: Path
     integrate: Kernel
-    lane_model: Kernel
     start_modules: tuple[str, ...] = ()
     words: Words
     synonyms: Mapping[str, str] = MappingProxyType({})

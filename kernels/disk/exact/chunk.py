@@ -1,4 +1,4 @@
-"""What a worker holds while it reduces a chunk of cells, and what it reads besides."""
+"""The arrays of a worker that reduces a chunk of cells, and the tables that it reads."""
 
 from typing import Any, NamedTuple
 
@@ -9,13 +9,11 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact.legendre import PANELS, TERMS
 from kernels.jit import internal
 from kernels.lanes.intrinsics import without_refcount
+from kernels.lanes.layout import CACHE_LINE, aligned
 
-#: Numbers in a cache line.
-_LINE = 8
-
-# Columns of a search for a turning point beyond the expansion about the start
+#: Columns of a search for a turning point beyond the expansion about the start: its bracket, and a guess of the root.
 INNER, OUTER, GUESS = range(3)
-SEARCH_COLUMNS = 3
+SEARCH_COLUMNS = GUESS + 1
 
 
 class Tables(NamedTuple):
@@ -27,11 +25,28 @@ class Tables(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """Arrays of one worker: a block of lanes; motions, their cells and expansions; searches, and what they are of.
+    """Arrays of one worker.
 
-    `work` is scratch for the period. `keys` says on which panel, counted through all tables, a motion or a search
-    stands (-1: it has ended); `order`, `ends` and `blocks` are those of `kernels.disk.exact.grouped`. `sought` is twice the
-    number of a motion, and one more for the turning point behind it.
+    Attributes
+    ----------
+    block : float64[SIZE]
+        Numbers of a block of lanes (`kernels.disk.exact.layout`).
+    motions : float64[size, COLUMNS]
+        One motion per row (`kernels.disk.exact.motion`).
+    cells : int64[:]
+        The cell of each motion.
+    nears : float64[size, TERMS]
+        Expansion of the excess of each motion about its start; no rows where no period is asked for.
+    work : float64[TERMS]
+        Scratch for the period.
+    searches : float64[2 size, SEARCH_COLUMNS]
+        Searches for turning points.
+    sought : int64[:]
+        What a search is for: twice the number of a motion, and one more for the turning point behind its start.
+    keys : int64[:]
+        Panel, counted through all tables, of a motion or a search; -1 where a search has ended.
+    order, ends, blocks : int64 arrays
+        As in `kernels.disk.exact.counting_sort`.
     """
 
     block: Any
@@ -49,9 +64,9 @@ class Chunk(NamedTuple):
 
 @internal
 def memory(size, tables, with_period):
-    """Arrays for a chunk of `size` cells; they have to outlive what `chunk_in` makes of them."""
+    """Arrays for a chunk of `size` cells; they have to outlive the `Chunk` that `chunk_in` makes of them."""
     return (
-        np.empty(at.SIZE + _LINE),
+        np.empty(at.SIZE + CACHE_LINE),
         np.empty((size, of.COLUMNS)),
         np.empty((size if with_period else 0, TERMS)),
         np.empty(TERMS),
@@ -64,12 +79,18 @@ def memory(size, tables, with_period):
 
 @internal
 def chunk_in(arrays):
-    """The `Chunk` that lies in the arrays of `memory`: views that are not counted (`kernels.lanes.intrinsics`)."""
+    """The `Chunk` in the arrays of `memory`: views without reference counts (`kernels.lanes.intrinsics`)."""
     lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
-    # full vectors that cross a cache line cost a quarter of the speed
-    aligned = -(lanes.ctypes.data // 8) % _LINE
     return Chunk(
-        without_refcount(lanes[aligned : aligned + at.SIZE]), without_refcount(motions), without_refcount(numbers[0]), without_refcount(nears),
-        without_refcount(work), without_refcount(searches), without_refcount(numbers[1]), without_refcount(numbers[2]), without_refcount(numbers[3]),
-        without_refcount(ends), without_refcount(blocks),
-    )  # fmt: skip
+        without_refcount(aligned(lanes, at.SIZE)),
+        without_refcount(motions),
+        without_refcount(numbers[0]),
+        without_refcount(nears),
+        without_refcount(work),
+        without_refcount(searches),
+        without_refcount(numbers[1]),
+        without_refcount(numbers[2]),
+        without_refcount(numbers[3]),
+        without_refcount(ends),
+        without_refcount(blocks),
+    )

@@ -1,44 +1,45 @@
-"""Where each number of a block of motions lies: LANES motions side by side, quantity after quantity, in one flat array.
+"""The rows of a block of motions of the exact reduction: LANES motions side by side (as in `kernels.lanes.layout`).
 
-For the exact reduction what `kernels.disk.layout` is for the integration. All motions of a block stand on the same panel of
-the same table (`kernels.disk.exact.legendre`): a coefficient is then read once for all of them.
+All motions of a block start on the same panel of the same table (`kernels.disk.exact.legendre`): a coefficient is then
+read once for all of them.
 """
 
 from kernels.disk.exact.legendre import TERMS
+from kernels.lanes.layout import offsets
 
-#: What is done once per block, its instructions fetched among them, costs little then: 32 take a tenth longer, 16 half
-#: as long again; with 128 more lanes are empty where motions stand on many panels.
+#: Enough for the work per block, the fetching of instructions included, to cost little: 32 lanes take 10 % longer, 16
+#: take 50 % longer; with 128 more lanes are empty where motions start on many panels.
 LANES = 64
 
 # The cell: tilt, radius, gravity, sqrt(R/g); sine, cosine and tan(tilt/2) at the centre of the nearest panel
-TILT_0, RADIUS, GRAVITY, UNIT, SIN_THERE, COS_THERE, HALF_THERE = (row * LANES for row in range(7))
+TILT_0, RADIUS, GRAVITY, UNIT, SIN_THERE, COS_THERE, HALF_THERE = offsets(0, 7, LANES)
 
 # The start (scaled): stretched tilt, its distance from the panel's centre, the rates s and o, the tilt rate, the tilt
-Y_0, X_0, S_0, O_0, W_0, SIN, COS = (row * LANES for row in range(7, 14))
+Y_0, X_0, S_0, O_0, W_0, SIN, COS = offsets(7, 14, LANES)
 
 # The motion: its rates (s, p) at the panel's centre and (s, o) at upright, h minus V at upright, the force -dV/dy at
 # the start, the side to which the disk sets off; where V has its saddle (NaN: one well) and how far that is above h
-S_HERE, P_HERE, C_1, C_2, BASE, FORCE, AHEAD, TOP, HEIGHT = (row * LANES for row in range(14, 23))
+S_HERE, P_HERE, C_1, C_2, BASE, FORCE, AHEAD, TOP, HEIGHT = offsets(14, 23, LANES)
 
-#: The sizes of the terms of the excess, see `kernels.disk.exact.near_turning_points.noise`.
-KINETIC, PULL, CURVATURE, LEVEL = (row * LANES for row in range(23, 27))
+#: The sizes of the terms of the excess, see `kernels.disk.exact.near_turning_points.rounding_error`.
+KINETIC, PULL, CURVATURE, LEVEL = offsets(23, 27, LANES)
 
 # A search to one side: whether the lane takes part, the side, c_2 as seen from there, the excess where the search is,
 # where the saddle is, seen from there, if the motion cannot pass it (else infinite); the panel of a start, of a saddle,
 # or on which the search ends
-WANTED, SIDE, Q, EXCESS, BARRIER, PANEL = (row * LANES for row in range(27, 33))
+WANTED, SIDE, Q, EXCESS, BARRIER, PANEL = offsets(27, 33, LANES)
 
-# A root in its bracket (`kernels.disk.exact.root`): whether it is sought, the root, its bracket, the last step, the slope
-ACTIVE, ROOT, INNER, OUTER, LAST, SLOPE = (row * LANES for row in range(33, 39))
+# A root in its bracket (`kernels.disk.exact.root`): whether it is sought, root, bracket, last step, slope
+ACTIVE, ROOT, INNER, OUTER, LAST, SLOPE = offsets(33, 39, LANES)
 
 # What was found: distance from the panel's centre and from the start, tilt, error of the tilt
-X, DISTANCE, TILT, ERROR = (row * LANES for row in range(39, 43))
+X, DISTANCE, TILT, ERROR = offsets(39, 43, LANES)
 
 #: Which kind of motion it is (`kernels.disk.exact.motion`), and before it is one how its cell ends.
-KIND, ENDING = (row * LANES for row in range(43, 45))
+KIND, ENDING = offsets(43, 45, LANES)
 
-# On the way: whether the lane is meant now, the node where V' is least, and values of V' or the places between them
-HERE, NODE, BEFORE, LEAST = (row * LANES for row in range(45, 49))
+# Intermediate: whether the lane takes part, the node where V' is least, values of V' or the places between them
+HERE, NODE, BEFORE, LEAST = offsets(45, 49, LANES)
 
 #: Coefficients of the excess about the start, and of another polynomial.
 NEAR, WORK = 49 * LANES, (49 + TERMS) * LANES

@@ -197,29 +197,3 @@ def stretched(sin, cos):
     """Stretched tilt atanh(sin(tilt)), to rounding at every tilt; odd to the last bit."""
     u = abs(sin)
     return math.copysign(0.5 * math.log1p(2.0 * u * (1.0 + u) / (cos * cos)), sin)
-
-
-@kernel
-def basis(panels, nodes, tilt):
-    """The even solution (s, o) = (1, 0) at upright and the odd one, (0, 1), of one alpha at one tilt.
-
-    Parameters
-    ----------
-    panels, nodes : arrays
-        One alpha's table.
-    tilt : float
-        rad, |tilt| <= 89.9 degrees.
-
-    Returns
-    -------
-    s_even, o_even, s_odd, o_odd : float
-        Hypergeometric functions of sin^2(tilt) (Legendre's equation for s with nu(nu+1) = -2/(1+alpha)).
-    """
-    cos = math.cos(tilt)
-    y = stretched(math.sin(tilt), cos)
-    k = int(round(y / PANEL))
-    x, panel, node = y - k * PANEL, REACH + k, 2 * (REACH + k)
-    s_s, s_p = row_value(panels, panel, S_S, x), row_value(panels, panel, S_P, x)
-    p_s, p_p = row_value(panels, panel, P_S, x), row_value(panels, panel, P_P, x)
-    s1, s2, p1, p2 = 1.0 + nodes[node, DS1], nodes[node, DS2], nodes[node, DP1], 1.0 + nodes[node, DP2]
-    return s_s * s1 + s_p * p1, (p_s * s1 + p_p * p1) / cos, s_s * s2 + s_p * p2, (p_s * s2 + p_p * p2) / cos

@@ -1,13 +1,22 @@
-"""One motion of the exact reduction: what is known of it, and what its turning points say of its cell.
+"""One motion of the exact reduction: its row of numbers, and the results of its cell that follow from them.
 
 The scalar side of the reduction, once per cell. `motions` holds a row per motion of a chunk, with the columns below.
 """
 
 import math
 
+from kernels.disk.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+)
 from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
+from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
 from kernels.disk.exact.period import period
-from kernels.disk.exact.turning_point_search import BEYOND, OFF_TABLE
 from kernels.jit import inlined, internal
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
@@ -24,18 +33,18 @@ BEHIND = EXCESS + 1 - END
 COLUMNS = END + 2 * BEHIND
 
 #: Kinds of motions.
-SWINGS, RESTS, UNCLEAR, WILD = 0.0, 1.0, 2.0, 3.0
+OSCILLATES, RESTS, ON_SEPARATRIX, NOT_FINITE = 0.0, 1.0, 2.0, 3.0
 
 
 @inlined
 def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
-    measures[0, cell] = least
-    measures[1, cell] = greatest
-    measures[2, cell] = period
-    measures[3, cell] = height
-    measures[4, cell] = error
-    counts[0, cell] = ending
-    counts[1, cell] = wells
+    measures[EXACT_TILT_MIN, cell] = least
+    measures[EXACT_TILT_MAX, cell] = greatest
+    measures[EXACT_NUTATION_PERIOD, cell] = period
+    measures[EXACT_SEPARATRIX, cell] = height
+    measures[EXACT_TILT_ERROR, cell] = error
+    counts[EXACT_ENDING, cell] = ending
+    counts[EXACT_WELLS, cell] = wells
 
 
 @inlined
@@ -44,8 +53,8 @@ def _write_nothing(cell, ending, wells, height, measures, counts):
 
 
 @internal
-def _outcome(motion, fall_tilt):
-    """What the turning points say: (ending, least, greatest tilt, error); a fall shows only what came before."""
+def _ending_and_extremes(motion, fall_tilt):
+    """(ending, least, greatest tilt, error); where the disk falls, only extremes before the fall count."""
     tilt, ahead = motion[TILT], motion[AHEAD]
     kicked = motion[W] != 0.0
     falls = motion[END] == BEYOND or ahead * motion[TURN] >= fall_tilt
@@ -61,7 +70,7 @@ def _outcome(motion, fall_tilt):
             second = -ahead * fall_tilt
         else:
             error = max(error, motion[ERROR + BEHIND])
-    # rounding of the last place must not put the start outside its own interval
+    # rounding must not put the start outside its own interval
     return FELL if falls else BOUNDED, min(tilt, first, second), max(tilt, first, second), error
 
 
@@ -70,7 +79,7 @@ def _period(motion, tables, table, near, work):
     """Nutation period [s] of a bounded motion."""
     k0 = int(motion[PANEL_0])
     swing = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
-    # released at rest, the disk starts from its other turning point
+    # released at rest, the disk starts at its other turning point
     distance, slope = (
         (motion[DISTANCE + BEHIND], motion[SLOPE + BEHIND]) if motion[W] != 0.0 else (0.0, near[1])
     )
@@ -81,21 +90,21 @@ def _period(motion, tables, table, near, work):
 
 
 @internal
-def leave(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
+def write_cell(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
     """Write the cell of a motion whose turning points are known."""
     kind, height = motion[KIND], motion[HEIGHT]
     wells = 1 if math.isnan(motion[TOP]) else 2
-    if kind == WILD:
+    if kind == NOT_FINITE:
         _write_nothing(cell, UNRESOLVED, 0, math.nan, measures, counts)
         return
     if kind == RESTS:
         tilt = motion[TILT]
         _write(cell, STEADY, wells, tilt, tilt, math.nan, height, 0.0, measures, counts)
         return
-    if kind == UNCLEAR:
+    if kind == ON_SEPARATRIX:
         _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
         return
-    ending, least, greatest, error = _outcome(motion, fall_tilt)
+    ending, least, greatest, error = _ending_and_extremes(motion, fall_tilt)
     duration = math.nan
     if with_period and ending == BOUNDED:
         duration = _period(motion, tables, table, near, work)

@@ -1,8 +1,9 @@
-"""Motions about their starts: the expansion of the excess, the turning points near by, and how well they are known.
+"""Expansion of the excess (V - h) of a motion about its start, the turning points near by, and their errors.
 
 Everything is expanded about the start, so that a disk released at rest from 1e-5 rad is as exact as one at 1 rad: the
 force is computed once from the start's own numbers, and the start's potential is never subtracted from another of the
-same size within 3/4 of a panel. All functions treat a block of motions (`kernels.disk.exact.layout`) that start on one panel.
+same size within 3/4 of a panel. All functions treat a block of motions (`kernels.disk.exact.layout`) that start on one
+panel.
 """
 
 import math
@@ -28,28 +29,28 @@ from kernels.disk.exact.legendre import (
 )  # fmt: skip
 from kernels.disk.exact.polynomial import value
 from kernels.disk.exact.potential import NEAR, rise, rise_at
-from kernels.disk.exact.root import ROUNDING, zeros
+from kernels.disk.exact.root import ROUNDING, find_roots
 from kernels.jit import internal, simd
 
-#: The excess is known to this share of its terms (measured against 40-digit arithmetic).
-_NOISE = 8.0 * ROUNDING
-#: The tables and the way through them cost this much [rad], most of it for motions that reach near flat.
-_FLOOR = 128.0 * ROUNDING
-#: A first guess is at most this often reduced to an eighth: a kick of 1e-300 turns the disk at once.
+#: Relative rounding error of the terms of the excess (measured against 40-digit arithmetic).
+_TERM_ERROR = 8.0 * ROUNDING
+#: Error [rad] of the tables and of the sums over panels, most of it for motions that reach near flat.
+_TABLE_ERROR = 128.0 * ROUNDING
+#: A first guess is at most this often divided by eight: with a tilt rate of 1e-300 the disk turns within 1e-300.
 _MOST_REDUCTIONS = 350
 
 
 @simd
-def noise(block, lane, distance):
+def rounding_error(block, lane, distance):
     """Rounding error of the excess at a distance in y from the start: of the terms of its expansion, or of h."""
     distance = abs(distance)
     terms = (block[at.PULL + lane] + block[at.CURVATURE + lane] * distance) * distance
     level = block[at.LEVEL + lane]
-    return _NOISE * (block[at.KINETIC + lane] + (terms if terms < level else level))
+    return _TERM_ERROR * (block[at.KINETIC + lane] + (terms if terms < level else level))
 
 
 @internal
-def _set_out(block, alpha):
+def _force_and_sizes(block, alpha):
     """The force on each start, and the sizes of the terms of its excess."""
     for lane in range(LANES):
         w, s0, o0 = block[at.W_0 + lane], block[at.S_0 + lane], block[at.O_0 + lane]
@@ -68,7 +69,7 @@ def _set_out(block, alpha):
 
 
 @internal
-def _origin(block, panels, panel, nodes, node):
+def _rates_at_upright(block, panels, panel, nodes, node):
     """The rates at the panel's centre and at upright; both maps have determinant one."""
     ds1, ds2, dp1, dp2 = nodes[node, DS1], nodes[node, DS2], nodes[node, DP1], nodes[node, DP2]
     for lane in range(LANES):
@@ -97,7 +98,7 @@ def expand(block, panels, panel, first):
 
 
 @internal
-def _about_the_start(block, alpha, nodes, node):
+def _shift_to_start(block, alpha, nodes, node):
     """Move the expansion in NEAR from the panel's centre to the start: repeated synthetic division."""
     there = rise_at(nodes, node)
     for lane in range(LANES):
@@ -115,17 +116,17 @@ def _about_the_start(block, alpha, nodes, node):
 
 
 @internal
-def begin(block, alpha, panels, panel, nodes, node):
+def expand_about_starts(block, alpha, panels, panel, nodes, node):
     """Expand the excess of each motion about its start, into NEAR: from the start's rows to those of the motion."""
-    _set_out(block, alpha)
-    _origin(block, panels, panel, nodes, node)
+    _force_and_sizes(block, alpha)
+    _rates_at_upright(block, panels, panel, nodes, node)
     expand(block, panels, panel, at.NEAR)
-    _about_the_start(block, alpha, nodes, node)
+    _shift_to_start(block, alpha, nodes, node)
 
 
 @internal
-def _face(block, sense):
-    """Turn the expansions in NEAR towards the side of the search, into WORK, and see how far they may be trusted.
+def _excess_to_one_side(block, sense):
+    """Write the expansions in NEAR as functions of the outward distance into WORK; whether a root lies within them.
 
     At rest the start is a zero itself; WORK is then the quotient of the excess by the distance.
     """
@@ -163,10 +164,11 @@ def _face(block, sense):
 
 
 @internal
-def _guess(block):
-    """Where polynomials, negative at 0 and positive at OUTER, may vanish: a kick of 1e-9 turns the disk at 1e-9.
+def _first_guess(block):
+    """First guesses of the roots of polynomials that are negative at 0 and positive at OUTER.
 
-    The roots of the first three terms; if these never turn positive, a point within eight times of the root.
+    The roots of the first three terms; if these never become positive, a point within a factor of eight of the root:
+    it can be as near as 1e-9.
     """
     more = 0
     for lane in range(LANES):
@@ -194,33 +196,33 @@ def _guess(block):
 
 
 @internal
-def tilts(block, panels, panel):
+def tilts_and_errors(block, panels, panel):
     """The tilts, and their errors, of turning points on one panel, X from its centre."""
     for lane in range(LANES):
         x = block[at.X + lane]
         cos = row_value(panels, panel, ONE, x)
         block[at.TILT + lane] = row_value(panels, panel, TILT, x)
-        error = noise(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
-        block[at.ERROR + lane] = error + _FLOOR
+        error = rounding_error(block, lane, block[at.DISTANCE + lane]) * cos / abs(block[at.SLOPE + lane])
+        block[at.ERROR + lane] = error + _TABLE_ERROR
 
 
 @internal
-def turn_near(block, sense, panels, panel):
+def near_turning_points(block, sense, panels, panel):
     """Find the turning points that lie within the expansions about the starts, in the lanes that are WANTED.
 
     `sense` is +1 on the side to which the disk sets off, -1 on the other. Lanes that found one are left in WANTED as
     -1, with DISTANCE, TILT, ERROR and SLOPE; the excess at the end of the expansion is left in EXCESS.
     """
-    if not _face(block, sense):
+    if not _excess_to_one_side(block, sense):
         return
     for lane in range(LANES):
         block[at.WANTED + lane] = -1.0 if block[at.ACTIVE + lane] > 0.0 else block[at.WANTED + lane]
-    _guess(block)
-    zeros(block, 0.0)
+    _first_guess(block)
+    find_roots(block, 0.0)
     for lane in range(LANES):
         distance, slope = block[at.ROOT + lane], block[at.SLOPE + lane]
         along = block[at.SIDE + lane] * distance
         block[at.SLOPE + lane] = distance * slope if block[at.KINETIC + lane] == 0.0 else slope
         block[at.DISTANCE + lane] = along
         block[at.X + lane] = block[at.X_0 + lane] + along
-    tilts(block, panels, panel)
+    tilts_and_errors(block, panels, panel)

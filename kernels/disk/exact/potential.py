@@ -1,8 +1,8 @@
 """The potential of the reduced motion (scaled as in `kernels.disk.equations`), at the nodes of its tables.
 
 (1+alpha/2)/2 w^2 + V = h with V = (1+alpha)/2 s^2 + (alpha/4) o^2 + cos(tilt), and s, o functions of the tilt alone
-(`kernels.disk.exact.legendre`). `y` is the stretched tilt atanh(sin(tilt)); (c1, c2) are the values of (s, o) at upright,
-the two constants of a motion; "excess" is V - h, negative where the motion can be.
+(`kernels.disk.exact.legendre`). `y` is the stretched tilt atanh(sin(tilt)); (c1, c2) are the values of (s, o) at
+upright, the two constants of a motion; "excess" is V - h, negative where the motion can be.
 
 Sources: Borisov, Mamaev, Kilin, Regul. Chaotic Dyn. 8 (2003) 201; O'Reilly, Nonlinear Dynamics 10 (1996) 287.
 """
@@ -25,7 +25,7 @@ NODE = 0.5 * PANEL
 
 @simd
 def rise_at(nodes, node):
-    """What `rise` has to know of a node: to be read before a loop over lanes."""
+    """The numbers of a node that `rise` takes; to be read before a loop over lanes."""
     return nodes[node, DS1], nodes[node, DS2], nodes[node, DO1], nodes[node, DO2], nodes[node, COS1]
 
 

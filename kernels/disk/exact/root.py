@@ -8,13 +8,13 @@ from kernels.disk.exact.polynomial import value_slope
 from kernels.jit import internal
 
 ROUNDING = 2.0**-53
-#: Newton inside a bracket ends by itself; the bound only makes that certain.
+#: Bound on the steps; Newton's method inside a bracket converges long before.
 MOST_STEPS = 100
 
 
 @internal
-def _closer(block, scale):
-    """One step of Newton's in every active lane; whether there are any left."""
+def _newton_step(block, scale):
+    """One Newton step in every active lane; whether any lane is still active."""
     left = 0
     for lane in range(LANES):
         x, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
@@ -29,7 +29,7 @@ def _closer(block, scale):
         inside = (new - inner) * (new - outer) <= 0.0
         new = new if inside else 0.5 * (inner + outer)
         step = step if inside else x - new
-        # What Newton leaves is step^2 V''/(2 V'), and the last two slopes tell V'': it saves one evaluation.
+        # The error after the step is step^2 V''/(2 V'), with V'' from the last two slopes: it saves one evaluation.
         bend = step * (slope - last_slope) / last
         bend = bend if inside & (last != 0.0) else math.nan
         size = abs(step)
@@ -39,7 +39,7 @@ def _closer(block, scale):
         on = active > 0.0
         block[at.ROOT + lane] = new if on else x
         block[at.SLOPE + lane] = slope if on else last_slope
-        # what a lane that is done does with these nobody reads
+        # not read any more in a lane that is done
         block[at.LAST + lane] = step
         block[at.INNER + lane] = inner
         block[at.OUTER + lane] = outer
@@ -49,7 +49,7 @@ def _closer(block, scale):
 
 
 @internal
-def zeros(block, scale):
+def find_roots(block, scale):
     """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
 
     Newton in a bracket from the guesses in ROOT, in the lanes that are ACTIVE; leaves the roots in ROOT and the slopes
@@ -60,5 +60,5 @@ def zeros(block, scale):
         block[at.LAST + lane] = 0.0
         block[at.SLOPE + lane] = math.nan
     for _ in range(MOST_STEPS):
-        if not _closer(block, scale):
+        if not _newton_step(block, scale):
             return

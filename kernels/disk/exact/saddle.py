@@ -1,8 +1,8 @@
 """The saddle of the potential between its two wells, for a block of motions (`kernels.disk.exact.layout`).
 
 V has one well unless V'' < 0 at upright (checked along the whole curve of folds). The saddle lies on the side on which
-V rises from upright; with c1 c2 = 0 it is upright itself. Every motion is looked at from upright towards its saddle:
-under y -> -y, p -> -p nothing changes, so that the sign of c2 tells one side from the other.
+V rises from upright; with c1 c2 = 0 it is upright itself. The side of the saddle counts as positive y: under y -> -y,
+p -> -p nothing changes, so that the sign of c2 tells one side from the other.
 
 Source: Borisov, Mamaev, Kilin, Regul. Chaotic Dyn. 8 (2003) 201.
 """
@@ -27,12 +27,12 @@ _SADDLE_PANELS = 4
 _HIDDEN = 0.016
 #: max|V'''| there.
 _THIRD = 2.0 * _HIDDEN / NODE**2
-#: A bracket is then down to rounding.
+#: Bisections after which a bracket is as small as rounding.
 _MOST_HALVES = 60
 
 
 @internal
-def _two_wells(block, alpha):
+def _two_well_candidates(block, alpha):
     """Which potentials may have two wells (WANTED), and on which side their saddle is then; whether any."""
     some = 0
     for lane in range(LANES):
@@ -77,8 +77,8 @@ def _bracket(block, alpha, nodes, upright):
 
 
 @internal
-def _hide(block):
-    """Where no node told of a saddle, bracket the place where one may hide; WANTED is cleared where none can."""
+def _bracket_hidden(block):
+    """Where V' > 0 at all nodes, bracket a saddle that may lie between two; clear WANTED where none can."""
     for lane in range(LANES):
         wanted, panel, where = block[at.WANTED + lane], block[at.PANEL + lane], block[at.NODE + lane]
         lost = panel < 0.0
@@ -107,7 +107,7 @@ def expand_excess(block, alpha, table, panels, nodes, k):
 
 
 @internal
-def _halve(block, centre):
+def _bisect(block, centre):
     """Halve the brackets (BEFORE, LEAST) of the least V' in every active lane, until V' < 0 somewhere or nowhere."""
     left = 0
     for lane in range(LANES):
@@ -131,7 +131,7 @@ def _halve(block, centre):
 
 
 @internal
-def _seek(block, centre):
+def _find_hidden(block, centre):
     """Bracket the saddles that hide between nodes of this panel; a potential without one has one well."""
     some = 0
     for lane in range(LANES):
@@ -141,7 +141,7 @@ def _seek(block, centre):
     if some == 0:
         return
     for _ in range(_MOST_HALVES):
-        if not _halve(block, centre):
+        if not _bisect(block, centre):
             break
     for lane in range(LANES):
         hidden = (block[at.HERE + lane] > 0.0) & (block[at.LEAST + lane] > 0.0)
@@ -151,8 +151,8 @@ def _seek(block, centre):
 
 
 @internal
-def _nearer(block, centre):
-    """One step of Newton's on V' in every active lane; whether there are any left."""
+def _newton_step(block, centre):
+    """One Newton step on V' in every active lane; whether any lane is still active."""
     left = 0
     for lane in range(LANES):
         t, inner, outer = block[at.ROOT + lane], block[at.INNER + lane], block[at.OUTER + lane]
@@ -174,7 +174,7 @@ def _nearer(block, centre):
 
 
 @internal
-def _summits(block, alpha, table, panels, nodes, k):
+def _maxima_on_panel(block, alpha, table, panels, nodes, k):
     """Find the maxima of V that were bracketed on panel k, and their heights over h."""
     some = 0
     for lane in range(LANES):
@@ -185,12 +185,12 @@ def _summits(block, alpha, table, panels, nodes, k):
         return
     centre = k * PANEL
     expand_excess(block, alpha, table, panels, nodes, k)
-    _seek(block, centre)
+    _find_hidden(block, centre)
     for lane in range(LANES):
         moves = (block[at.HERE + lane] > 0.0) & (block[at.OUTER + lane] > 0.0)
         block[at.ACTIVE + lane] = 1.0 if moves else 0.0
     for _ in range(MOST_STEPS):
-        if not _nearer(block, centre):
+        if not _newton_step(block, centre):
             break
     for lane in range(LANES):
         t, here = block[at.ROOT + lane], block[at.HERE + lane] > 0.0
@@ -200,17 +200,17 @@ def _summits(block, alpha, table, panels, nodes, k):
 
 
 @internal
-def saddles(block, alpha, table, panels, nodes):
+def find_saddles(block, alpha, table, panels, nodes):
     """Find the saddles of the potentials, into TOP (y) and HEIGHT (V there minus h): NaN with one well only.
 
     Needs what `kernels.disk.exact.near_turning_points.begin` leaves.
     """
-    if not _two_wells(block, alpha):
+    if not _two_well_candidates(block, alpha):
         return
     _bracket(block, alpha, nodes, table * NODES + 2 * REACH)
-    _hide(block)
+    _bracket_hidden(block)
     for k in range(_SADDLE_PANELS):
-        _summits(block, alpha, table, panels, nodes, k)
+        _maxima_on_panel(block, alpha, table, panels, nodes, k)
     for lane in range(LANES):
         away = block[at.TOP + lane] - block[at.Y_0 + lane]
         # about the start the excess is known without a difference of potentials

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
 
 EXTREMES = Kernel(
-    "kernels.disk.exact.turning",
+    "kernels.disk.exact.extremes",
     "extremes",
-    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.turning:reduce"),
+    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.extremes:reduce"),
 )
 
 
@@ -30,7 +30,7 @@ class ExactReduction:
     audit = audit.AUDIT
 
     def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
-        """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.turning`).
+        """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.extremes`).
 
         Parameters
         ----------

@@ -38,7 +38,6 @@ class Disk(Model):
     lost_name = "the disk falls"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate")
-    lane_model = Kernel("kernels.disk.integrate", "LANE_MODEL", cached=())
     start_modules = ("sweep.model.disk.initial_conditions", "kernels.disk.steady")
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every "

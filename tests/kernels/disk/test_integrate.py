@@ -1,16 +1,17 @@
 import math
 
-import engine
+import kernel_runner
 import numpy as np
 import pytest
 import referee
-from engine import coarse, errors, scattered
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kernel_runner import coarse, errors, scattered
 
+from kernels.disk.arrays import PARAMETERS
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.steady import steady_roll_rate
-from kernels.lanes import schedule as lanes
+from kernels.lanes.schedule import CHUNK
 
 compiled = pytest.mark.compiled
 FALL = referee.FALL_TILT
@@ -56,7 +57,7 @@ def test_every_ending_is_reached(case):
     """A start made for an ending ends so."""
     ending, start, settings = ENDED[case]
     slow = {"tolerance": 1e-4} if ending != UNRESOLVED else {}
-    found = engine.run(referee.starts(**start), **(slow | settings))
+    found = kernel_runner.run(referee.starts(**start), **(slow | settings))
     assert found.ending[0] == ending
 
 
@@ -64,7 +65,7 @@ def test_what_an_ending_measures():
     """Each measure is a number exactly where the ending has one."""
     cases = [case for case, (_, _, settings) in ENDED.items() if not settings]
     given = np.concatenate([referee.starts(**ENDED[case][1]) for case in cases], axis=1)
-    found = engine.run(given, tolerance=1e-4)
+    found = kernel_runner.run(given, tolerance=1e-4)
     assert list(found.ending) == [ENDED[case][0] for case in cases]
     extremes = np.isin(found.ending, (BOUNDED, STEADY, HORIZON, FELL))
     assert list(np.isfinite(found.least)) == list(np.isfinite(found.greatest)) == list(extremes)
@@ -75,7 +76,7 @@ def test_what_an_ending_measures():
 
 def test_beyond_fall_tilt_nothing_happens():
     """A start beyond fall_tilt has fallen at time zero, without a step, on the side where it is."""
-    found = engine.run(referee.starts(tilt=[1.5, -1.5, FALL]))
+    found = kernel_runner.run(referee.starts(tilt=[1.5, -1.5, FALL]))
     assert list(found.fall_time) == [0.0, 0.0, 0.0]
     assert list(found.least) == list(found.greatest) == [1.5, -1.5, FALL]
     assert list(found.steps) == [0, 0, 0]
@@ -96,7 +97,7 @@ def test_beyond_fall_tilt_nothing_happens():
 def test_the_nutation_period(start):
     """The period is the time between every other turn of the equations with sines and cosines."""
     given = referee.starts(**start)
-    found = engine.run(given)
+    found = kernel_runner.run(given)
     turns = referee.motion(given[:, 0], 3.1 * found.period[0])
     assert len(turns.turn_times) >= 4
     assert found.period[0] == pytest.approx(turns.turn_times[3] - turns.turn_times[1], rel=1e-6)
@@ -116,7 +117,7 @@ def test_the_nutation_period(start):
 def test_the_fall_time(start, side):
     """A fall takes as long as by the equations with sines and cosines, to the side where they end."""
     given = referee.starts(**start)
-    found = engine.run(given, tolerance=1e-6)
+    found = kernel_runner.run(given, tolerance=1e-6)
     fall = referee.motion(given[:, 0], 20.0)
     assert found.fall_time[0] == pytest.approx(fall.fall_time, rel=1e-6)
     assert found.greatest[0] == FALL if side > 0.0 else found.least[0] == -FALL
@@ -129,7 +130,7 @@ def test_the_fall_time(start, side):
 def test_extremes_when_time_runs_out(duration):
     """At the horizon the extremes are those passed until then, the tilt of the last moment included."""
     given = referee.starts(tilt=0.2, tilt_rate=-0.3, roll_rate=3.5, precession_rate=0.2)
-    found = engine.run(given, duration=duration, tolerance=1e-6)
+    found = kernel_runner.run(given, duration=duration, tolerance=1e-6)
     tilts = referee.motion(given[:, 0], duration)
     everything = np.concatenate([tilts.states[0][[0, -1]], tilts.turn_tilts])
     assert found.ending[0] == (HORIZON if len(tilts.turn_tilts) < 2 else BOUNDED)
@@ -161,7 +162,9 @@ def test_mirrored_starts_have_mirrored_motions(mirror):
     given = np.concatenate([referee.starts(**case) for case in cases], axis=1)
     other = given * np.array([*MIRRORS[mirror], 1, 1, 1])[:, None]
     settings = {"tolerance": 1e-4}
-    assert_mirrored(engine.run(given, **settings), engine.run(other, **settings), MIRRORS[mirror][0] < 0)
+    assert_mirrored(
+        kernel_runner.run(given, **settings), kernel_runner.run(other, **settings), MIRRORS[mirror][0] < 0
+    )
 
 
 @pytest.mark.parametrize("mirror", MIRRORS)
@@ -170,7 +173,7 @@ def test_all_mirrored_starts_have_mirrored_motions(crowd, mirror):
     """So it is for random starts and the compiled bits."""
     given, _ = crowd
     other = given * np.array([*MIRRORS[mirror], 1, 1, 1])[:, None]
-    assert_mirrored(engine.run(given), engine.run(other), MIRRORS[mirror][0] < 0)
+    assert_mirrored(kernel_runner.run(given), kernel_runner.run(other), MIRRORS[mirror][0] < 0)
 
 
 @compiled
@@ -178,7 +181,10 @@ def test_a_motion_run_backward_has_the_same_extremes(crowd):
     """With the tilt rate reversed a bounded motion passes the same extremes, to the accuracy of each."""
     given, truth = crowd
     given = given[:, ~truth.fell]
-    found, back = engine.run(given), engine.run(given * np.array([1, -1, 1, 1, 1, 1, 1])[:, None])
+    found, back = (
+        kernel_runner.run(given),
+        kernel_runner.run(given * np.array([1, -1, 1, 1, 1, 1, 1])[:, None]),
+    )
     assert np.array_equal(found.ending, back.ending)
     assert errors(found, back).max() <= 2e-7
     gentle = found.peak < 1.0
@@ -189,10 +195,10 @@ def test_a_motion_run_backward_has_the_same_extremes(crowd):
 def test_size_and_gravity_only_set_the_clock(crowd):
     """Four times the radius (or a quarter of the gravity) and half the rates: the same tilts, twice the times."""
     given, _ = crowd
-    found = engine.run(given)
+    found = kernel_runner.run(given)
     for scaled in ([1, 0.5, 0.5, 0.5, 1, 4, 1], [1, 0.5, 0.5, 0.5, 1, 1, 0.25], [1, 2, 2, 2, 1, 0.5, 2]):
         clock = 1.0 / scaled[1]
-        other = engine.run(given * np.array(scaled)[:, None], duration=300.0 * clock)
+        other = kernel_runner.run(given * np.array(scaled)[:, None], duration=300.0 * clock)
         # powers of two round nothing, so the bits are the same
         for name in ("least", "greatest", "ending", "steps", "energy_drift", "tilt_error"):
             assert np.array_equal(getattr(found, name), getattr(other, name), equal_nan=True), name
@@ -219,19 +225,19 @@ def mixed():
 def test_the_bits_of_a_cell_depend_on_the_cell_alone(mixed):
     """Whatever the threads, the order, the number of cells and the place in a chunk: the same bits."""
     n = mixed.shape[1]
-    assert n > 2 * lanes.CHUNK
-    found = engine.run(mixed, threads=1)
+    assert n > 2 * CHUNK
+    found = kernel_runner.run(mixed, threads=1)
     assert set(found.ending) == {BOUNDED, STEADY, FELL, UNRESOLVED, INVALID}
     bits = found.bits()
-    assert np.array_equal(engine.run(mixed, threads=2).bits(), bits)
+    assert np.array_equal(kernel_runner.run(mixed, threads=2).bits(), bits)
     rng = np.random.default_rng(2)
     order = rng.permutation(n)
-    assert np.array_equal(engine.run(np.ascontiguousarray(mixed[:, order])).bits(), bits[order])
-    for start, stop in ((0, 1), (5, 22), (n - 1, n), (100, 2200), (lanes.CHUNK - 1, lanes.CHUNK + 1)):
-        part = engine.run(np.ascontiguousarray(mixed[:, start:stop]))
+    assert np.array_equal(kernel_runner.run(np.ascontiguousarray(mixed[:, order])).bits(), bits[order])
+    for start, stop in ((0, 1), (5, 22), (n - 1, n), (100, 2200), (CHUNK - 1, CHUNK + 1)):
+        part = kernel_runner.run(np.ascontiguousarray(mixed[:, start:stop]))
         assert np.array_equal(part.bits(), bits[start:stop])
     for cell in rng.choice(n, 60, replace=False):
-        alone = engine.run(np.ascontiguousarray(mixed[:, cell : cell + 1]))
+        alone = kernel_runner.run(np.ascontiguousarray(mixed[:, cell : cell + 1]))
         assert np.array_equal(alone.bits(), bits[cell : cell + 1])
 
 
@@ -241,13 +247,13 @@ def test_the_bits_of_a_cell_depend_on_the_cell_alone(mixed):
 def test_impossible_neighbours_disturb_nobody(data):
     """NaN and infinite starts end invalid, and the cells between them keep their bits."""
     given = scattered(64, 3)
-    bits = engine.run(given).bits()
+    bits = kernel_runner.run(given).bits()
     cells = data.draw(st.lists(st.integers(0, 63), min_size=1, max_size=40, unique=True))
     broken = given.copy()
     for cell in cells:
-        row = data.draw(st.integers(0, 6))
+        row = data.draw(st.integers(0, len(PARAMETERS) - 1))
         broken[row, cell] = data.draw(st.sampled_from([math.nan, math.inf, -math.inf]))
-    found = engine.run(broken)
+    found = kernel_runner.run(broken)
     assert (found.ending[cells] == INVALID).all()
     others = np.setdiff1d(np.arange(64), cells)
     assert np.array_equal(found.bits(others), bits[others])
@@ -255,4 +261,4 @@ def test_impossible_neighbours_disturb_nobody(data):
 
 def test_no_cells_at_all():
     """An empty block is no error."""
-    assert engine.run(np.empty((7, 0))).ending.size == 0
+    assert kernel_runner.run(np.empty((len(PARAMETERS), 0))).ending.size == 0

@@ -1,10 +1,10 @@
-"""Order by group, so that neighbours can be treated alike."""
+"""Counting sort, and blocks of places with equal keys."""
 
 from kernels.jit import internal
 
 
 @internal
-def grouped(keys, n, order, ends):
+def counting_sort(keys, n, order, ends):
     """Order the first n places by their keys (counting sort: places with one key stay in turn).
 
     Parameters
@@ -48,7 +48,7 @@ def blocks_of(keys, n, size, order, ends, blocks):
     Parameters
     ----------
     keys, n, order, ends
-        As in `grouped`.
+        As in `counting_sort`.
     size : int
     blocks : int64[3, :], written
         Rows: the key of each block, and from where to where it stands in `order`.
@@ -58,7 +58,7 @@ def blocks_of(keys, n, size, order, ends, blocks):
     int
         The number of blocks; at most n.
     """
-    least, greatest = grouped(keys, n, order, ends)
+    least, greatest = counting_sort(keys, n, order, ends)
     count = begin = 0
     for key in range(least, greatest + 1):
         for first in range(begin, ends[key], size):

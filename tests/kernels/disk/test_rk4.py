@@ -1,6 +1,6 @@
 import math
 
-import engine
+import kernel_runner
 import numpy as np
 import pytest
 import referee
@@ -137,7 +137,7 @@ def test_the_peaks_of_the_lane_kernel_are_of_fourth_order():
     lengths = np.array([0.004, 0.002, 0.001])
     errors = []
     for h in lengths:
-        found = engine.run(given, step=h, tolerance=0.1)
+        found = kernel_runner.run(given, step=h, tolerance=0.1)
         assert not found.refinements[easy].any()
         errors.append(np.sqrt(np.mean((found.peak - truth.peak)[easy] ** 2)))
     assert errors[-1] > 1e-12

@@ -1,6 +1,10 @@
-"""How the tests call the lane kernel: starts in, named results out."""
+"""How the tests call the kernel that integrates the disk: starts in, named results out."""
 
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -8,16 +12,31 @@ import referee
 from referee import FALL_TILT
 
 from kernels.disk import equations as disk
+from kernels.disk.arrays import (
+    COUNTS,
+    ENDING,
+    ENERGY_DRIFT,
+    FALL_TIME,
+    MEASURES,
+    NUTATION_PERIOD,
+    REFINEMENTS,
+    STEPS,
+    TILT_ERROR,
+    TILT_MAX,
+    TILT_MIN,
+)
 from sweep.engine.blocks import Span
 from sweep.engine.cells import starts as cell_starts
 from sweep.engine.compiled import integrate
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
+_TESTS = Path(__file__).parent
+
 
 @dataclass(frozen=True)
 class Results:
-    """What the kernel says of each cell; arrays of shape (n,), as described in `kernels.lanes.schedule.integrate`."""
+    """Measures and counts of each cell (`kernels.disk.arrays`); arrays of shape (n,)."""
 
     least: np.ndarray
     greatest: np.ndarray
@@ -29,21 +48,36 @@ class Results:
     steps: np.ndarray
     refinements: np.ndarray
 
+    @classmethod
+    def of(cls, measures, counts):
+        """Return the results in the arrays that the kernel has written."""
+        return cls(
+            least=measures[TILT_MIN],
+            greatest=measures[TILT_MAX],
+            fall_time=measures[FALL_TIME],
+            period=measures[NUTATION_PERIOD],
+            energy_drift=measures[ENERGY_DRIFT],
+            tilt_error=measures[TILT_ERROR],
+            ending=counts[ENDING],
+            steps=counts[STEPS],
+            refinements=counts[REFINEMENTS],
+        )
+
     @property
     def peak(self):
         """The largest magnitude of the tilt [rad]."""
         return np.maximum(np.abs(self.least), np.abs(self.greatest))
 
     def bits(self, cells=slice(None)):
-        """Return everything said of some cells as bytes, one row per cell."""
+        """Return all results of some cells as bytes, one row per cell."""
         columns = [np.ascontiguousarray(column[cells]) for column in vars(self).values()]
         return np.concatenate([column.view(np.uint8).reshape(len(column), -1) for column in columns], axis=1)
 
 
 def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8, threads=None):
-    """Integrate starts, float64[7, n]; with all threads unless told otherwise."""
+    """Integrate starts, float64[len(PARAMETERS), n]; with all threads unless told otherwise."""
     n = starts.shape[1]
-    measures, counts = np.full((6, n), -777.0), np.full((3, n), -777, np.int32)
+    measures, counts = unwritten(n)
     most = numba.config.NUMBA_NUM_THREADS
     before = numba.get_num_threads()
     numba.set_num_threads(most if threads is None else threads)
@@ -53,7 +87,12 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
             integrate()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
     finally:
         numba.set_num_threads(before)
-    return Results(*measures, *counts)
+    return Results.of(measures, counts)
+
+
+def unwritten(n):
+    """Return arrays of measures and counts of n cells that hold numbers which no kernel writes."""
+    return np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
 
 
 def flow(state, alpha):
@@ -94,3 +133,16 @@ def coarse(preset):
         **{name: Range(axis.start, axis.stop, counts[name], axis.spacing) for name, axis in axes.items()}
     )
     return np.stack(list(cell_starts(spec, Span(0, spec.size)).values()))
+
+
+def process(words, *, simulator, folder):
+    """Run Python on words in a process of its own, with or without Numba's CUDA simulator."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(map(str, (_TESTS.parent, _TESTS))),
+        "NUMBA_ENABLE_CUDASIM": str(int(simulator)),
+    }
+    return subprocess.run(
+        [sys.executable, *map(str, words)],
+        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip

@@ -6,15 +6,25 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kernels.disk import steady
+from kernels.disk.arrays import (
+    ALPHA,
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+)
 from kernels.disk.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
-from kernels.disk.exact import turning
+from kernels.disk.exact.extremes import TABLES, extremes
 
 # uncompiled, the tables alone take minutes
 pytestmark = pytest.mark.compiled
 
 G, R = 9.81, 0.5
 DEGREE = math.radians(1.0)
-LEAST, GREATEST, PERIOD, HEIGHT, ERROR = range(5)
+EXTREMES = [EXACT_TILT_MIN, EXACT_TILT_MAX]
 
 
 def starts(*rows, alpha=0.5, radius=R, gravity=G):
@@ -39,8 +49,8 @@ def starts(*rows, alpha=0.5, radius=R, gravity=G):
 )
 def test_known_extremes(start, low, high):
     """The extremes of five runs with the uniform disk, found from an independent quadrature."""
-    measures, _ = turning.extremes(starts(start), 85.0 * DEGREE)
-    assert [round(x / DEGREE, 4) for x in measures[:2, 0]] == [low, high]
+    measures, _ = extremes(starts(start), 85.0 * DEGREE)
+    assert [round(x / DEGREE, 4) for x in measures[EXTREMES, 0]] == [low, high]
 
 
 RATES = st.floats(-8.0, 8.0)
@@ -50,18 +60,19 @@ RATES = st.floats(-8.0, 8.0)
 def test_mirrored_start(tilt, rate, precession, roll, alpha):
     """The mirror image of a start moves in the mirror image, to the last bit."""
     pair = starts((tilt, rate, precession, roll), (-tilt, -rate, -precession, roll), alpha=alpha)
-    measures, counts = turning.extremes(pair, 89.0 * DEGREE, True)
+    measures, counts = extremes(pair, 89.0 * DEGREE, True)
     assert (counts[:, 0] == counts[:, 1]).all()
-    np.testing.assert_array_equal(measures[:2, 0], -measures[1::-1, 1])
-    np.testing.assert_array_equal(measures[HEIGHT:, 0], measures[HEIGHT:, 1])
+    np.testing.assert_array_equal(measures[EXTREMES, 0], -measures[EXTREMES[::-1], 1])
+    others = [EXACT_SEPARATRIX, EXACT_TILT_ERROR]
+    np.testing.assert_array_equal(measures[others, 0], measures[others, 1])
 
 
 @given(st.floats(-1.4, 1.4), RATES, RATES, st.floats(0.01, 1.0))
 def test_released_at_rest(tilt, precession, roll, alpha):
     """A start at rest is itself one of the extremes, exactly."""
-    measures, counts = turning.extremes(starts((tilt, 0.0, precession, roll), alpha=alpha), 89.0 * DEGREE)
-    assume(counts[0, 0] != UNRESOLVED)
-    assert tilt in measures[:2, 0]
+    measures, counts = extremes(starts((tilt, 0.0, precession, roll), alpha=alpha), 89.0 * DEGREE)
+    assume(counts[EXACT_ENDING, 0] != UNRESOLVED)
+    assert tilt in measures[EXTREMES, 0]
 
 
 @given(st.floats(-1.4, 1.4), RATES, RATES, RATES, st.floats(0.05, 4.0), st.floats(0.5, 30.0))
@@ -70,11 +81,15 @@ def test_radius_and_gravity_only_scale_time(tilt, rate, precession, roll, radius
     unit = math.sqrt(gravity / radius)
     scaled = starts((tilt, rate, precession, roll), radius=1.0, gravity=1.0)
     physical = starts((tilt, rate * unit, precession * unit, roll * unit), radius=radius, gravity=gravity)
-    (one, ones), (other, others) = (turning.extremes(x, 80.0 * DEGREE, True) for x in (scaled, physical))
-    assume(ones[0, 0] == BOUNDED and one[ERROR, 0] < 1e-13)
-    assert ones[1, 0] == others[1, 0]
-    np.testing.assert_allclose(other[:2, 0], one[:2, 0], rtol=0.0, atol=8 * one[ERROR, 0] + 1e-15)
-    assert other[PERIOD, 0] == pytest.approx(one[PERIOD, 0] / unit, rel=1e-9, nan_ok=True)
+    (one, ones), (other, others) = (extremes(x, 80.0 * DEGREE, True) for x in (scaled, physical))
+    assume(ones[EXACT_ENDING, 0] == BOUNDED and one[EXACT_TILT_ERROR, 0] < 1e-13)
+    assert ones[EXACT_WELLS, 0] == others[EXACT_WELLS, 0]
+    np.testing.assert_allclose(
+        other[EXTREMES, 0], one[EXTREMES, 0], rtol=0.0, atol=8 * one[EXACT_TILT_ERROR, 0] + 1e-15
+    )
+    assert other[EXACT_NUTATION_PERIOD, 0] == pytest.approx(
+        one[EXACT_NUTATION_PERIOD, 0] / unit, rel=1e-9, nan_ok=True
+    )
 
 
 # --- wells ----------------------------------------------------------------------------------------------------------
@@ -91,7 +106,8 @@ def test_wells_change_at_the_fold(alpha, away):
         f = steady.steady_roll_rate(t, p, alpha, R, G)
         for factor, wells in ((1.0 - away, 2), (1.0 + away, 1)):
             rows = np.stack([t, np.full_like(t, 0.3), p * factor, f * factor], axis=1)
-            assert (turning.extremes(starts(*rows, alpha=alpha), 89.0 * DEGREE)[1][1] == wells).all()
+            _, counts = extremes(starts(*rows, alpha=alpha), 89.0 * DEGREE)
+            assert (counts[EXACT_WELLS] == wells).all()
 
 
 def test_small_oscillations():
@@ -99,10 +115,10 @@ def test_small_oscillations():
     tilt, precession = 0.6, 3.0
     roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
     k = steady.stability_coefficient(tilt, precession, roll, 0.5, R, G)
-    measures, _ = turning.extremes(starts((tilt, 1e-6, precession, roll)), 80.0 * DEGREE, True)
+    measures, _ = extremes(starts((tilt, 1e-6, precession, roll)), 80.0 * DEGREE, True)
     # the force's own rounding shifts the middle by 1e-16, and the amplitude is 1e-6: the period is good to its square
-    assert measures[PERIOD, 0] == pytest.approx(2.0 * math.pi / math.sqrt(k), rel=1e-9)
-    assert measures[GREATEST, 0] - tilt == pytest.approx(1e-6 / math.sqrt(k), rel=1e-5)
+    assert measures[EXACT_NUTATION_PERIOD, 0] == pytest.approx(2.0 * math.pi / math.sqrt(k), rel=1e-9)
+    assert measures[EXACT_TILT_MAX, 0] - tilt == pytest.approx(1e-6 / math.sqrt(k), rel=1e-5)
 
 
 # --- endings --------------------------------------------------------------------------------------------------------
@@ -110,8 +126,8 @@ def test_small_oscillations():
 
 def end_of(*start, fall=60.0, **others):
     """Ending and extremes in degrees of one start."""
-    measures, counts = turning.extremes(starts(start, **others), fall * DEGREE)
-    return counts[0, 0], *(float(x) / DEGREE for x in measures[:2, 0])
+    measures, counts = extremes(starts(start, **others), fall * DEGREE)
+    return counts[EXACT_ENDING, 0], *(float(x) / DEGREE for x in measures[EXTREMES, 0])
 
 
 def test_fall_forward_shows_nothing_else():
@@ -178,9 +194,9 @@ def test_impossible_start(bad):
     """A start that is none is invalid, and its neighbours are computed as if it were not there."""
     good = {"tilt": 0.1, "rate": 0.0, "precession": 0.0, "roll": 3.0, "alpha": 0.5, "radius": R, "gravity": G}
     given_ = np.array([list(good.values()), list((good | bad).values()), list(good.values())]).T
-    measures, counts = turning.extremes(given_, 80.0 * DEGREE)
-    alone, _ = turning.extremes(given_[:, :1], 80.0 * DEGREE)
-    assert list(counts[0]) == [BOUNDED, INVALID, BOUNDED]
+    measures, counts = extremes(given_, 80.0 * DEGREE)
+    alone, _ = extremes(given_[:, :1], 80.0 * DEGREE)
+    assert list(counts[EXACT_ENDING]) == [BOUNDED, INVALID, BOUNDED]
     assert np.isnan(measures[:, 1]).all()
     np.testing.assert_array_equal(measures[:, [0, 2]], alone.repeat(2, axis=1))
 
@@ -188,10 +204,10 @@ def test_impossible_start(bad):
 @given(st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1.57, 1.57))
 def test_enormous_rates(rate, precession, roll, tilt):
     """Whatever the numbers, every cell ends with a code and never with an extreme inside the start."""
-    measures, counts = turning.extremes(starts((tilt, rate, precession, roll)), 85.0 * DEGREE, True)
-    assert counts[0, 0] in (BOUNDED, STEADY, FELL, UNRESOLVED)
-    if counts[0, 0] != UNRESOLVED:
-        assert measures[LEAST, 0] <= tilt <= measures[GREATEST, 0]
+    measures, counts = extremes(starts((tilt, rate, precession, roll)), 85.0 * DEGREE, True)
+    assert counts[EXACT_ENDING, 0] in (BOUNDED, STEADY, FELL, UNRESOLVED)
+    if counts[EXACT_ENDING, 0] != UNRESOLVED:
+        assert measures[EXACT_TILT_MIN, 0] <= tilt <= measures[EXACT_TILT_MAX, 0]
 
 
 # --- a cell's bits depend on the cell alone -------------------------------------------------------------------------
@@ -199,13 +215,13 @@ def test_enormous_rates(rate, precession, roll, tilt):
 
 def test_alpha_as_an_axis():
     """More values of alpha than tables are held at once give what each gives alone, bad ones among them."""
-    alpha = np.linspace(-0.1, 1.1, 2 * turning.TABLES + 51)
+    alpha = np.linspace(-0.1, 1.1, 2 * TABLES + 51)
     many = starts(*[(0.1, 0.2, 1.0, 2.0)] * alpha.size)
-    many[4] = alpha
-    measures, counts = turning.extremes(many, 80.0 * DEGREE, True)
-    assert ((counts[0] == INVALID) == ((alpha <= 0.0) | (alpha > 1.0))).all()
+    many[ALPHA] = alpha
+    measures, counts = extremes(many, 80.0 * DEGREE, True)
+    assert ((counts[EXACT_ENDING] == INVALID) == ((alpha <= 0.0) | (alpha > 1.0))).all()
     for i in (0, 40, 200, 300):
-        one, _ = turning.extremes(many[:, i : i + 1], 80.0 * DEGREE, True)
+        one, _ = extremes(many[:, i : i + 1], 80.0 * DEGREE, True)
         np.testing.assert_array_equal(one[:, 0], measures[:, i])
 
 
@@ -216,7 +232,7 @@ def test_saddles_that_hide_do_not_change_their_neighbours():
         (0.0, 0.0016389466937642668, 0.0026508615347270365, -0.6872035236101626),
         alpha=0.02, radius=1.0, gravity=1.0,
     )  # fmt: skip
-    together, _ = turning.extremes(pair, 1.4)
+    together, _ = extremes(pair, 1.4)
     for cell in (0, 1):
-        alone, _ = turning.extremes(pair[:, [cell]], 1.4)
+        alone, _ = extremes(pair[:, [cell]], 1.4)
         np.testing.assert_array_equal(alone[:, 0], together[:, cell])

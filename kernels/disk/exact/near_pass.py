@@ -1,14 +1,14 @@
-"""The first pass over a chunk: everything about the starts, where most turning points of slow motions lie."""
+"""The first pass over a chunk: expansions about the starts, near which most turning points of slow motions lie."""
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
-from kernels.disk.exact.grouped import blocks_of
+from kernels.disk.exact.counting_sort import blocks_of
+from kernels.disk.exact.far_turning_points import OPEN, TURNS
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import NODES, PANELS, TERMS
-from kernels.disk.exact.near_turning_points import begin, noise, turn_near
+from kernels.disk.exact.near_turning_points import expand_about_starts, near_turning_points, rounding_error
 from kernels.disk.exact.root import ROUNDING
-from kernels.disk.exact.saddle import saddles
-from kernels.disk.exact.turning_point_search import SOUGHT, TURNS
+from kernels.disk.exact.saddle import find_saddles
 from kernels.jit import internal
 
 #: A force at rest below this share of its terms is rounding (as in `kernels.disk.leg_control`).
@@ -27,23 +27,25 @@ def _load(chunk, first, last):
 
 
 @internal
-def _kinds(block):
-    """Tell the KIND of each motion; whether one of them was kicked."""
+def _classify(block):
+    """Write the KIND of each motion; whether one of them starts with a tilt rate."""
     kicked = 0
     for lane in range(LANES):
         w, height, base = block[at.W_0 + lane], block[at.HEIGHT + lane], block[at.BASE + lane]
         at_rest = (w == 0.0) & (abs(block[at.FORCE + lane]) <= _STEADY * block[at.PULL + lane])
-        on_separatrix = abs(height) <= noise(block, lane, block[at.TOP + lane] - block[at.Y_0 + lane])
-        kind = of.UNCLEAR if on_separatrix else of.SWINGS
+        on_separatrix = abs(height) <= rounding_error(
+            block, lane, block[at.TOP + lane] - block[at.Y_0 + lane]
+        )
+        kind = of.ON_SEPARATRIX if on_separatrix else of.OSCILLATES
         kind = of.RESTS if at_rest else kind
-        # a number that is not finite minus itself is none
-        block[at.KIND + lane] = kind if base - base == 0.0 else of.WILD
+        # x - x is zero only for a finite x
+        block[at.KIND + lane] = kind if base - base == 0.0 else of.NOT_FINITE
         kicked |= int(w != 0.0)
     return kicked != 0
 
 
 @internal
-def _keep_motions(chunk, first, last):
+def _store_motions(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(last - first):
         i = chunk.order[first + lane]
@@ -59,18 +61,18 @@ def _keep_motions(chunk, first, last):
 
 
 @internal
-def _turn(chunk, sense, panels, panel, first, last):
-    """Look for the turning points of a block on one side; those that lie farther out are left to be sought."""
+def _find_to_one_side(chunk, sense, panels, panel, first, last):
+    """Find the turning points of a block on one side; those that lie farther out are left OPEN."""
     block, motions = chunk.block, chunk.motions
     ahead = sense > 0.0
     for lane in range(LANES):
-        wanted = (block[at.KIND + lane] == of.SWINGS) & (ahead | (block[at.W_0 + lane] != 0.0))
+        wanted = (block[at.KIND + lane] == of.OSCILLATES) & (ahead | (block[at.W_0 + lane] != 0.0))
         block[at.WANTED + lane] = 1.0 if wanted else 0.0
-    turn_near(block, sense, panels, panel)
+    near_turning_points(block, sense, panels, panel)
     column = 0 if ahead else of.BEHIND
     for lane in range(last - first):
         i, wanted = chunk.order[first + lane], block[at.WANTED + lane]
-        motions[i, column + of.END] = TURNS if wanted <= 0.0 else SOUGHT
+        motions[i, column + of.END] = TURNS if wanted <= 0.0 else OPEN
         motions[i, column + of.TURN] = block[at.TILT + lane]
         motions[i, column + of.ERROR] = block[at.ERROR + lane]
         motions[i, column + of.DISTANCE] = block[at.DISTANCE + lane]
@@ -79,17 +81,17 @@ def _turn(chunk, sense, panels, panel, first, last):
 
 
 @internal
-def about_starts(n, tables, chunk):
+def find_near(n, tables, chunk):
     """Expand n motions about their starts and find the turning points there."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
         panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
         table = panel // PANELS
         alpha, node = tables.alphas[table], table * NODES + 2 * (panel - table * PANELS)
         _load(chunk, first, last)
-        begin(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
-        saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
-        kicked = _kinds(chunk.block)
-        _keep_motions(chunk, first, last)
-        _turn(chunk, 1.0, tables.panels, panel, first, last)
+        expand_about_starts(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
+        find_saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
+        kicked = _classify(chunk.block)
+        _store_motions(chunk, first, last)
+        _find_to_one_side(chunk, 1.0, tables.panels, panel, first, last)
         if kicked:
-            _turn(chunk, -1.0, tables.panels, panel, first, last)
+            _find_to_one_side(chunk, -1.0, tables.panels, panel, first, last)

@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 import referee
-from engine import flow
 from hypothesis import given
 from hypothesis import strategies as st
+from kernel_runner import flow
 
 from kernels.disk import equations as disk
 

@@ -1,14 +1,14 @@
-"""The other passes over a chunk: turning points beyond the expansions about the starts."""
+"""The second and third pass over a chunk: turning points beyond the expansions about the starts."""
 
 import math
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
-from kernels.disk.exact.grouped import blocks_of
+from kernels.disk.exact.counting_sort import blocks_of
+from kernels.disk.exact.far_turning_points import OPEN, TURNS, bracket_turning_points, far_turning_points
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import PANELS, REACH
-from kernels.disk.exact.turning_point_search import SOUGHT, TURNS, turn_far, walk
 from kernels.jit import internal
 
 
@@ -40,8 +40,8 @@ def _load(chunk, first, last):
 
 
 @internal
-def _keep_brackets(chunk, table, end, first, last):
-    """Note where searches are bracketed; those that are not end here."""
+def _store_brackets(chunk, table, end, first, last):
+    """Store the brackets of searches; a search without a bracket ends."""
     block = chunk.block
     for lane in range(last - first):
         j, k = chunk.order[first + lane], block[at.PANEL + lane]
@@ -60,13 +60,13 @@ def _keep_brackets(chunk, table, end, first, last):
 
 @internal
 def _collect(n, chunk):
-    """List what is to be sought for n motions, and on which panel each search begins; returns the number."""
+    """List the searches of n motions, and the panel on which each begins; returns their number."""
     count = 0
     for i in range(n):
-        if chunk.motions[i, of.KIND] != of.SWINGS:
+        if chunk.motions[i, of.KIND] != of.OSCILLATES:
             continue
         for behind in range(2 if chunk.motions[i, of.W] != 0.0 else 1):
-            if chunk.motions[i, of.END + behind * of.BEHIND] == SOUGHT:
+            if chunk.motions[i, of.END + behind * of.BEHIND] == OPEN:
                 chunk.sought[count] = 2 * i + behind
                 _, side, _ = _sought(chunk, count)
                 panel = int(side * chunk.motions[i, of.PANEL_0])
@@ -76,20 +76,20 @@ def _collect(n, chunk):
 
 
 @internal
-def _follow(n, tables, chunk, y_fall):
-    """Follow n searches out to the panels on which the motions turn; their keys are then those, or -1."""
+def _bracket_all(n, tables, chunk, y_fall):
+    """Bracket n searches; their keys become the panels of the brackets, or -1."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
         panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH
-        end = walk(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
-        _keep_brackets(chunk, table, end, first, last)
+        end = bracket_turning_points(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
+        _store_brackets(chunk, table, end, first, last)
 
 
 @internal
-def _close_ranks(n, chunk):
-    """Move the searches that go on to the front; returns their number."""
+def _drop_ended(n, chunk):
+    """Move the searches that have not ended to the front; returns their number."""
     count = 0
     for j in range(n):
         if chunk.keys[j] >= 0:
@@ -101,7 +101,7 @@ def _close_ranks(n, chunk):
 
 
 @internal
-def _keep_turns(chunk, first, last):
+def _store_turning_points(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(last - first):
         i, side, column = _sought(chunk, chunk.order[first + lane])
@@ -112,23 +112,23 @@ def _keep_turns(chunk, first, last):
 
 
 @internal
-def _to_roots(n, tables, chunk):
+def _refine_all(n, tables, chunk):
     """Find the turning points of n searches, each on its panel."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
         panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH
-        turn_far(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
-        _keep_turns(chunk, first, last)
+        far_turning_points(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
+        _store_turning_points(chunk, first, last)
 
 
 @internal
-def search(n, tables, chunk, y_fall):
+def find_far(n, tables, chunk, y_fall):
     """Find the turning points of n motions that do not lie within the expansions about their starts."""
     count = _collect(n, chunk)
     if count > 0:
-        _follow(count, tables, chunk, y_fall)
-        count = _close_ranks(count, chunk)
+        _bracket_all(count, tables, chunk, y_fall)
+        count = _drop_ended(count, chunk)
     if count > 0:
-        _to_roots(count, tables, chunk)
+        _refine_all(count, tables, chunk)

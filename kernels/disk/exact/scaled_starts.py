@@ -1,13 +1,28 @@
-"""How cells become motions of the exact reduction: their starts, scaled, at their places in the table.
+"""How cells become motions of the exact reduction: their starts, scaled, and their panels of the table.
 
-A block of cells at a time (`kernels.disk.exact.layout`). The logarithm that finds the panel is one from the bits of the
-number, because the library's works on one number at a time.
+A block of cells at a time (`kernels.disk.exact.layout`). The logarithm that finds the panel is an approximation from
+the bits of the number, because the library's works on one number at a time.
 """
 
 import math
 
 import numpy as np
 
+from kernels.disk.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+    GRAVITY,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_RATE,
+)
 from kernels.disk.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
@@ -16,15 +31,15 @@ from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
 from kernels.jit import internal
 from kernels.simd_math import sine_cosine
 
-#: How far the logarithm is above the straight line: log2(1+m) - m is about this m(1-m) for m from 0 to 1.
-_BULGE = 0.346
-#: Starts beyond the table's end are looked for on its last panel.
+#: log2(1+m) - m is about this times m(1-m) for m from 0 to 1.
+_LOG_CURVATURE = 0.346
+#: Starts beyond the table's end are taken for ones on its last panel.
 _LAST_PANEL = float(REACH)
 
 
 @internal
-def _scale(block, fall_tilt):
-    """From cells to scaled starts, the nearest panel to each (about), and what is known without a motion (ENDING)."""
+def _scale_block(block, fall_tilt):
+    """Scale the starts, find the panel of each to within one, and the endings of cells without a motion (ENDING)."""
     for lane in range(LANES):
         tilt, rate = block[at.TILT_0 + lane], block[at.W_0 + lane]
         precession, roll = block[at.O_0 + lane], block[at.S_0 + lane]
@@ -35,23 +50,23 @@ def _scale(block, fall_tilt):
         # the exponent and the mantissa of exp(y) = (1 + |sin|)/cos give its logarithm well enough
         power = np.float64((1.0 + abs(S)) / C).view(np.int64) * 2.0**-52 - 1023.0
         mantissa = power - math.floor(power)
-        y = math.log(2.0) * (power + _BULGE * mantissa * (1.0 - mantissa))
+        y = math.log(2.0) * (power + _LOG_CURVATURE * mantissa * (1.0 - mantissa))
         possible = (abs(tilt) < 0.5 * math.pi) & (radius > 0.0) & (radius < math.inf)
         possible &= (gravity > 0.0) & (gravity < math.inf)
-        # a number that is not finite minus itself is none
+        # x - x is zero only for a finite x
         possible &= (rate - rate == 0.0) & (precession - precession == 0.0) & (roll - roll == 0.0)
         ending = FELL if abs(tilt) >= fall_tilt else NOT_COMPUTED
         block[at.ENDING + lane] = ending if possible else INVALID
         panel = math.floor(y * (1.0 / PANEL) + 0.5)
         block[at.PANEL + lane] = panel if panel < _LAST_PANEL else _LAST_PANEL
         block[at.UNIT + lane] = unit
-        block[at.W_0 + lane] = w if w * w > 0.0 else 0.0  # a kick without energy is none
+        block[at.W_0 + lane] = w if w * w > 0.0 else 0.0  # a rate whose square underflows counts as rest
         block[at.S_0 + lane], block[at.O_0 + lane] = roll * unit + spin * S, spin * C
         block[at.SIN + lane], block[at.COS + lane] = S, C
 
 
 @internal
-def _stretch(block):
+def _stretched_tilts(block):
     """The stretched tilt, from its distance to the centre of the panel found.
 
     y = 2 atanh(tan(tilt/2)), and exp(y) = (1 + sin)/cos: the distance is 2 atanh((t - t0)/(1 - t t0)) with the
@@ -84,23 +99,23 @@ def _stretch(block):
 @internal
 def _write_at_once(cell, ending, tilt, measures, counts):
     fell = ending == FELL
-    measures[0, cell] = measures[1, cell] = tilt if fell else math.nan
-    measures[2, cell] = measures[3, cell] = math.nan
-    measures[4, cell] = 0.0 if fell else math.nan
-    counts[0, cell], counts[1, cell] = ending, 0
+    measures[EXACT_TILT_MIN, cell] = measures[EXACT_TILT_MAX, cell] = tilt if fell else math.nan
+    measures[EXACT_NUTATION_PERIOD, cell] = measures[EXACT_SEPARATRIX, cell] = math.nan
+    measures[EXACT_TILT_ERROR, cell] = 0.0 if fell else math.nan
+    counts[EXACT_ENDING, cell], counts[EXACT_WELLS, cell] = ending, 0
 
 
 @internal
 def _load(block, starts, first, stop):
     for lane in range(LANES):
         cell = min(first + lane, stop - 1)
-        block[at.TILT_0 + lane], block[at.W_0 + lane] = starts[0, cell], starts[1, cell]
-        block[at.O_0 + lane], block[at.S_0 + lane] = starts[2, cell], starts[3, cell]
-        block[at.RADIUS + lane], block[at.GRAVITY + lane] = starts[5, cell], starts[6, cell]
+        block[at.TILT_0 + lane], block[at.W_0 + lane] = starts[TILT, cell], starts[TILT_RATE, cell]
+        block[at.O_0 + lane], block[at.S_0 + lane] = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+        block[at.RADIUS + lane], block[at.GRAVITY + lane] = starts[RADIUS, cell], starts[GRAVITY, cell]
 
 
 @internal
-def _look_up(block, tables):
+def _read_panel_centres(block, tables):
     """What is known of the centre of each start's panel; it is the same in every table."""
     for lane in range(LANES):
         swings = block[at.ENDING + lane] == NOT_COMPUTED
@@ -112,7 +127,7 @@ def _look_up(block, tables):
 
 
 @internal
-def _keep(block, lane, table, motions, i):
+def _store_motion(block, lane, table, motions, i):
     motions[i, of.TILT], motions[i, of.UNIT] = block[at.TILT_0 + lane], block[at.UNIT + lane]
     motions[i, of.Y_0], motions[i, of.X_0] = block[at.Y_0 + lane], block[at.X_0 + lane]
     motions[i, of.S_0], motions[i, of.O_0] = block[at.S_0 + lane], block[at.O_0 + lane]
@@ -122,7 +137,7 @@ def _keep(block, lane, table, motions, i):
 
 
 @internal
-def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts):
+def scale_starts(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts):
     """Make motions of the cells from `start` to `stop`, but for those whose ending is known without (and written).
 
     Returns their number. Of `chunk`, `motions`, `cells` and `keys` are written.
@@ -130,9 +145,9 @@ def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts
     n = 0
     for first in range(start, stop, LANES):
         _load(chunk.block, starts, first, stop)
-        _scale(chunk.block, fall_tilt)
-        _look_up(chunk.block, tables)
-        _stretch(chunk.block)
+        _scale_block(chunk.block, fall_tilt)
+        _read_panel_centres(chunk.block, tables)
+        _stretched_tilts(chunk.block)
         for lane in range(min(LANES, stop - first)):
             cell = first + lane
             table = which[cell]
@@ -140,7 +155,7 @@ def enter(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts
             if ending != NOT_COMPUTED:
                 _write_at_once(cell, ending, chunk.block[at.TILT_0 + lane], measures, counts)
                 continue
-            _keep(chunk.block, lane, table, chunk.motions, n)
+            _store_motion(chunk.block, lane, table, chunk.motions, n)
             chunk.cells[n] = cell
             chunk.keys[n] = table * PANELS + REACH + int(chunk.block[at.PANEL + lane])
             n += 1

@@ -1,10 +1,10 @@
 """How far the lane kernel's extremes lie from the exact turning points."""
 
-import engine
+import kernel_runner
 import numpy as np
 import pytest
 import referee
-from engine import coarse, errors
+from kernel_runner import coarse, errors
 
 from kernels.disk.endings import BOUNDED, FELL, UNRESOLVED
 
@@ -24,7 +24,7 @@ PRINTED = [
 def test_the_printed_extremes(start, least, greatest):
     """Kernel and referee both give the extreme tilts of the report's disk as printed."""
     given = referee.starts(**start)
-    truth, found = referee.extremes(given), engine.run(given, tolerance=1e-6)
+    truth, found = referee.extremes(given), kernel_runner.run(given, tolerance=1e-6)
     for extremes in (truth, found):
         degrees = np.degrees([extremes.least[0], extremes.greatest[0]])
         assert list(np.round(degrees, 4)) == [least, greatest]
@@ -35,7 +35,7 @@ def test_the_printed_extremes(start, least, greatest):
 def test_the_accuracy_of_the_presets(preset):
     """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
     given = coarse(preset)
-    truth, found = referee.extremes(given), engine.run(given)
+    truth, found = referee.extremes(given), kernel_runner.run(given)
     resolved = np.isin(found.ending, (BOUNDED, FELL))
     assert resolved.mean() > 0.99
     assert list(found.ending[resolved] == FELL) == list(truth.fell[resolved])
@@ -48,7 +48,7 @@ def test_the_accuracy_of_the_presets(preset):
 def test_the_accuracy_of_random_starts(crowd):
     """All over the seven parameters the extremes are exact to 1e-8 rad in 99 % of the cells and to 1e-6 in all."""
     given, truth = crowd
-    found = engine.run(given)
+    found = kernel_runner.run(given)
     assert list(found.ending == FELL) == list(truth.fell)
     assert set(found.ending) == {BOUNDED, FELL}
     wrong = errors(found, truth)
@@ -61,7 +61,7 @@ def test_the_accuracy_of_random_starts(crowd):
 def test_the_error_estimate_is_honest(crowd, tolerance):
     """The true error is at most 10 times the estimated one, but for 1e-11 rad that rounding can do by itself."""
     given, truth = crowd
-    found = engine.run(given, tolerance=tolerance)
+    found = kernel_runner.run(given, tolerance=tolerance)
     assert (found.tilt_error <= tolerance).all()
     assert (errors(found, truth) <= 10.0 * found.tilt_error + 1e-11).all()
 
@@ -71,7 +71,7 @@ def test_the_error_estimate_is_honest(crowd, tolerance):
 def test_too_long_a_step_is_repaired_or_admitted(crowd, step):
     """However long the step asked for, a cell is refined until its extremes are right, or it is unresolved."""
     given, truth = crowd
-    found = engine.run(given, step=step, duration=1e4)
+    found = kernel_runner.run(given, step=step, duration=1e4)
     assert np.isin(found.ending, (BOUNDED, FELL, UNRESOLVED)).all()
     resolved = found.ending != UNRESOLVED
     assert list(found.ending[resolved] == FELL) == list(truth.fell[resolved])
@@ -84,7 +84,7 @@ def test_too_long_a_step_is_repaired_or_admitted(crowd, step):
 def test_a_loose_tolerance_is_kept(crowd, tolerance):
     """With the loosest tolerances steps are as long as the motion is fast, and the extremes still lie within them."""
     given, truth = crowd
-    found = engine.run(given, tolerance=tolerance)
+    found = kernel_runner.run(given, tolerance=tolerance)
     assert list(found.ending == FELL) == list(truth.fell)
     assert (errors(found, truth) <= tolerance).all()
 
@@ -93,7 +93,7 @@ def test_a_long_step_is_refined():
     """A step half as long as the motion is refined, and the result is that of the engine's own step."""
     given = referee.starts(tilt=0.3, roll_rate=4.0)
     truth = referee.extremes(given)
-    own, long = engine.run(given, tolerance=1e-5), engine.run(given, tolerance=1e-5, step=0.3)
+    own, long = kernel_runner.run(given, tolerance=1e-5), kernel_runner.run(given, tolerance=1e-5, step=0.3)
     assert own.refinements[0] <= 1
     assert long.refinements[0] >= 1
     assert long.steps[0] > 5
@@ -105,7 +105,7 @@ def test_a_long_step_is_refined():
 def test_a_faint_kick_off_the_summit_swings_to_both_sides():
     """A kick off an unstable upright disk swings it as far to the one side as to the other, however faint the kick."""
     kicks, rates = np.meshgrid(np.geomspace(1e-9, 1e-2, 15), np.linspace(2.0, 2.5, 30))
-    found = engine.run(referee.starts(tilt_rate=kicks.ravel(), roll_rate=rates.ravel()))
+    found = kernel_runner.run(referee.starts(tilt_rate=kicks.ravel(), roll_rate=rates.ravel()))
     assert (found.ending == BOUNDED).all()
     assert list(found.greatest) == list(-found.least)
     # energy of the kick against the depth of the wells: beyond 1e-6 rad/s the swing is that of no kick at all
@@ -117,7 +117,7 @@ def test_a_faint_kick_off_the_summit_swings_to_both_sides():
 def test_what_lies_on_a_separatrix_is_admitted():
     """A motion that reaches the summit of its potential with no more energy than rounding is unresolved, or right."""
     given = referee.starts(tilt=0.3, tilt_rate=np.linspace(-1.45, -1.25, 2001), roll_rate=1.5)
-    found, truth = engine.run(given), referee.extremes(given)
+    found, truth = kernel_runner.run(given), referee.extremes(given)
     resolved = found.ending != UNRESOLVED
     assert resolved.mean() > 0.99
     assert errors(found, truth)[resolved].max() <= 1e-6
@@ -131,7 +131,7 @@ def test_fast_disks_next_to_upright_are_resolved():
     )
     for name in ("roll_rate", "precession_rate"):
         given = referee.starts(tilt=tilts, **{name: rates})
-        found = engine.run(given)
+        found = kernel_runner.run(given)
         assert set(found.ending) == {BOUNDED}
         assert errors(found, referee.extremes(given)).max() <= 1e-10
 
@@ -168,7 +168,7 @@ SCALED = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")
 def test_fast_disks_that_sweep_through_large_tilts_are_within_the_tolerance():
     """Where the energy is kept far better than the other constants of the motion, the tolerance holds all the same."""
     given = referee.starts(**dict(zip(SCALED, DECEPTIVE, strict=True)), radius=1.0, gravity=1.0)
-    found = engine.run(given)
+    found = kernel_runner.run(given)
     assert np.isin(found.ending, (BOUNDED, FELL)).all()
     assert errors(found, referee.extremes(given)).max() <= 1e-8
 
@@ -177,6 +177,6 @@ def test_fast_disks_that_sweep_through_large_tilts_are_within_the_tolerance():
 def test_where_rounding_hides_the_error_a_disk_is_unresolved_rather_than_wrong():
     """No extreme beyond the tolerance is passed off as one within it."""
     given = referee.starts(**dict(zip(SCALED, FASTER, strict=True)), radius=1.0, gravity=1.0)
-    found = engine.run(given)
+    found = kernel_runner.run(given)
     within = errors(found, referee.extremes(given)) <= 1e-8
     assert (within | (found.ending == UNRESOLVED)).all()

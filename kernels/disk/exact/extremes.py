@@ -1,7 +1,7 @@
 """The exact reduction: extreme tilts for all time, wells, separatrix and period of many cells, without time stepping.
 
-A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not exceed its
-energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
+A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not
+exceed its energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
 """
 
 import math
@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import prange
 
+from kernels.disk.arrays import ALPHA, EXACT_COUNTS, EXACT_MEASURES
 from kernels.disk.exact.chunk import Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk
@@ -28,9 +29,8 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
 
     Parameters
     ----------
-    starts : float64[7, n]
-        Rows: tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha [1] (not read), radius [m],
-        gravity [m/s^2].
+    starts : float64[len(PARAMETERS), n]
+        Rows as in `kernels.disk.arrays`; alpha is not read.
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall.
     with_period : bool
@@ -41,19 +41,16 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
         Index of each cell's alpha, negative where it is not in (0, 1].
     panels, nodes : arrays
         `kernels.disk.exact.legendre.tables` of `alphas`.
-    measures : float64[5, n], written
-        Rows: least and greatest tilt [rad], nutation period [s], separatrix [1], estimated error of the extremes [rad].
-        NaN where a measure does not exist. Separatrix is the saddle of the potential minus the energy, over m g
-        radius: positive for a motion trapped in one of two wells, negative for one that passes over the saddle, NaN
-        for one well.
-    counts : int32[2, n], written
-        Rows: ending (`kernels.disk.endings`), wells of the potential (1, 2; 0 where it is not known).
+    measures : float64[len(EXACT_MEASURES), n], written
+        Separatrix is the saddle of the potential minus the energy: positive for a motion trapped in one of two wells,
+        negative for one that passes over the saddle, NaN for one well.
+    counts : int32[len(EXACT_COUNTS), n], written
 
     Notes
     -----
-    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and what came before.
-    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite
-    and it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
+    Never raises. Bounded: both extremes hold for all time. Fell: the first fall_tilt reached and the extreme before it.
+    Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite and
+    it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     n = which.size
     chunks = (n + CHUNK - 1) // CHUNK
@@ -74,18 +71,18 @@ def extremes(starts, fall_tilt, with_period=False):
 
     Parameters
     ----------
-    starts : float64[7, n]
+    starts : float64[len(PARAMETERS), n]
     fall_tilt : float
     with_period : bool
 
     Returns
     -------
-    measures : float64[5, n]
-    counts : int32[2, n]
+    measures : float64[len(EXACT_MEASURES), n]
+    counts : int32[len(EXACT_COUNTS), n]
     """
     starts = np.ascontiguousarray(starts, dtype=np.float64)
-    measures, counts = np.empty((5, starts.shape[1])), np.empty((2, starts.shape[1]), np.int32)
-    known, which = _tables_of(starts[4])
+    measures, counts = _results(starts.shape[1])
+    known, which = _tables_of(starts[ALPHA])
     if known.size <= TABLES and (which[:-1] <= which[1:]).all():
         reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
         return measures, counts
@@ -95,12 +92,16 @@ def extremes(starts, fall_tilt, with_period=False):
     for first in range(0, known.size, TABLES):
         begin, end = np.searchsorted(which, [first if first > 0 else -1, first + TABLES])
         cells, some = order[begin:end], known[first : first + TABLES]
-        found, numbers = np.empty((5, cells.size)), np.empty((2, cells.size), np.int32)
+        found, numbers = _results(cells.size)
         own = np.take(starts, cells, axis=1)
         local = np.maximum(which[begin:end] - first, -1)
         reduce(own, fall_tilt, with_period, some, local, *tables(some), found, numbers)
         measures[:, cells], counts[:, cells] = found, numbers
     return measures, counts
+
+
+def _results(n):
+    return np.empty((len(EXACT_MEASURES), n)), np.empty((len(EXACT_COUNTS), n), np.int32)
 
 
 def _tables_of(alpha):

@@ -1,0 +1,127 @@
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+import referee
+
+from kernels.disk.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_ERROR,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    EXACT_WELLS,
+    PARAMETERS,
+)
+from kernels.disk.endings import BOUNDED
+from kernels.disk.exact.extremes import extremes
+
+# uncompiled, the tables alone take minutes
+pytestmark = pytest.mark.compiled
+
+#: Written by tests/turning_reference.py.
+TABLE = Path(referee.__file__).with_name("turning_reference.csv")
+
+EPS = 2.0**-53
+DEGREE = np.pi / 180.0
+EXTREMES = [EXACT_TILT_MIN, EXACT_TILT_MAX]
+
+
+def reference():
+    """Rows of the table that turning_reference.py wrote: kinds, starts and 40-digit results."""
+    rows = [line.split(",") for line in TABLE.read_text(encoding="ascii").split()]
+    results = 1 + len(PARAMETERS)
+    return (
+        np.array([row[0] for row in rows]),
+        np.array([[float.fromhex(x) for x in row[1:results]] for row in rows]).T,
+        np.array([[float(x) for x in row[results:]] for row in rows]).T,
+    )
+
+
+KINDS, STARTS, EXACT = reference()
+#: Rows of EXACT; of the two shifts see `turning_reference`.
+LEAST, GREATEST, SHIFT_OF_LEAST, SHIFT_OF_GREATEST, WELLS, HEIGHT, PERIOD = range(7)
+SHIFTS = [SHIFT_OF_LEAST, SHIFT_OF_GREATEST]
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    """Measures and counts of the reference's starts."""
+    return extremes(STARTS, 89.9 * DEGREE, True)
+
+
+def test_reference_is_large_enough():
+    """At least 200 starts, with at least 30 near-flat ones and 50 within 1e-2 of a separatrix."""
+    assert KINDS.size >= 200
+    assert (KINDS == "flat").sum() >= 30
+    assert (np.abs(EXACT[HEIGHT]) < 0.05)[KINDS == "separatrix"].sum() >= 50
+
+
+@pytest.mark.parametrize(
+    ("measure", "exact", "shift"),
+    [(EXACT_TILT_MIN, LEAST, SHIFT_OF_LEAST), (EXACT_TILT_MAX, GREATEST, SHIFT_OF_GREATEST)],
+)
+def test_turning_points(reduced, measure, exact, shift):
+    """The extremes are those of 40 digits, to 2e-14 and 4 roundings of the parameters of the start.
+
+    EXACT[shift] is the condition number: how far the extreme moves if every parameter changes by its own size.
+    """
+    wrong = np.abs(reduced[0][measure] - EXACT[exact])
+    allowed = 2e-14 + 4 * EPS * EXACT[shift]
+    assert (reduced[1][EXACT_ENDING] == BOUNDED).all()
+    assert (wrong <= allowed).all(), (wrong / allowed).max()
+    well_conditioned = allowed < 1e-12
+    assert well_conditioned.sum() >= 200
+    assert (wrong[well_conditioned] < 1e-12).all()
+
+
+def test_estimated_error_covers_the_error(reduced):
+    """The estimate is above the error of both extremes, and at most 100 times what condition allows."""
+    estimate = reduced[0][EXACT_TILT_ERROR]
+    assert (np.abs(reduced[0][EXTREMES] - EXACT[[LEAST, GREATEST]]).max(axis=0) <= estimate).all()
+    assert (estimate < 100 * (2e-16 + EPS * EXACT[SHIFTS].max(axis=0))).all()
+
+
+def test_wells_and_separatrix(reduced):
+    """One or two wells, and the height of the saddle over the energy, to 16 roundings of the energy."""
+    two = EXACT[WELLS] == 2
+    assert (reduced[1][EXACT_WELLS] == EXACT[WELLS]).all()
+    assert 50 < two.sum() < two.size - 50
+    assert np.isnan(reduced[0][EXACT_SEPARATRIX][~two]).all()
+    np.testing.assert_allclose(
+        reduced[0][EXACT_SEPARATRIX][two], EXACT[HEIGHT][two], rtol=1e-13, atol=16 * EPS
+    )
+
+
+def test_height_next_to_the_saddle(reduced):
+    """Of a disk that is all but at rest on its saddle the height keeps eight digits: no potentials are subtracted."""
+    near = np.isin(KINDS, ("circling", "upright")) & (np.abs(EXACT[HEIGHT]) < 1e-10)
+    assert near.sum() >= 10
+    np.testing.assert_allclose(reduced[0][EXACT_SEPARATRIX][near], EXACT[HEIGHT][near], rtol=1e-8)
+
+
+def test_periods(reduced):
+    """The period is that of a 40-digit quadrature to 1e-10, or to the rounding of the distance from a separatrix."""
+    known = np.isfinite(EXACT[PERIOD])
+    near = np.where(np.isnan(EXACT[HEIGHT]), 1.0, np.abs(EXACT[HEIGHT]))
+    wrong = np.abs(reduced[0][EXACT_NUTATION_PERIOD] / EXACT[PERIOD] - 1.0)[known]
+    assert known.sum() >= 80
+    assert (wrong <= 1e-10 + 8 * EPS / near[known]).all(), wrong.max()
+
+
+def test_bits_do_not_depend_on_neighbours(reduced):
+    """Threads, order and company change no bit; nor does asking for the period."""
+    order = np.random.default_rng(0).permutation(KINDS.size)
+    threads = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        measures, counts = extremes(STARTS[:, order], 89.9 * DEGREE, True)
+    finally:
+        numba.set_num_threads(threads)
+    np.testing.assert_array_equal(measures, reduced[0][:, order])
+    np.testing.assert_array_equal(counts, reduced[1][:, order])
+    without, _ = extremes(STARTS, 89.9 * DEGREE)
+    rest = [EXACT_TILT_MIN, EXACT_TILT_MAX, EXACT_SEPARATRIX, EXACT_TILT_ERROR]
+    np.testing.assert_array_equal(without[rest], reduced[0][rest])

@@ -1,0 +1,32 @@
+import pytest
+
+from kernels.disk import arrays
+
+#: Table -> prefix of its row numbers.
+PREFIXES = {
+    "PARAMETERS": "",
+    "SETTINGS": "",
+    "MEASURES": "",
+    "COUNTS": "",
+    "EXACT_MEASURES": "EXACT_",
+    "EXACT_COUNTS": "EXACT_",
+    "CONTACT": "CONTACT_",
+    "TRAJECTORY_SETTINGS": "TRAJECTORY_",
+    "SAMPLES": "",
+    "DERIVED": "DERIVED_",
+}
+
+
+@pytest.mark.parametrize("table", PREFIXES)
+def test_each_row_number_is_the_place_of_its_name(table):
+    """The constant of a name, in capitals, is the index of the name in its table."""
+    names = getattr(arrays, table)
+    assert [getattr(arrays, PREFIXES[table] + name.upper()) for name in names] == list(range(len(names)))
+
+
+def test_shared_rows_come_first():
+    """Both tables of measures begin with the extreme tilts, parameters and samples with the state."""
+    count = len(arrays.EXTREME_TILTS)
+    assert arrays.MEASURES[:count] == arrays.EXACT_MEASURES[:count] == arrays.EXTREME_TILTS
+    count = len(arrays.STATE)
+    assert arrays.PARAMETERS[:count] == arrays.SAMPLES[:count] == arrays.STATE

@@ -1,0 +1,165 @@
+"""Any model in the lanes: a small one beside the disk, and what binding does to functions."""
+
+import types
+
+import numpy as np
+import pytest
+from kernel_runner import process
+
+from kernels.disk import integrate as disk
+from kernels.jit import internal, kernel, simd
+from kernels.lanes import schedule
+from kernels.lanes.binding import bind
+from kernels.lanes.interface import LaneModel
+from kernels.lanes.layout import LANES, offsets
+
+# The model: a number grows by a rate in each step, first up to a goal, then with the opposite rate back to zero.
+VALUE, RATE, STEPS, LEG, TOTAL = offsets(0, 5)
+LAYOUT = types.SimpleNamespace(STEPPING=2 * LANES, RETURNED=RATE, STEPS=STEPS, SIZE=5 * LANES)
+
+
+@kernel
+def prepared_settings(settings):
+    """The goal."""
+    return (settings[0],)
+
+
+@simd
+def read_start(cell, lane, starts, run, lanes, measures, counts):
+    """A rate that is not positive is no start."""
+    if not starts[0, cell] > 0.0:
+        measures[0, cell], counts[0, cell] = np.nan, -1
+        fill_idle(lane, lanes)
+        return False
+    lanes[RATE + lane], lanes[LEG + lane], lanes[TOTAL + lane] = starts[0, cell], 0.0, 0.0
+    return True
+
+
+@internal
+def fill_idle(lane, lanes):
+    """A rate of one."""
+    lanes[RATE + lane], lanes[LEG + lane], lanes[TOTAL + lane] = 1.0, 0.0, 0.0
+
+
+@simd
+def prepare(lane, run, lanes):
+    """Begin at zero."""
+    lanes[VALUE + lane] = 0.0
+
+
+@simd
+def needs_integration(cell, lane, run, lanes, measures, counts):
+    """A rate beyond the goal needs no step."""
+    if lanes[RATE + lane] > run[0]:
+        measures[0, cell], counts[0, cell] = lanes[RATE + lane], 0
+        return False
+    return True
+
+
+@simd
+def set_off(lane, run, lanes):
+    """On the second leg backward."""
+    rate = lanes[RATE + lane]
+    lanes[RATE + lane] = -abs(rate) if lanes[LEG + lane] > 0.0 else abs(rate)
+
+
+@simd
+def advance(lane, run, lanes):
+    """One step; at an end the lane rests."""
+    rate = lanes[RATE + lane]
+    value = lanes[VALUE + lane] + rate
+    ended = (value >= run[0]) | (value <= 0.0)
+    lanes[VALUE + lane] = value
+    lanes[RATE + lane] = 0.0 if ended else rate
+    return ended
+
+
+@simd
+def land(lane, run, lanes):
+    """Sum the steps of the legs."""
+    lanes[TOTAL + lane] += lanes[STEPS + lane]
+
+
+@simd
+def finish_leg(cell, lane, run, lanes, measures, counts):
+    """After the first leg back, after the second the results."""
+    if lanes[LEG + lane] == 0.0:
+        lanes[LEG + lane] = 1.0
+        measures[0, cell] = lanes[VALUE + lane]
+        set_off(lane, run, lanes)
+        return True
+    counts[0, cell] = int(lanes[TOTAL + lane])
+    return False
+
+
+MODEL = LaneModel(
+    layout=LAYOUT,
+    prepared_settings=prepared_settings,
+    read_start=read_start,
+    fill_idle=fill_idle,
+    prepare=prepare,
+    needs_integration=needs_integration,
+    set_off=set_off,
+    advance=advance,
+    land=land,
+    finish_leg=finish_leg,
+)
+
+GOAL = 64.0
+
+
+@pytest.fixture(scope="module")
+def integrate():
+    """The entry point of the small model."""
+    return bind(MODEL)
+
+
+def results(integrate, rates):
+    """Values and numbers of steps of cells with the given rates."""
+    measures, counts = np.full((1, len(rates)), -777.0), np.full((1, len(rates)), -777, np.int32)
+    integrate(np.array([rates]), np.array([GOAL]), measures, counts)
+    return measures[0], counts[0]
+
+
+@pytest.mark.parametrize("n", [0, 1, LANES - 1, LANES, 5 * LANES + 3, 2 * schedule.CHUNK + 5])
+def test_cells_of_different_lengths(integrate, n):
+    """Every cell takes the steps of its own two legs, whatever the number of cells and of their neighbours' steps."""
+    rates = 2.0 ** np.random.default_rng(n).integers(-2, 7, n)
+    values, steps = results(integrate, rates)
+    assert (values == GOAL).all()
+    assert (steps == 2 * GOAL / rates).all()
+
+
+def test_cells_without_a_leg(integrate):
+    """Cells that are written at once, before or after `prepare`, leave their lanes to the others."""
+    rates = np.tile([4.0, np.nan, 65.0, -1.0], LANES)
+    values, steps = results(integrate, rates)
+    assert list(steps[:4]) == [32, -1, 0, -1]
+    assert (steps == np.tile(steps[:4], LANES)).all()
+    assert (values[2::4] == 65.0).all()
+
+
+def test_each_model_has_an_entry_point_of_its_own(integrate):
+    """Binding one model changes neither the schedule nor the entry point of another."""
+    assert bind(MODEL) is not integrate
+    assert getattr(disk.integrate, "py_func", disk.integrate).__globals__ is not vars(schedule)
+    assert schedule.advance.__module__ == "kernels.lanes.interface"
+
+
+_CACHE_USE = """
+import numpy as np
+from kernels.disk.arrays import COUNTS, MEASURES
+from sweep.engine.compiled import integrate
+starts = np.array([[0.3, 0.0, 0.0, 4.0, 0.5, 0.5, 9.81]]).T.copy()
+kernel = integrate()
+kernel(starts, np.array([300.0, 0.0, 1.4, 1e-8]), np.empty((len(MEASURES), 1)), np.empty((len(COUNTS), 1), np.int32))
+print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
+"""
+
+
+@pytest.mark.compiled
+def test_a_second_process_loads_the_bound_kernel(tmp_path, monkeypatch):
+    """What one process has compiled and cached the next one loads."""
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
+    done = [process(["-c", _CACHE_USE], simulator=False, folder=tmp_path) for _ in range(2)]
+    assert [each.stdout.split() for each in done] == [["0", "1"], ["1", "0"]], done[0].stderr
