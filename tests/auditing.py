@@ -3,13 +3,13 @@
 from functools import lru_cache
 
 import numpy as np
+from sweep.schema import VARIABLES
 
 import sweep
-from sweep.checks.audit import findings, verify
+from sweep.checks.verify import findings, verify
+from sweep.model.disk.audit import AUDIT
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
-from sweep.schema import VARIABLES
-from sweep.schema.exact import AUDIT
 
 PRESETS = ("rolling", "spinning", "circling")
 ENDINGS = {name: code for code, name in VARIABLES["ending"].flags.items()}

@@ -10,6 +10,8 @@ import numba
 import numpy as np
 import referee
 from referee import FALL_TILT
+from sweep.engine.cells import starts as cell_starts
+from sweep.engine.compiled import integrate
 
 from kernels.disk import equations as disk
 from kernels.disk.arrays import (
@@ -25,9 +27,7 @@ from kernels.disk.arrays import (
     TILT_MAX,
     TILT_MIN,
 )
-from sweep.engine.blocks import Span
-from sweep.engine.cells import starts as cell_starts
-from sweep.engine.compiled import integrate
+from sweep.engine.grid import Span
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 

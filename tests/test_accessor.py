@@ -55,7 +55,7 @@ def test_the_accessor_is_there_in_any_order(imports):
 
 def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
     """A module that cannot be imported raises what it would have raised, and is watched no more than once."""
-    from sweep.arrival import on_arrival
+    from sweep.import_hook import on_arrival
 
     heard = []
     monkeypatch.syspath_prepend(tmp_path)

@@ -4,13 +4,13 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES
 
 import sweep
 from sweep.atlas.dataset import spec_of
-from sweep.engine.blocks import chunk_shape
+from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
-from sweep.schema import FILL, PARAMETERS, SETTINGS, VARIABLES
 
 ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:1.5deg:5:log")
 CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")

@@ -3,14 +3,14 @@ import pytest
 import referee
 import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
+from sweep.schema import PARAMETERS
 
 import sweep
-from sweep.checks.audit import findings, verify
+from sweep.checks.verify import findings, verify
 from sweep.commands.report import audit_line
 from sweep.errors import RequestError
 from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS
 
 pytestmark = pytest.mark.compiled
 

@@ -3,12 +3,12 @@ import pytest
 import referee
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
+from sweep.schema import PARAMETERS
 
 import sweep
-from sweep.checks.audit import findings, verify
+from sweep.checks.verify import findings, verify
 from sweep.commands.report import audit_text
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS
 
 pytestmark = pytest.mark.compiled
 

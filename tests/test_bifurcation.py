@@ -6,7 +6,7 @@ from matplotlib.path import Path as Outline
 from scipy.integrate import solve_ivp
 
 import sweep
-from sweep.atlas.theory import carried_rates
+from sweep.model.disk.theory import carried_rates
 from sweep.studies import bifurcation
 
 #: A disk with small constants lies nearly flat [rad].

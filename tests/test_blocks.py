@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.engine.blocks import BLOCK_CELLS, CHUNK_CELLS, Span, blocks, chunk_shape, chunks
+from sweep.engine.grid import BLOCK_CELLS, CHUNK_CELLS, Span, blocks, chunk_shape, chunks
 
 SHAPES = st.lists(st.integers(1, 9), min_size=0, max_size=4).map(tuple)
 

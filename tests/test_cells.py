@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sweep.engine.blocks import Span
 from sweep.engine.cells import scale, starts, steady_tilt
-from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
+
+from sweep.engine.grid import Span
+from sweep.request.spec import SweepSpec
 
 #: Values of each parameter that any disk may have.
 VALUES = {

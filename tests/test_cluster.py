@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.engine.runner import compute
+from sweep.engine.compute import compute
 from sweep.errors import FailedBlocksError, RequestError, StoppedError
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
@@ -90,7 +90,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
 def test_no_scheduler(tmp_path, monkeypatch):
     """An address where nobody answers is refused, with how to start one; nothing is left."""
     pytest.importorskip("distributed")
-    from sweep.runs import cluster
+    from sweep.runs import dask_executor as cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -102,7 +102,7 @@ def test_no_scheduler(tmp_path, monkeypatch):
 def test_an_address_that_is_none(tmp_path, capsys):
     """It is refused at once, and nothing of a client is left to be torn down."""
     pytest.importorskip("distributed")
-    from sweep.runs import cluster
+    from sweep.runs import dask_executor as cluster
 
     spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
     with pytest.raises(RequestError, match=r"no dask scheduler answers.*missing port"):
@@ -116,7 +116,7 @@ def test_an_address_that_is_none(tmp_path, capsys):
 def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
     """Whoever waits for workers that nobody has started is told."""
     pytest.importorskip("distributed")
-    from sweep.runs import cluster
+    from sweep.runs import dask_executor as cluster
 
     said = []
     monkeypatch.setattr(Client, "scheduler_info", lambda _: {"workers": {}})
@@ -133,7 +133,7 @@ def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
 
 def test_dask_that_is_not_installed(monkeypatch):
     """Without the extra, --dask says what to install."""
-    from sweep.runs import cluster
+    from sweep.runs import dask_executor as cluster
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[dask\]'"):
@@ -168,7 +168,7 @@ class Client:
 
     def map(self, work, folders, fingerprints, numbers, **_):
         """Compute all blocks but the third."""
-        from sweep.runs import cluster
+        from sweep.runs import dask_executor as cluster
 
         futures = []
         for number, folder in zip(numbers, folders, strict=True):
@@ -207,7 +207,7 @@ class Completed:
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, match):
     """What the cluster could not do ends with status 1, saying why, after all others are kept; then it goes on."""
     distributed = pytest.importorskip("distributed")
-    from sweep.runs import cluster
+    from sweep.runs import dask_executor as cluster
 
     monkeypatch.setattr(cluster, "_connected", lambda _: Client(problem, ended))
     monkeypatch.setattr(distributed, "as_completed", Completed)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from comparing import CIRCLING, REFINED, SPEC, STEADY, changed, finding, found
+from sweep.schema import FILL, STABLE, UNSTABLE, VARIABLES
 
 import sweep
 from sweep.checks.compare import compare
-from sweep.checks.regression import in_words
+from sweep.checks.comparison_report import in_words
 from sweep.errors import RequestError
-from sweep.schema import FILL, STABLE, UNSTABLE, VARIABLES
 
 
 @pytest.fixture(scope="module")

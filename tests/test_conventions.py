@@ -10,7 +10,7 @@ import netCDF4
 import pytest
 
 import sweep
-from sweep.checks.audit import verify
+from sweep.checks.verify import verify
 
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 SPECS = {

@@ -5,15 +5,15 @@ import pytest
 import referee
 import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, coarse
+from sweep.schema import PARAMETERS, VARIABLES
 
 import sweep
-from sweep.engine.runner import exact_measures
+from sweep.engine.compute import exact_measures
 from sweep.figures import plots
 from sweep.files.reading import open_atlas
+from sweep.model.disk.audit import REDUCTION
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
-from sweep.schema import PARAMETERS, VARIABLES
-from sweep.schema.exact import REDUCTION
 
 pytestmark = pytest.mark.compiled
 

@@ -11,10 +11,10 @@ import pytest
 import referee
 
 import sweep
-from sweep.checks import expectation
 from sweep.checks.explain import explain
 from sweep.cli import main
-from sweep.figures import cellplot
+from sweep.figures.disk import cell_plot as cellplot
+from sweep.model.disk import linear_theory as expectation
 
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
 KICKED = sweep.SweepSpec(

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from sweep.schema import VARIABLES
 
 import sweep
 from sweep.checks.explain import explain
 from sweep.errors import RequestError
-from sweep.figures import cellplot
-from sweep.schema import VARIABLES
+from sweep.figures.disk import cell_plot as cellplot
 
 #: How a cell ends -> a cell that ends so.
 CELLS = {

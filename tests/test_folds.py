@@ -3,11 +3,11 @@ import pytest
 import referee
 from auditing import ENDINGS
 from scipy.integrate import solve_ivp
-
-from sweep.atlas.folds import fold_rates
-from sweep.engine.runner import exact_measures
-from sweep.request.spec import SweepSpec
 from sweep.schema import PARAMETERS
+
+from sweep.engine.compute import exact_measures
+from sweep.model.disk.saddle_node import fold_rates
+from sweep.request.spec import SweepSpec
 
 ALPHAS = (0.05, 0.5, 1.0)
 RATES = ("roll_rate", "precession_rate")

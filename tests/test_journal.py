@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from sweep.runs.claims import check_same
 
-from sweep.engine.runner import compute
+from sweep.engine.compute import compute
 from sweep.errors import RequestError
+from sweep.model.disk.audit import DERIVED
 from sweep.request.spec import SweepSpec
 from sweep.runs import journal, locks, manifest
 from sweep.runs.journal import DamagedBlockError, Journal
 from sweep.runs.locks import locked
 from sweep.runs.manifest import Manifest
-from sweep.schema.exact import DERIVED
+from sweep.runs.run_directory import check_same
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.figures import motion_plots, panels, plots
-from sweep.figures.picture import Camera, Pose
+from sweep.figures import panels, plots
+from sweep.figures.disk import motion_plots
+from sweep.figures.disk.disk_3d import Camera, Pose
 
 pytestmark = pytest.mark.compiled
 

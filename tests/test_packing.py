@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from sweep.runs.packing import packed, unpacked
 
-from sweep.engine.blocks import Span
-from sweep.engine.runner import compute
+from sweep.engine.compute import compute
+from sweep.engine.grid import Span
+from sweep.model.disk.audit import DERIVED
 from sweep.request.spec import SweepSpec
-from sweep.schema.exact import DERIVED
+from sweep.runs.journal import packed, unpacked
 
 ROLLING = SweepSpec(roll_rate="0.5:6:30", tilt="0.01deg:60deg:20:log")
 CIRCLING = {"roll_rate": "steady", "precession_rate": "-5:5:30", "tilt_rate": 0.01}

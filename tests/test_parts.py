@@ -16,7 +16,7 @@ from sweep.errors import StoppedError
 from sweep.files import store
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import driving
+from sweep.runs import executor as driving
 from sweep.runs.locks import locked
 from sweep.runs.run import run_to_file
 

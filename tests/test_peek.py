@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sweep.engine.runner import compute
+from sweep.engine.compute import compute
 from sweep.errors import RequestError
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from sweep.schema import PARAMETERS, SETTINGS
 
 from sweep.errors import RequestError
-from sweep.request.quantities import Range, Values, read_number, read_value
-from sweep.schema import PARAMETERS, SETTINGS
+from sweep.request.values import Range, Values, read_number, read_value
 
 TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]
 ALPHA, RADIUS, GRAVITY = PARAMETERS["alpha"], PARAMETERS["radius"], PARAMETERS["gravity"]

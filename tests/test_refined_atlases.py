@@ -5,11 +5,12 @@ import pandas as pd
 import pytest
 
 import sweep
+from sweep.atlas.quantities import CURVES, POINTS
 from sweep.checks.compare import compare
-from sweep.checks.regression import in_words
-from sweep.figures import plots, regimemap
+from sweep.checks.comparison_report import in_words
+from sweep.figures import plots
+from sweep.figures.disk import regimes as regimemap
 from sweep.files.export import export
-from sweep.schema.curves import CURVES, POINTS
 
 pytestmark = pytest.mark.compiled
 

@@ -2,16 +2,15 @@ import numpy as np
 import pytest
 import referee
 import xarray as xr
+from sweep.schema import PARAMETERS
 
 import sweep
-from sweep.atlas.folds import fold_rates
-from sweep.engine.runner import exact_measures
+from sweep.engine.compute import exact_measures
 from sweep.errors import RequestError
 from sweep.figures import plots
-from sweep.figures.regimemap import figure
-from sweep.figures.regimes import NAMES, regimes
+from sweep.figures.disk.regimes import NAMES, figure, regimes
+from sweep.model.disk.saddle_node import fold_rates
 from sweep.request.spec import SweepSpec
-from sweep.schema import PARAMETERS
 
 pytestmark = pytest.mark.compiled
 

@@ -10,7 +10,7 @@ import pytest
 
 import sweep
 from sweep.checks.compare import compare
-from sweep.checks.regression import in_words, to_junit
+from sweep.checks.comparison_report import in_words, to_junit
 from sweep.cli import main
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")

@@ -3,13 +3,13 @@ import math
 import numba
 import numpy as np
 import pytest
+from sweep.schema import STABLE, UNDECIDED, UNSTABLE, VARIABLES
 
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
-from sweep.engine import runner
-from sweep.engine.blocks import Span
+from sweep.engine import compute as runner
+from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
-from sweep.schema import STABLE, UNDECIDED, UNSTABLE, VARIABLES
 
 GRID = SweepSpec(roll_rate="2:4:13", tilt="0.1deg:20deg:7:log")
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from sweep.errors import RequestError
 from sweep.request.criterion import Criterion
-from sweep.request.quantities import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.values import Range, Values
 from sweep.request.words import presets
 
 ROOT = Path(__file__).parents[1]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.checks.audit import findings, verify
 from sweep.checks.compare import compare
+from sweep.checks.verify import findings, verify
 from sweep.errors import RequestError
 
 pytestmark = pytest.mark.compiled

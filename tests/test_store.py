@@ -7,14 +7,14 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from sweep.files.store import gather, save
+from sweep.schema import FILL, PARAMETERS, VARIABLES
 
 import sweep
-from sweep.engine.blocks import Span, chunk_shape
-from sweep.engine.runner import Block
+from sweep.engine.compute import Block
+from sweep.engine.grid import Span, chunk_shape
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
-from sweep.schema import FILL, PARAMETERS, VARIABLES
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
 SPECS = {
@@ -120,8 +120,8 @@ def test_the_bytes_of_a_file_depend_on_the_grid_alone(path, spec):
 
 def test_a_grid_of_many_chunks(path, monkeypatch):
     """A grid larger than a chunk is written chunk by chunk, from blocks that fit none of them."""
-    monkeypatch.setattr("sweep.engine.blocks.chunk_shape.__defaults__", (64,))
-    monkeypatch.setattr("sweep.engine.blocks.chunks.__defaults__", (64,))
+    monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (64,))
+    monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
     spec = SPECS["rolling"]
     run_to_file(spec, path, command="sweep.run", block_cells=37)
     with netCDF4.Dataset(path) as file:

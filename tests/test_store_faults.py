@@ -8,13 +8,14 @@ from collections import namedtuple
 import netCDF4
 import pytest
 
-from sweep.atlas.declarations import FORMAT
+from sweep.atlas.cf_metadata import FORMAT
 from sweep.engine import estimate
 from sweep.errors import RequestError, StorageError
 from sweep.files import publish, store
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import claims, driving
+from sweep.runs import executor as driving
+from sweep.runs import run_directory as claims
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)

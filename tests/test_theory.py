@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from sweep.atlas import theory
 from sweep.atlas.dataset import run
+from sweep.model.disk import theory
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 

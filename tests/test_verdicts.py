@@ -3,6 +3,7 @@ import importlib.util
 import numpy as np
 import pytest
 import xarray as xr
+from sweep.schema import VARIABLES
 
 import sweep
 from sweep.errors import RequestError
@@ -10,7 +11,6 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
-from sweep.schema import VARIABLES
 
 SPECS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:30", tilt="0.1deg:4deg:6:log"),
@@ -65,7 +65,7 @@ def test_measures_are_kept_and_the_atlas_is_not_changed():
 def test_nothing_is_integrated(monkeypatch):
     """Another criterion needs no kernel: finished measures are enough."""
     atlas = sweep.run(SPECS["rolling"])
-    monkeypatch.setattr("sweep.engine.runner.integrator", None)
+    monkeypatch.setattr("sweep.engine.compute.integrator", None)
     sweep.reclassify(atlas, sweep.Criterion.parse("departure:2deg"))
 
 

@@ -243,7 +243,7 @@ def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
 def departure(
     spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
 ) -> tuple[float, float, float]:
-    """Return how far a cell left its undisturbed value, that value, and the limit of the criterion, in one unit [SI]."""
+    """Return how far a cell left its undisturbed value, that value, and the limit of the criterion, all in SI."""
     starts = {name: np.array([value]) for name, value in start.items()}
     measured = {name: np.array([stored[name]]) for name in spec.model.extremes}
     reach, scale = reach_and_scale(spec, starts, measured)

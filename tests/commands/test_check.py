@@ -7,15 +7,15 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from sweep.schema import FILL, PARAMETERS
 
 import sweep
-from sweep.checks.audit import verify
+from sweep.checks.verify import verify
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
+from sweep.model.disk.audit import AUDIT
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
-from sweep.schema import FILL, PARAMETERS
-from sweep.schema.exact import AUDIT
 
 pytestmark = pytest.mark.compiled
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import sweep
-from sweep.atlas.verdicts import reclassify
+from sweep.atlas.reclassify import reclassify
 from sweep.commands.report import boundary_table, describe
 from sweep.files.reading import open_atlas
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from sweep.engine.compiled import cache_folder
 
 import sweep
 from sweep.engine import estimate
-from sweep.engine.compiled import cache_folder
 from sweep.files.reading import open_atlas
 
 CHECKOUT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from PIL import Image
 
 import sweep
 from sweep.cli import main
-from sweep.figures import animation
+from sweep.figures.disk import animation
 
 pytestmark = pytest.mark.compiled
 

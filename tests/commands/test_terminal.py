@@ -13,7 +13,7 @@ import pytest
 
 from sweep.cli import main
 from sweep.commands import terminal
-from sweep.runs import driving
+from sweep.runs import executor as driving
 
 CHECKOUT = Path(__file__).parents[2]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]

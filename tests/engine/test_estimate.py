@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sweep.engine import estimate
-from sweep.engine.calibrate import coarse
+from sweep.engine.estimate import coarse
 from sweep.request.spec import SweepSpec
 
 
