@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweep.atlas.cf_metadata import FORMAT
-from sweep.atlas.dataset import place_of, require
+from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.errors import RequestError
 from sweep.files.paths import check_atlas
 
@@ -116,4 +116,4 @@ def _check_format(dataset: "xr.Dataset", path: Path) -> None:
             "update eulerdisk",
             str(path),
         )
-    require(dataset, ("ending", "stability", "tilt_min", "tilt_max"), str(path))
+    require(dataset, ("ending", "stability", *spec_named(dataset).model.extremes), str(path))
