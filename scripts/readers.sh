@@ -1,4 +1,4 @@
-# Sourced by scripts/test. prepare_readers sees to the programs with which tests/test_readers.py reads the atlases. It
+# Sourced by scripts/test. prepare_readers sees to the programs with which tests/promises/test_readers.py reads the atlases. It
 # never fails: where nothing can be installed it says what is missing, and those tests are skipped (in CI they fail).
 
 readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev)

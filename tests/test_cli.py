@@ -170,7 +170,7 @@ def test_too_many_failed_cells_end_with_1(command, tmp_path):
 
 def test_a_defect_is_not_hidden(command, monkeypatch):
     """What is no bad request keeps its traceback: it is ours to mend."""
-    monkeypatch.setattr("sweep.runs.driving.compute", lambda *_: 1 / 0)
+    monkeypatch.setattr("sweep.runs.executor.measure_block", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         command("run rolling roll_rate=3 tilt=1deg -o a.nc")
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sweep.cli import main
-from sweep.runs import driving
+from sweep.runs import executor
 
 CHECKOUT = Path(__file__).parents[1]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]
@@ -28,7 +28,7 @@ def started(words, folder):
         text=True,
     )
     deadline = time.monotonic() + 60
-    while not list(folder.glob("*.run/blocks/*.npz")) and time.monotonic() < deadline:
+    while not list(folder.glob("*.run/blocks/*.block")) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert process.poll() is None
     return process
@@ -59,7 +59,7 @@ def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
         f"eulerdisk: interrupted; {len(kept)} of 800 blocks are kept in a.nc.run. "
         f"To go on, run the same command again:\n    {sys.executable} -m sweep run {shlex.join(words)}\n"
     )
-    assert all(name.endswith(".npz") for name in kept)
+    assert all(name.endswith(".block") for name in kept)
     assert not list(tmp_path.glob("a.nc.run/assembled.nc"))
     assert [path.read_text() for path in tmp_path.glob("*.nc")] == ["old"] * existing
 
@@ -114,7 +114,7 @@ def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    while not list(tmp_path.glob("*.run/blocks/*.npz")):
+    while not list(tmp_path.glob("*.run/blocks/*.block")):
         assert process.poll() is None
         time.sleep(0.02)
     process.send_signal(signal.SIGTERM)
@@ -150,8 +150,8 @@ def test_a_signal_takes_effect_between_blocks(monkeypatch, capsys, tmp_path):
         begun.append(span)
         return compute(spec, span)
 
-    compute = driving.compute
-    monkeypatch.setattr(driving, "compute", interrupted)
+    compute = executor.measure_block
+    monkeypatch.setattr(executor, "measure_block", interrupted)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(SMALL)])
     with pytest.raises(SystemExit) as end:
