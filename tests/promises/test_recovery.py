@@ -4,8 +4,10 @@ import os
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -114,3 +116,30 @@ def test_a_full_disk(small_disk, left):
     assert again.returncode == 0, again.stderr
     assert f"going on: {len(kept)} of 20 blocks are there" in again.stderr
     assert [each.name for each in small_disk.iterdir()] == ["a.nc"]
+
+
+_PROGRAM = """
+import sweep
+spec = sweep.SweepSpec.from_words("rolling", ["roll_rate=2:4:600", "tilt=0.1deg:5deg:600"])
+sweep.run_to_file(spec, "a.nc", block_cells=1000, command="x")
+"""
+
+
+@pytest.mark.compiled
+def test_an_interrupted_python_program(tmp_path):
+    """Ctrl-C in a program that calls `run_to_file` ends it at once; finished blocks are kept, and it can go on."""
+    command = [sys.executable, "-c", _PROGRAM]
+    process = subprocess.Popen(command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    while len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) < 5:
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode != 0
+    assert "KeyboardInterrupt" in err
+    kept = list(tmp_path.glob("a.nc.run/blocks/*"))
+    assert len(kept) >= 5
+    assert all(path.suffix == ".block" for path in kept)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc.run"]
+    subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, check=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]

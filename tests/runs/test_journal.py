@@ -53,7 +53,7 @@ def test_a_block_comes_back(journal):
     """The measured columns are read as they were given, also in another process: from the manifest and the file."""
     again = Journal.at(journal.folder)
     (path,) = again.held()[2]
-    assert_same_columns(again.read(2, path), measure_block(SPEC, journal.spans[2]))
+    assert_same_columns(again.read(2, [path]), measure_block(SPEC, journal.spans[2]))
 
 
 def test_a_block_can_be_read_without_this_program(journal):
@@ -97,7 +97,7 @@ def test_damage_is_noticed(journal, data):
     try:
         if bad != good:
             with pytest.raises(DamagedBlockError):
-                journal.read(2, path)
+                journal.read(2, [path])
     finally:
         path.write_bytes(good)
 
@@ -112,7 +112,7 @@ def test_a_block_of_another_place_or_run_is_noticed(journal):
     ]
     for number, other in others:
         with pytest.raises(DamagedBlockError, match="does not fit"):
-            other.read(number, path)
+            other.read(number, [path])
 
 
 def test_what_is_damaged_is_set_aside(journal):
