@@ -1,4 +1,4 @@
-"""What survives: kill -9 at any moment, a full disk, a limit on files, and a defect of the disk. Long: scripts/soak."""
+"""Runs survive kill -9 at any moment, a full disk, a limit on files, and damaged blocks. Long form: scripts/soak."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""A file at its final name is complete or absent, whatever goes wrong, and what cannot work is refused beforehand."""
+"""A run: its file is complete or absent, whatever goes wrong, and what cannot work is refused beforehand."""
 
 import errno
 import json
