@@ -177,10 +177,10 @@ def test_a_file_names_a_model_and_imports_nothing(tmp_path):
         sweep.SweepSpec.from_canonical(text)
 
 
-def test_every_command(tmp_path):
+def test_every_command(command, tmp_path):
     """Run, info, boundary, plot, explain, compare and export work; verify and regimes are refused by name."""
     path, again = tmp_path / "a.nc", tmp_path / "b.nc"
-    assert finished("run bottom hoop_rate=4:5:21 angle=0.1deg:4deg:7:log -o a.nc", tmp_path)[0] == 0
+    assert command("run bottom hoop_rate=4:5:21 angle=0.1deg:4deg:7:log -o a.nc")[0] == 0
     with sweep.open_atlas(path) as atlas:
         assert list(atlas.sizes.items()) == [("hoop_rate", 21), ("angle", 7)]
         assert atlas.attrs["title"] == "Bead on a turning hoop: stability of the bottom"
@@ -195,7 +195,7 @@ def test_every_command(tmp_path):
         ("export a.nc --to csv", ""),
         ("plan bottom --no-calibrate", "4040"),
     ):
-        status, output, messages = finished(words, tmp_path)
+        status, output, messages = command(words)
         assert (status, told in output) == (0, True), (words, output, messages)
     assert path.read_bytes()[:4] == again.read_bytes()[:4]
     for words, told in (
@@ -204,7 +204,7 @@ def test_every_command(tmp_path):
         ("plot --friction 0.3 a.nc -o r.png", "no contact forces"),
         ("explain a.nc hoop_rate=4.4 angle=1deg --plot r.png", "bead has no trajectory"),
     ):
-        status, _, messages = finished(words, tmp_path)
+        status, _, messages = command(words)
         assert (status, told in messages) == (2, True), (words, messages)
 
 
