@@ -37,7 +37,7 @@ def test_warmup_fills_the_cache(tmp_path):
     assert second.startswith("exact  ready after ")
     assert last == f"cache  {cache_folder()}"
     compiled = {path.name.partition("-")[0] for path in cache_folder().rglob("*.nbc")}
-    assert {"lanes.integrate", "turning.reduce", "legendre.build_tables"} <= compiled
+    assert {"schedule.integrate", "extremes.reduce", "legendre.build_tables"} <= compiled
     assert list(tmp_path.iterdir()) == []
 
 
