@@ -8,9 +8,9 @@ import math
 
 import numba
 import numpy as np
+from sweep.engine.compiled import integrate
 
 from bench.problem import FALL_TILT, LONGEST, Array, Contender, Solve, peaks, timed
-from sweep.engine.compiled import integrate
 
 
 @numba.njit(error_model="numpy")

@@ -7,12 +7,12 @@ from typing import Any, Self
 
 import numba
 import numpy as np
+from sweep.engine.compiled import integrate
 
 from bench.loops import equal_steps
 from bench.problem import FALL_TILT, starts
 from kernels.disk import equations as disk
 from kernels.disk import rk4
-from sweep.engine.compiled import integrate
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
 _STEPS = (0.01, 0.001)

@@ -7,7 +7,8 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from sweep.schema import FILL, PARAMETERS
+from sweep.model.disk.tables import PARAMETERS
+from sweep.model.quantity import FILL
 
 import sweep
 from sweep.checks.verify import verify

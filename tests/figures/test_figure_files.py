@@ -10,7 +10,7 @@ import sweep
 from sweep.figures import plots
 from sweep.files.paths import check_format
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")

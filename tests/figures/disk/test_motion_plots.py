@@ -13,7 +13,7 @@ from sweep.figures.disk.disk_3d import Camera, Pose
 
 pytestmark = pytest.mark.compiled
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from matplotlib.container import ErrorbarContainer
 import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS
-from sweep.schema import UNSTABLE
+from sweep.model.quantity import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
 G_OVER_3R = 6.54
