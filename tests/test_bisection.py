@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 import referee
+from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE
 
 import sweep
 from sweep.atlas import bisection
 from sweep.atlas.bisection import Brackets, refined
-from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE
 
 ROLL = list(PARAMETERS).index("roll_rate")
 

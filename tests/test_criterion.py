@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sweep.schema import FILL, STABLE, UNDECIDED, UNSTABLE
 
 from kernels.disk.endings import BOUNDED, ENDINGS, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
 from sweep.errors import RequestError
 from sweep.request.criterion import Criterion, perturbation_scale
-from sweep.schema import FILL, STABLE, UNDECIDED, UNSTABLE
 
 DEPARTURE = Criterion("departure", 0.1)
 AMPLIFICATION = Criterion("amplification", 10.0)

@@ -5,11 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from sweep.schema import STABLE, UNDECIDED, UNSTABLE
 
 import sweep
 from sweep.atlas import bisection
 from sweep.atlas.curves import curves
-from sweep.schema import STABLE, UNDECIDED, UNSTABLE
 
 
 @pytest.fixture

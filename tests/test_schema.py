@@ -2,8 +2,6 @@ import math
 
 import numpy as np
 import pytest
-
-from kernels.disk.endings import ENDINGS
 from sweep.schema import (
     CONTACT_VARIABLES,
     EVERYDAY_UNITS,
@@ -16,6 +14,8 @@ from sweep.schema import (
     VARIABLES,
     boundary_quantities,
 )
+
+from kernels.disk.endings import ENDINGS
 
 INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
 QUANTITIES = [
