@@ -179,14 +179,14 @@ def test_a_fall_tilt_on_a_peak(kick):
 @pytest.mark.parametrize(
     ("spoil", "named"),
     [
-        (lambda d: d.drop_vars("tilt_min"), {"missing: tilt_min"}),
-        (lambda d: d.drop_vars(["ending", "nutation_period"]), {"missing: ending, nutation_period"}),
-        (lambda d: d.assign(tilt_max=d.tilt_max.isel(tilt=0)), {"dimensions are roll_rate, tilt", "tilt_max"}),
+        (lambda d: d.drop_vars("tilt_min"), {"lacks tilt_min"}),
+        (lambda d: d.drop_vars(["ending", "nutation_period"]), {"lacks ending, nutation_period"}),
+        (lambda d: d.assign(tilt_max=d.tilt_max.isel(tilt=0)), {"dimensions roll_rate, tilt", "tilt_max"}),
         (lambda d: d.isel(tilt=0), {"roll_rate", "tilt", "40"}),
-        (lambda d: d.assign_coords(tilt=d.tilt * (1.0 + 1e-9)), {"coordinates", "other values of tilt"}),
-        (lambda d: d.assign_coords(alpha=0.6), {"coordinates", "other values of alpha"}),
-        (lambda d: d.drop_vars("radius"), {"coordinates", "other values of radius"}),
-        (lambda d: xr.Dataset({"ending": d.ending}), {"sweep_spec", "missing"}),
+        (lambda d: d.assign_coords(tilt=d.tilt * (1.0 + 1e-9)), {"coordinate tilt"}),
+        (lambda d: d.assign_coords(alpha=0.6), {"coordinate alpha"}),
+        (lambda d: d.drop_vars("radius"), {"coordinate radius"}),
+        (lambda d: xr.Dataset({"ending": d.ending}), {"lacks the attribute sweep_spec"}),
     ],
 )  # fmt: skip
 def test_what_cannot_be_verified_is_refused(spoil, named):

@@ -39,7 +39,7 @@ def test_every_quantity_is_complete(quantity):
     ("words", "facts"),
     [
         (["tilt=90deg"], ["tilt", "90 deg", "|tilt| < 90 deg"]),
-        (["tilt=86deg"], ["fallen before it starts", "|tilt| must be below fall_tilt", "86deg", "85deg", "larger fall_tilt"]),
+        (["tilt=86deg"], ["fallen", "|tilt| must be below fall_tilt", "86deg", "85deg", "larger fall_tilt"]),
         (["duration=-1s"], ["-1 s", "duration > 0"]),
         (["duration=0"], ["duration > 0"]),
         (["mass=0"], ["mass > 0"]),
