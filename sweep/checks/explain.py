@@ -15,8 +15,8 @@ from sweep.atlas.quantities import EDGES, edge_names
 from sweep.checks.nearest_cell import nearest_cell
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
-from sweep.model.description import FAILED, LOST, MISSING, UNDISTURBED
-from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Quantity
+from sweep.model.description import FAILED, MISSING, UNDISTURBED
+from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Array, Quantity
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -225,33 +225,25 @@ def _verdict(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, f
 
 
 def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:
-    model, ending, verdict = spec.model, spec.model.endings.of(stored["ending"]), int(stored["stability"])
+    ending = spec.model.endings.of(stored["ending"])
     if ending.role in (MISSING, FAILED, UNDISTURBED):
         return ending.reason
-    if ending.role == LOST:
-        return model.lost_in_words(spec, stored)
-    reach, _, limit = departure(spec, start, stored)
-    coordinate = model.parameters[model.coordinate]
-    far, name = coordinate.spell(reach, 6), model.coordinate.replace("_", " ")
-    allowed = spec.criterion.limit_in_words(limit, coordinate)
-    if verdict == UNSTABLE:
-        return f"the {name} left its steady value by {far}, more than {allowed}"
-    if verdict == STABLE:
-        return (
-            f"the {name} never leaves its steady value by more than {far}, at most {allowed}; {ending.reason}"
-        )
-    return (
-        f"the {name} has left its steady value by {far}, at most {allowed}, but the duration of {spec.duration:g} s "
-        f"{model.endings.of(stored['ending']).reason}"
-    )
+    reach, scale = _reach_and_scale(spec, start, stored)
+    return spec.criterion.reason(spec, stored, float(reach[0]), float(scale[0]))
 
 
 def departure(
     spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
-) -> tuple[float, float, float]:
-    """Return how far a cell left its undisturbed value, that value, and the limit of the criterion, all in SI."""
+) -> tuple[float, float]:
+    """Return the undisturbed value of a cell, and how far the criterion lets it go, both in SI."""
+    starts = {name: np.array([value]) for name, value in start.items()}
+    _, scale = _reach_and_scale(spec, start, stored)
+    return float(spec.model.undisturbed(spec, starts)[0]), float(spec.criterion.allowed(scale)[0])
+
+
+def _reach_and_scale(
+    spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
+) -> tuple[Array, Array]:
     starts = {name: np.array([value]) for name, value in start.items()}
     measured = {name: np.array([stored[name]]) for name in spec.model.extremes}
-    reach, scale = reach_and_scale(spec, starts, measured)
-    limit = float(np.nan_to_num(spec.criterion.allowed(scale))[0])
-    return float(reach[0]), float(spec.model.undisturbed(spec, starts)[0]), limit
+    return reach_and_scale(spec, starts, measured)

@@ -139,7 +139,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     return Panel(
         title=spec.headline.partition(":")[0],
         caption=_caption(spec),
-        criterion=spec.criterion.label(model.parameters[model.coordinate]),
+        criterion=spec.criterion.label(model),
         line=_line(spec, control, up),
         x=x,
         y=y,
@@ -246,10 +246,7 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
 
 def _caption(spec: SweepSpec) -> str:
     """What counts as unstable, and the parameters that are the same in every cell and not zero."""
-    model = spec.model
-    label = spec.criterion.label(model.parameters[model.coordinate])
-    lost = f", or {model.lost_name}" if model.lost_name else ""
-    return f"unstable: {label.replace(' ', ' above ')}{lost}\n{fixed_parameters(spec)}"
+    return f"unstable: {spec.criterion.caption(spec.model)}\n{fixed_parameters(spec)}"
 
 
 def fixed_parameters(spec: SweepSpec) -> str:

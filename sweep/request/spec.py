@@ -82,6 +82,13 @@ class SweepSpec:
 
     model: Model
     axes: tuple[str, ...]
+    criterion: Criterion
+    duration: float
+    tolerance: float
+    title: str
+    method: str
+    boundary: str
+    device: str
     _values: Mapping[str, Any]
 
     def __init__(self, **words: Any) -> None:

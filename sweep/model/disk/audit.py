@@ -96,7 +96,7 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     marginal = _margin(spec, exact, steady, scale) <= allowed
     follows = _follows(spec, starts, stored, steady, scale)
     same_ending = calm | _endings_agree(spec, stored, exact)
-    same_verdict = calm | _verdicts_agree(stored, exact_stability)
+    same_verdict = calm | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
     # each line overrules those before it
     code = np.where(stored["ending"] == ENDINGS.code("horizon"), WITHIN, AGREES)
     code = np.where(marginal & ~(same_ending & same_verdict), MARGINAL, code)
@@ -150,9 +150,9 @@ def _period_allowance(exact: Columns, allowed: Array) -> Array:
 
 def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, steady: Array, scale: Array) -> Truths:
     """Whether the numbers that follow from the start, the extremes and the ending do follow from them."""
-    peak, reach = np.maximum(np.abs(stored["tilt_min"]), np.abs(stored["tilt_max"])), _reach(stored, steady)
+    reach, derived = _reach(stored, steady), _derived(stored, steady, scale)
+    peak, amplification = derived["peak_tilt"], derived["amplification"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        amplification = np.where(scale > 0.0, reach / scale, np.nan)
         rounding = _ROUNDING * amplification + _TILT_ROUNDING / scale
     verdict = stored["stability"] == _verdict(spec, stored, steady, scale)
     follows: Truths = (
@@ -175,10 +175,8 @@ def _margin(spec: "SweepSpec", exact: Columns, steady: Array, scale: Array) -> A
     extremes, and these then are within the tolerance of fall_tilt.
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
-    return np.minimum(
-        np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale))),
-        np.abs(peak - spec.fall_tilt),
-    )
+    to_limit = np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale)))
+    return np.asarray(np.minimum(to_limit, np.abs(peak - spec.fall_tilt)))
 
 
 def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths:
@@ -222,7 +220,23 @@ def _set_apart(code: npt.NDArray[Any], stored: Columns, exact: Columns, follows:
 
 
 def _verdict(spec: "SweepSpec", measured: Columns, steady: Array, scale: Array) -> npt.NDArray[np.int8]:
-    return spec.criterion.verdict(ENDINGS, measured, _reach(measured, steady), scale)
+    given = {**measured, **_derived(measured, steady, scale)}
+    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, given, _reach(measured, steady), scale)
+    return verdict
+
+
+def _derived(measured: Columns, steady: Array, scale: Array) -> Columns:
+    """Variables that follow from the extremes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {
+            "peak_tilt": np.maximum(np.abs(measured["tilt_min"]), np.abs(measured["tilt_max"])),
+            "amplification": np.where(scale > 0.0, _reach(measured, steady) / scale, np.nan),
+        }
+
+
+def _decidable(spec: "SweepSpec") -> bool:
+    """Whether the reduction knows all that the criterion needs: it knows no duration and no fall time."""
+    return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
 
 
 def _reach(measured: Columns, steady: Array) -> Array:
