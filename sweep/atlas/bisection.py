@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from sweep.engine.compute import compute, reach_and_scale
 from sweep.engine.grid import completed
-from sweep.model.description import Starts
+from sweep.model.description import LOST, Starts
 from sweep.model.quantity import STABLE, UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
@@ -148,7 +148,8 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
             {**found, model.extremes[0]: low - by, model.extremes[1]: high + by} for by in (error, -error)
         )
     )
-    lost = (found["stability"] == STABLE) & model.may_be_lost(spec, found, error)
+    whole = (found["stability"] == STABLE) & ~model.endings.have(LOST, found["ending"])
+    lost = whole & model.may_be_lost(spec, found, error)
     codes = np.where((wide != narrow) | lost, UNDECIDED, found["stability"])
     return codes.astype(np.int8, copy=False)
 
