@@ -1,26 +1,34 @@
+"""Criteria of stability: read, written, kept, and the verdict that each gives."""
+
 import math
+import pickle
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.disk.endings import BOUNDED, ENDINGS, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
 from sweep.errors import RequestError
-from sweep.request.criterion import Criterion, perturbation_scale
-from sweep.schema import FILL, STABLE, UNDECIDED, UNSTABLE
+from sweep.model.disk.tables import ENDINGS, PARAMETERS
+from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE
+from sweep.request.criterion import Amplification, Criterion, Departure
 
 DEPARTURE = Criterion("departure", 0.1)
 AMPLIFICATION = Criterion("amplification", 10.0)
+ANGLES = st.floats(0, math.pi, exclude_min=True, exclude_max=True)
+CRITERIA = st.one_of(
+    st.builds(lambda limit: Criterion("departure", limit), ANGLES),
+    st.builds(
+        lambda limit: Criterion("amplification", limit), st.floats(0, exclude_min=True, allow_infinity=False)
+    ),
+)
 
 
 def verdict(criterion, ending, tilt_min, tilt_max, steady_tilt=0.0, scale=0.01):
     """Verdict on one cell."""
-    return int(
-        criterion.verdict(np.array([ending]), np.array([tilt_min]), np.array([tilt_max]), steady_tilt, scale)[
-            0
-        ]
-    )
+    reach = np.array([max(abs(tilt_max - steady_tilt), abs(tilt_min - steady_tilt))])
+    return int(criterion.verdict(ENDINGS, {"ending": np.array([ending])}, reach, np.array([scale]))[0])
 
 
 def test_a_criterion_is_read_from_text():
@@ -38,43 +46,66 @@ def test_a_criterion_is_written_as_it_was_read(text):
     assert str(Criterion.parse(text)) == text
 
 
-@given(st.floats(0, math.pi, exclude_min=True, exclude_max=True))
-def test_a_departure_reads_back_as_itself(limit):
-    """The text of any departure is read as the same limit, to the last bit."""
-    criterion = Criterion("departure", limit)
-    assert Criterion.parse(str(criterion)) == criterion
+@given(CRITERIA)
+def test_a_criterion_comes_back_as_itself(criterion):
+    """From its text, from pickle and from its own two fields, the same kind with the same limit to the last bit."""
+    for same in (
+        Criterion.parse(str(criterion)),
+        pickle.loads(pickle.dumps(criterion)),
+        Criterion(criterion.kind, criterion.limit),
+        Criterion(kind=criterion.kind, limit=criterion.limit),
+    ):
+        assert same == criterion
+        assert type(same) is type(criterion)
+        assert hash(same) == hash(criterion)
+        assert same.limit == criterion.limit
 
 
-@given(st.floats(0, exclude_min=True, allow_infinity=False))
-def test_an_amplification_reads_back_as_itself(limit):
-    """The text of any amplification is read as the same limit, to the last bit."""
-    criterion = Criterion("amplification", limit)
-    assert Criterion.parse(str(criterion)) == criterion
+def test_a_criterion_is_one_of_its_kinds():
+    """The kind decides the class; two kinds with the same limit are not equal, nor are two limits of one kind."""
+    assert type(DEPARTURE) is Departure
+    assert type(AMPLIFICATION) is Amplification
+    assert Criterion("departure", 1.0) != Criterion("amplification", 1.0)
+    assert Criterion("departure", 1.0) != Criterion("departure", np.nextafter(1.0, 2.0))
+    with pytest.raises(AttributeError):
+        DEPARTURE.limit = 0.2
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "facts"),
     [
-        ("", "criterion is departure:ANGLE or amplification:NUMBER"),
-        ("departure", "criterion is departure:ANGLE or amplification:NUMBER"),
-        ("energy:3", "criterion is departure:ANGLE or amplification:NUMBER"),
-        ("departure:0deg", "above 0"),
-        ("departure:-5deg", "above 0"),
-        ("amplification:0", "above 0"),
-        ("amplification:-10", "above 0"),
-        ("departure:5", "bare number is in rad"),
-        ("departure:5s", "departure takes deg, rad"),
-        ("amplification:10deg", "amplification takes no unit"),
-        ("amplification:inf", "finite"),
-        ("departure:1deg,2deg", "one number"),
-        ("departure:", "not a value"),
+        ("", ["departure:ANGLE", "amplification:NUMBER"]),
+        ("departure", ["departure:ANGLE", "amplification:NUMBER"]),
+        ("energy:3", ["departure:ANGLE", "amplification:NUMBER", "energy:3"]),
+        ("departure:0deg", ["above 0"]),
+        ("departure:-5deg", ["above 0", "-5deg"]),
+        ("amplification:0", ["above 0"]),
+        ("amplification:-10", ["above 0", "-10"]),
+        ("departure:5", ["bare number is in rad", "180 deg"]),
+        ("departure:180deg", ["below 180 deg"]),
+        ("departure:5s", ["does not fit", "deg, rad"]),
+        ("amplification:10deg", ["does not fit", "no unit"]),
+        ("amplification:inf", ["finite"]),
+        ("departure:1deg,2deg", ["one number"]),
+        ("departure:", ["a number"]),
     ],
 )
-def test_what_is_not_a_criterion_is_refused(text, message):
-    """The message names the criterion, its rule and what was given."""
-    with pytest.raises(RequestError, match=message) as caught:
+def test_what_is_not_a_criterion_is_refused(text, facts):
+    """The error stands at the criterion, with the rule that was broken and what was given."""
+    with pytest.raises(RequestError) as caught:
         Criterion.parse(text)
-    assert str(caught.value).startswith("criterion: ")
+    assert caught.value.where.partition("=")[0] == "criterion"
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    assert caught.value.hint
+
+
+@pytest.mark.parametrize(
+    "given", [("energy", 3.0), ("", 1.0), ("departure", 0.0), ("amplification", math.nan)]
+)
+def test_criteria_made_in_python_are_checked(given):
+    """A criterion that was not read from text obeys the same rules."""
+    with pytest.raises(RequestError):
+        Criterion(*given)
 
 
 @pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
@@ -97,7 +128,7 @@ def test_the_verdict_of_every_ending(criterion, ending, within, beyond):
     assert verdict(criterion, ending, -0.2, 0.05) == beyond
 
 
-@pytest.mark.parametrize("ending", set(ENDINGS) - {FELL})
+@pytest.mark.parametrize("ending", {each.code for each in ENDINGS} - {FELL})
 @pytest.mark.parametrize("missing", [math.nan, FILL])
 def test_a_cell_without_numbers_is_never_stable(ending, missing):
     """Where a cell has no extremes, be they NaN or the file's fill, no criterion calls it stable."""
@@ -127,28 +158,28 @@ def test_amplification_is_counted_in_scales():
 
 def test_verdicts_keep_the_shape_of_the_grid():
     """Verdicts come as int8 in the shape of the cells, a single cell without any dimension included."""
-    ending = np.full((2, 3), BOUNDED, dtype=np.int8)
-    tilts = np.zeros((2, 3))
-    result = DEPARTURE.verdict(ending, tilts, tilts, np.zeros(3), 1.0)
+    ending = {"ending": np.full((2, 3), BOUNDED, dtype=np.int8)}
+    result = DEPARTURE.verdict(ENDINGS, ending, np.zeros((2, 3)), np.ones(3))
     assert (result.shape, result.dtype) == ((2, 3), np.int8)
-    assert DEPARTURE.verdict(np.int8(BOUNDED), np.float64(0.0), np.float64(0.0), 0.0, 1.0).shape == ()
+    one = DEPARTURE.verdict(ENDINGS, {"ending": np.int8(BOUNDED)}, np.float64(0.0), np.float64(1.0))
+    assert one.shape == ()
 
 
-def test_the_scale_of_a_release_is_its_tilt():
-    """Released at rest, the scale is the distance from the steady tilt, whatever the disk."""
-    scale = perturbation_scale(np.array([-0.25, 0.25, 0.75]), 0.0, 0.25, 0.5, 0.5, 9.81)
-    assert scale.tolist() == [0.5, 0.0, 0.5]
+def test_the_limit_of_a_criterion():
+    """A departure limits every cell alike, an amplification in proportion to its perturbation, if there is one."""
+    scales = np.array([0.0, 0.01, 0.03])
+    assert Criterion("departure", 0.2).allowed(scales).tolist() == [0.2, 0.2, 0.2]
+    # relative tolerance: one rounding
+    assert AMPLIFICATION.allowed(scales) == pytest.approx([math.nan, 0.1, 0.3], rel=1e-15, nan_ok=True)
 
 
-@pytest.mark.parametrize(("alpha", "squared"), [(0.5, 0.8), (1.0, 2 / 3)])
-def test_the_scale_of_a_kick(alpha, squared):
-    """A kick is worth kick / W, with W^2 = 4g/5R for the uniform disk and 2g/3R for the hoop."""
-    radius, gravity, kick = 0.5, 9.81, 0.01
-    expected = kick / math.sqrt(squared * gravity / radius)
-    # a few roundings on either side
-    assert perturbation_scale(0.0, kick, 0.0, alpha, radius, gravity) == pytest.approx(expected, rel=1e-14)
-
-
-def test_a_kick_and_a_release_add_as_squares():
-    """3 and 4 give 5: with W = 1 the scale is the hypotenuse of tilt and kick."""
-    assert perturbation_scale(0.3, 0.4, 0.0, 1.0, 2.0, 3.0) == pytest.approx(0.5, rel=1e-15)  # rounding
+@pytest.mark.parametrize(
+    ("criterion", "facts"),
+    [("departure:5deg", ["5 deg"]), ("amplification:10", ["10 times", "perturbation"])],
+)
+def test_a_criterion_says_how_far_is_too_far(criterion, facts):
+    """In words angles are in degrees; the limit of a cell is said in the coordinate, with what it is a multiple of."""
+    tilt, made = PARAMETERS["tilt"], Criterion.parse(criterion)
+    assert all(fact in made.in_words(tilt) for fact in facts)
+    assert all(fact in made.limit_in_words(math.radians(5.0), tilt) for fact in ["5 deg", *facts])
+    assert made.kind in made.label(tilt)
