@@ -49,9 +49,13 @@ def test_a_circling_cell_rolls_at_its_steady_rate():
 def test_a_computed_rate_keeps_the_tilt(branch):
     """By the equations of motion a start with a computed precession rate has no acceleration of the tilt."""
     found = whole(SweepSpec(tilt="2deg,10deg", roll_rate=-6.0, precession_rate=branch))
-    for tilt, precession, roll in zip(*(found[name] for name in ("tilt", "precession_rate", "roll_rate")), strict=True):
+    for tilt, precession, roll in zip(
+        *(found[name] for name in ("tilt", "precession_rate", "roll_rate")), strict=True
+    ):
         # the terms that cancel are of the size of gravity over radius
-        assert referee.accelerations((tilt, 0.0, precession, roll), 0.5, 0.5, 9.81)[0] == pytest.approx(0.0, abs=1e-12)
+        assert referee.accelerations((tilt, 0.0, precession, roll), 0.5, 0.5, 9.81)[0] == pytest.approx(
+            0.0, abs=1e-12
+        )
 
 
 def test_the_branches_are_the_slower_and_the_faster_rate():
