@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.atlas import boundary
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
-from sweep.schema import STABLE, UNDECIDED, UNSTABLE
 
 #: Verdicts written as they look along an axis: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sweep.atlas.dataset import run
+from sweep.model.disk.tables import VARIABLES
 from sweep.request.spec import SweepSpec
-from sweep.schema import VARIABLES
 
 pytestmark = pytest.mark.compiled
 
@@ -98,7 +98,7 @@ def test_another_process_has_the_same_bits(environment):
     ).hexdigest()
     found = subprocess.run(
         [sys.executable, "-c", _DIGEST, spec.canonical(), "2"],
-        cwd=Path(__file__).parents[1],
+        cwd=Path(__file__).parents[2],
         env=os.environ | environment,
         capture_output=True,
         text=True,
