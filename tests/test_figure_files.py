@@ -8,7 +8,6 @@ import pytest
 
 import sweep
 from sweep.figures import plots
-from sweep.files.paths import check_format
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 
@@ -49,18 +48,6 @@ def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
         plots.save(drawn, path)
     assert [each.name for each in tmp_path.iterdir()] == ["figure.png"]
     assert path.read_text() == "old"
-
-
-@pytest.mark.parametrize("name", ["figure.jpg", "figure", "figure.png.gz"])
-def test_unknown_format(name):
-    """A name with another ending is refused before anything is computed; the message lists the endings."""
-    with pytest.raises(sweep.RequestError, match=r"\.png, \.pdf, \.svg"):
-        check_format(name)
-
-
-def test_ending_may_be_capital():
-    """The case of the ending does not matter."""
-    assert check_format("FIGURE.PNG") == "png"
 
 
 def test_missing_folder(atlas, tmp_path):

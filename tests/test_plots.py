@@ -4,11 +4,11 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
+from sweep.schema import UNSTABLE
 
 import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS
-from sweep.schema import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
 G_OVER_3R = 6.54

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import referee
 from scipy.integrate import solve_ivp
+from sweep.schema import PARAMETERS
 
 import sweep
 from kernels.disk.steady import steady_roll_rate
 from sweep.engine import compiled
-from sweep.schema import PARAMETERS
 
 pytestmark = pytest.mark.compiled
 

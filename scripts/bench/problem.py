@@ -1,7 +1,7 @@
 """What every contender has to do: find the peak tilt of cells of the rolling preset, and how that is timed.
 
 A disk released at rest is at one turning point; its peak tilt is that of the other one, or its own. Whoever can may
-stop there. Starts are float64[7, n] as in `kernels.lanes.schedule.integrate`; the truth is the exact reduction.
+stop there. Starts are float64[len(PARAMETERS), n] (`kernels.disk.arrays`); the truth is the exact reduction.
 """
 
 import math
@@ -14,6 +14,20 @@ import numpy.typing as npt
 from sweep.engine.compiled import extremes
 
 import sweep
+from kernels.disk.arrays import (
+    ALPHA,
+    COUNTS,
+    EXACT_NUTATION_PERIOD,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    GRAVITY,
+    MEASURES,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_RATE,
+)
 from sweep.engine import cells
 from sweep.engine.grid import Span
 
@@ -58,21 +72,26 @@ def some(given: Array, count: int) -> Array:
     return np.ascontiguousarray(given[:, ::stride][:, :count])
 
 
+def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:
+    """Return arrays for the measures and counts of n cells (`kernels.disk.arrays`)."""
+    return np.empty((len(MEASURES), n)), np.zeros((len(COUNTS), n), np.int32)
+
+
 def peaks(given: Array) -> Array:
     """Return the exact peak tilts [rad]."""
     measures, _ = extremes()(given, FALL_TILT, False)
-    return np.asarray(np.maximum(np.abs(measures[0]), np.abs(measures[1])))
+    return np.asarray(np.maximum(np.abs(measures[EXACT_TILT_MIN]), np.abs(measures[EXACT_TILT_MAX])))
 
 
 def periods(given: Array) -> Array:
     """Return the exact nutation periods [s]."""
-    return np.asarray(extremes()(given, FALL_TILT, True)[0][2])
+    return np.asarray(extremes()(given, FALL_TILT, True)[0][EXACT_NUTATION_PERIOD])
 
 
 def scaled(given: Array) -> tuple[Array, Array]:
     """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk.equations`)."""
-    tilt, rate, precession, roll, alpha, radius, gravity = given
-    unit = np.sqrt(radius / gravity)
+    tilt, rate, precession, roll = given[TILT], given[TILT_RATE], given[PRECESSION_RATE], given[ROLL_RATE]
+    alpha, unit = given[ALPHA], np.sqrt(given[RADIUS] / given[GRAVITY])
     state = np.stack(
         [tilt, unit * rate, unit * precession * np.cos(tilt), unit * (roll + precession * np.sin(tilt))]
     )
@@ -91,7 +110,7 @@ def headings(given: Array) -> Array:
 
 def longest(given: Array, duration: float = LONGEST) -> float:
     """Return a duration [s] in scaled time (radius and gravity are the same in all cells)."""
-    return float(duration / np.sqrt(given[5, 0] / given[6, 0]))
+    return float(duration / np.sqrt(given[RADIUS, 0] / given[GRAVITY, 0]))
 
 
 def timed(solve: Callable[[Array, float], Array]) -> Solve:

@@ -15,7 +15,7 @@ import numpy as np
 from sweep.engine.compiled import integrate
 
 import sweep
-from bench.problem import FALL_TILT
+from bench.problem import FALL_TILT, results
 from sweep.engine import cells
 from sweep.engine.grid import blocks
 
@@ -34,7 +34,7 @@ def _kernel_seconds(count: int, threads: int) -> float:
     taken = 0.0
     for span in blocks(spec.size):
         given = np.stack(list(cells.starts(spec, span).values()))
-        measures, counts = np.empty((6, len(span))), np.zeros((3, len(span)), np.int32)
+        measures, counts = results(len(span))
         began = time.perf_counter()
         integrate()(given, settings, measures, counts)
         taken += time.perf_counter() - began

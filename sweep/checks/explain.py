@@ -199,6 +199,12 @@ def _lines(
             values = {
                 name: float(dataset[name].isel(row)) for name in (measured, halfwidth, predicted, critical)
             }
+            if (
+                edge == "upper"
+                and not np.isfinite(list(values.values())).any()
+                and edge_names(axis, "lower")[0] in dataset
+            ):
+                continue
             units = spec.model.parameters[axis].units
             width = f" +- {values[halfwidth]:.2g}" if np.isfinite(values[halfwidth]) else ""
             side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"

@@ -9,7 +9,7 @@ import numpy as np
 from sweep.atlas.dataset import require, spec_of
 from sweep.atlas.quantities import EDGES, edge_names
 from sweep.checks.verify import Findings
-from sweep.model.quantity import Quantity
+from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def describe(dataset: "xr.Dataset") -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
-    require(dataset, (model.peak, model.error_name, "energy_drift"))
+    require(dataset, (model.peak, model.error_name))
     known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
         known["title"],
@@ -39,9 +39,7 @@ def describe(dataset: "xr.Dataset") -> str:
         *_counts(dataset, spec, "stability"),
         "",
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
-        f"errors      extremes of the {_coordinate(spec)} within {_most(dataset[model.error_name])} "
-        f"{model.variables[model.error_name].units}, energy drift at most {_most(dataset['energy_drift'])} (both "
-        "estimated in every cell)",
+        f"errors      {', '.join(_errors(dataset, spec))} (estimated in every cell)",
         *_boundary_lines(dataset, spec),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
@@ -157,11 +155,18 @@ def _number(value: float, halfwidth: float) -> str:
 
 
 def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
-    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
+    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it.
+
+    An upper edge that neither the cells nor theory have stands in every file; it is left out where there is a lower one.
+    """
     for axis in spec.axes:
-        for edge in EDGES:
-            if edge_names(axis, edge)[0] in dataset:
-                yield axis, edge
+        held = [edge for edge in EDGES if edge_names(axis, edge)[0] in dataset]
+        known = [
+            edge
+            for edge in held
+            if any(np.isfinite(dataset[name].values).any() for name in edge_names(axis, edge) if name in dataset)
+        ]
+        yield from ((axis, edge) for edge in known or held)
 
 
 def _grid(spec: SweepSpec) -> str:
@@ -224,6 +229,14 @@ def _range(values: "xr.DataArray", quantity: Quantity) -> str:
         return "no cell has one"
     low, high = known.min() * quantity.plot_scale, known.max() * quantity.plot_scale
     return f"{low:.6g} to {high:.6g} {quantity.shown_units}"
+
+
+def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+    error = spec.model.variables[spec.model.error_name]
+    yield f"extremes of the {_coordinate(spec)} within {_most(dataset[error.name])} {error.units}"
+    for name, quantity in spec.model.variables.items():
+        if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
+            yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
 
 
 def _most(values: "xr.DataArray") -> str:

@@ -1,15 +1,16 @@
 """Atlases in other formats: tables of cells (csv, parquet), and zarr.
 
-A format is a class with the methods of `Format` and an entry in `FORMATS`; nothing else knows the formats.
+A format is a subclass of `Format` and an entry in `FORMATS`; nothing else knows the formats.
 """
 
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError
@@ -25,15 +26,17 @@ if TYPE_CHECKING:
 _ROWS = 250_000
 
 
-class Format(Protocol):
+class Format(ABC):
     """A format that atlases are exported to."""
 
     #: The distribution that the format needs beside those that are always installed.
-    distribution: str | None
+    distribution: str | None = None
 
     def check(self, path: Path, overwrite: bool) -> None:
-        """Refuse a target that cannot be written or must not be replaced, with a RequestError."""
+        """Refuse a target that cannot be written or must not be replaced, with a RequestError; here: a file."""
+        check_target(path, overwrite)
 
+    @abstractmethod
     def write(self, dataset: "xr.Dataset", path: Path) -> None:
         """Write the atlas; what is at `path` appears only when it is complete."""
 
@@ -80,12 +83,7 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
     chosen.write(dataset, path)
 
 
-class _Csv:
-    distribution = None
-
-    def check(self, path: Path, overwrite: bool) -> None:
-        check_target(path, overwrite)
-
+class _Csv(Format):
     def write(self, dataset: "xr.Dataset", path: Path) -> None:
         with published(path) as unfinished:
             for i, table in enumerate(_tables(dataset)):
@@ -93,11 +91,8 @@ class _Csv:
                 table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
 
 
-class _Parquet:
+class _Parquet(Format):
     distribution = "pyarrow"
-
-    def check(self, path: Path, overwrite: bool) -> None:
-        check_target(path, overwrite)
 
     def write(self, dataset: "xr.Dataset", path: Path) -> None:
         import pyarrow as pa
@@ -120,7 +115,7 @@ class _Parquet:
         return schema.with_metadata({str(key): str(value) for key, value in dataset.attrs.items()})
 
 
-class _Zarr:
+class _Zarr(Format):
     distribution = "zarr"
 
     def check(self, path: Path, overwrite: bool) -> None:
@@ -166,7 +161,7 @@ class _Zarr:
 
 
 #: Name of the format -> the format.
-FORMATS: Mapping[str, Format] = {"csv": _Csv(), "parquet": _Parquet(), "zarr": _Zarr()}
+FORMATS: dict[str, Format] = {"csv": _Csv(), "parquet": _Parquet(), "zarr": _Zarr()}
 
 
 def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:

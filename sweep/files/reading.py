@@ -1,4 +1,4 @@
-"""Atlases read from disk: opened lazily, and refused with the reason where a file is none, or is not whole."""
+"""Atlases read from disk: opened lazily; a file that is not an atlas, or is damaged, is refused with the reason."""
 
 import contextlib
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweep.atlas.cf_metadata import FORMAT
-from sweep.atlas.dataset import place_of, require
+from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.errors import RequestError
 from sweep.files.paths import check_atlas
 
@@ -46,7 +46,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator["xr.Dataset"]:
-    """Open an atlas as `open_atlas` does; where a part of it turns out to be damaged, say so of this file.
+    """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names the file.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def opened(path: Path) -> Iterator["xr.Dataset"]:
         try:
             yield dataset
         except RuntimeError as problem:
-            # who reads several files at once asks each of them
+            # the block may read several files: the error belongs to this one only if this one is damaged
             if _damaged(dataset):
                 raise _damage(dataset, problem) from problem
             raise
@@ -68,7 +68,7 @@ def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
     Raises
     ------
     RequestError
-        If they cannot be read.
+        If some of them cannot be read, naming the variables.
     """
     try:
         return dataset.load()
@@ -116,4 +116,4 @@ def _check_format(dataset: "xr.Dataset", path: Path) -> None:
             "update eulerdisk",
             str(path),
         )
-    require(dataset, ("ending", "stability", "tilt_min", "tilt_max"), str(path))
+    require(dataset, ("ending", "stability", *spec_named(dataset).model.extremes), str(path))

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import Array, Input, Quantity, Truths, Word
+from sweep.model.quantity import DECISION, Array, Input, Quantity, Truths, Word
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
@@ -95,9 +95,11 @@ class Endings:
         return MappingProxyType({each.code: each.name for each in self._all})
 
     @property
-    def description(self) -> str:
-        """Every name with its meaning."""
-        return "; ".join(f"{each.name}: {each.meaning}" for each in self._all)
+    def quantity(self) -> Quantity:
+        """The variable of the file that holds the codes."""
+        meanings = "; ".join(f"{each.name}: {each.meaning}" for each in self._all)
+        words = "how the integration of the cell ended"
+        return Quantity("ending", "", "1", words, DECISION, meanings, "i1", self.flags)
 
 
 @dataclass(frozen=True)

@@ -145,3 +145,20 @@ def table(*rows: _Row) -> Mapping[str, _Row]:
 def positive(values: Array) -> Truths:
     """Return which values are above zero: the rule of many inputs."""
     return values > 0.0
+
+
+#: The verdict of a cell; a model may add a description.
+STABILITY = Quantity(
+    "stability", "", "1", "verdict of the stability criterion", DECISION, "", "i1",
+    MappingProxyType({UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}),
+)  # fmt: skip
+
+#: Settings that every model has.
+DURATION = Input(
+    "duration", "t", "s", "longest time simulated for a cell", GRID,
+    default=300.0, rule="duration > 0", allows=positive,
+)  # fmt: skip
+STEP = Input(
+    "step", "h", "s", "time step", GRID,
+    default="auto", rule="step > 0, or auto", allows=positive, words=("auto",),
+)  # fmt: skip

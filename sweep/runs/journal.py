@@ -4,15 +4,16 @@ A block is `blocks/000123-1a2b3c4d.block`: one line of JSON, which lists for eac
 and the type and number of the values that are stored of it; then these values, column after column. The name of the
 file ends in the CRC-32 of its content, seeded with the fingerprint of the run and the number and cells of the block: a
 file that was cut, filled with zeros or altered does not fit its name, and neither does a block of another run or place.
-CRC-32 runs at 1.2 GB/s, which is 1 % of a run.
+The checksum costs 4 ns of the microsecond that a cell takes at the fastest.
 
 The journal lives until the file is there, and costs time for every byte. So a column that repeats itself is stored up
 to its first repetition, and integers have the smallest type that holds them: 63 bytes of a cell become 17 to 46.
 """
 
+import contextlib
 import json
 import zlib
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,10 +91,12 @@ class Journal:
     def held(self) -> dict[int, list[Path]]:
         """Return the files of every block that has one, by number; more than one where two results differ."""
         found: dict[int, list[Path]] = {}
-        for path in sorted(self._blocks.glob(f"*{BLOCK}")):
-            number = path.name.partition("-")[0]
-            if number.isdecimal() and int(number) < len(self.spans):
-                found.setdefault(int(number), []).append(path)
+        # another process may end the run and remove the folder while its names are read
+        with contextlib.suppress(FileNotFoundError):
+            for path in sorted(self._blocks.glob(f"*{BLOCK}")):
+                number = path.name.partition("-")[0]
+                if number.isdecimal() and int(number) < len(self.spans):
+                    found.setdefault(int(number), []).append(path)
         return found
 
     def missing(self, held: Iterable[int]) -> list[int]:
@@ -120,15 +123,21 @@ class Journal:
         content = encode(measured, self.spec.shape[-1] if self.spec.axes else 1)
         publish_bytes(self._blocks / f"{number:06d}-{self._checksum(number, content)}{BLOCK}", content)
 
-    def read(self, number: int, path: Path) -> Columns:
+    def read(self, number: int, paths: Sequence[Path]) -> Columns:
         """Return the measured columns of a block from its file, bit for bit as they were given to `keep`.
+
+        Parameters
+        ----------
+        number : int
+        paths : sequence of Path
+            As from `held`.
 
         Raises
         ------
         DamagedBlockError
-            If the file is not what was written.
+            If there is not one file but none or several, or the file is not what was written.
         """
-        return decode(self._content(number, path), len(self.spans[number]))
+        return decode(self._content(number, paths), len(self.spans[number]))
 
     def verify(self, numbers: Iterable[int] | None = None) -> tuple[set[int], list[str]]:
         """Read blocks, all if not given; set aside those that are damaged, and those with two different results.
@@ -143,7 +152,7 @@ class Journal:
         for number in held if numbers is None else held.keys() & set(numbers):
             paths = held[number]
             try:
-                self._content(number, _only(number, paths))
+                self._content(number, paths)
                 sound.add(number)
             except DamagedBlockError as problem:
                 damaged.append(str(problem))
@@ -161,9 +170,14 @@ class Journal:
         """
         held = self.held()
         for number in range(len(self.spans)):
-            yield number, self.read(number, _only(number, held.get(number, [])))
+            yield number, self.read(number, held.get(number, ()))
 
-    def _content(self, number: int, path: Path) -> bytes:
+    def _content(self, number: int, paths: Sequence[Path]) -> bytes:
+        if len(paths) > 1:
+            raise DamagedBlockError(f"block {number} was computed twice with different results")
+        if not paths:
+            raise DamagedBlockError(f"block {number} is not there")
+        path = paths[0]
         try:
             content = path.read_bytes()
         except OSError as problem:
@@ -176,14 +190,6 @@ class Journal:
         span = self.spans[number]
         place = f"{self.manifest.fingerprint} {number} {span.start} {span.stop}"
         return f"{zlib.crc32(content, zlib.crc32(place.encode('ascii'))):08x}"
-
-
-def _only(number: int, paths: list[Path]) -> Path:
-    if len(paths) > 1:
-        raise DamagedBlockError(f"block {number} was computed twice with different results")
-    if not paths:
-        raise DamagedBlockError(f"block {number} is not there")
-    return paths[0]
 
 
 def encode(columns: Columns, row: int) -> bytes:

@@ -95,12 +95,12 @@ def write_partial(folder: Path, path: Path, *, overwrite: bool = False) -> tuple
 def _filled_up(journal: Journal, held: dict[int, list[Path]], done: list[int]) -> Iterator[Block]:
     for number, span in enumerate(journal.spans):
         try:
-            # of two results for one block neither is trusted
-            (path,) = held[number]
-            yield Block(span, derive_block(journal.spec, span, journal.read(number, path)))
-            done.append(len(span))
-        except (KeyError, ValueError, DamagedBlockError):
+            measured = journal.read(number, held.get(number, ()))
+        except DamagedBlockError:
             yield _not_computed(journal.spec, span)
+        else:
+            done.append(len(span))
+            yield Block(span, derive_block(journal.spec, span, measured))
 
 
 def _not_computed(spec: SweepSpec, span: Span) -> Block:

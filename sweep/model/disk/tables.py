@@ -5,6 +5,7 @@ Their order is the order of the rows of the kernels' arrays (`kernels.disk.array
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,12 +22,12 @@ from sweep.model.description import (
 )
 from sweep.model.quantity import (
     DECISION,
+    DURATION,
     ERROR_GAUGE,
     GRID,
-    STABLE,
+    STABILITY,
+    STEP,
     STEP_COUNT,
-    UNDECIDED,
-    UNSTABLE,
     Array,
     Input,
     Quantity,
@@ -121,8 +122,8 @@ PARAMETERS: Mapping[str, Input] = table(
 )
 
 SETTINGS: Mapping[str, Input] = table(
-    _input("duration", "t", "s", "longest time simulated for a cell", 300.0, "duration > 0", positive),
-    _input("step", "h", "s", "time step", "auto", "step > 0, or auto", positive, ("auto",)),
+    DURATION,
+    STEP,
     _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
            math.radians(85.0), "0 deg < fall_tilt < 90 deg", lambda tilt: (tilt > 0.0) & _upright(tilt)),
     _input("tolerance", r"\epsilon", "rad", "error that the gauges of a cell may show before its step is reduced",
@@ -135,11 +136,9 @@ OPTIONS: Mapping[str, Word] = table(
 )
 
 VARIABLES: Mapping[str, Quantity] = table(
-    Quantity("ending", "", "1", "how the integration of the cell ended", DECISION, ENDINGS.description, "i1",
-             ENDINGS.flags),
-    Quantity("stability", "", "1", "verdict of the stability criterion", DECISION,
-             "follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell undecided",
-             "i1", {UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}),
+    ENDINGS.quantity,
+    replace(STABILITY, description="follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell "
+                                   "undecided"),
     Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, "signed"),
     Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT, "signed"),
     Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,

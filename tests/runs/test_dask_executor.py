@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from sweep.engine.compute import compute
+from sweep.engine.compute import measure_block
 from sweep.errors import FailedBlocksError, RequestError, StoppedError
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
-CHECKOUT = Path(__file__).parents[1]
+CHECKOUT = Path(__file__).parents[2]
 WORDS = ["rolling", "roll_rate=0.5:4:160", "tilt=0.01deg:60deg:100:log"]
 
 _CLUSTER = """
@@ -75,11 +75,11 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
         stderr=subprocess.PIPE,
         text=True,
     )
-    while len(list(tmp_path.glob("a.nc.run/blocks/*.npz"))) < 5:
+    while len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) < 5:
         assert process.poll() is None
         time.sleep(0.01)
     os.kill(workers[0], signal.SIGKILL)
-    assert len(list(tmp_path.glob("a.nc.run/blocks/*.npz"))) < 80
+    assert len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) < 80
     _, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     assert err.endswith("eulerdisk: a.nc: 16000 cells\n")
@@ -90,23 +90,23 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
 def test_no_scheduler(tmp_path, monkeypatch):
     """An address where nobody answers is refused, with how to start one; nothing is left."""
     pytest.importorskip("distributed")
-    from sweep.runs import dask_executor as cluster
+    from sweep.runs import dask_executor
 
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
+    monkeypatch.setattr(dask_executor, "_TIMEOUT", 0.5)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
     with pytest.raises(RequestError, match=r"no dask scheduler answers.*dask worker"):
-        run_to_file(spec, tmp_path / "a.nc", driver=cluster.on_cluster("tcp://127.0.0.1:1"))
+        run_to_file(spec, tmp_path / "a.nc", executor=dask_executor.on_cluster("tcp://127.0.0.1:1"))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_address_that_is_none(tmp_path, capsys):
+def test_an_address_without_a_port(tmp_path, capsys):
     """It is refused at once, and nothing of a client is left to be torn down."""
     pytest.importorskip("distributed")
-    from sweep.runs import dask_executor as cluster
+    from sweep.runs import dask_executor
 
     spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
     with pytest.raises(RequestError, match=r"no dask scheduler answers.*missing port"):
-        run_to_file(spec, tmp_path / "a.nc", driver=cluster.on_cluster("nonsense"))
+        run_to_file(spec, tmp_path / "a.nc", executor=dask_executor.on_cluster("nonsense"))
     gc.collect()
     assert time.monotonic() - began < 15
     assert "Traceback" not in capsys.readouterr().err
@@ -116,28 +116,28 @@ def test_an_address_that_is_none(tmp_path, capsys):
 def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
     """Whoever waits for workers that nobody has started is told."""
     pytest.importorskip("distributed")
-    from sweep.runs import dask_executor as cluster
+    from sweep.runs import dask_executor
 
     said = []
     monkeypatch.setattr(Client, "scheduler_info", lambda _: {"workers": {}})
-    monkeypatch.setattr(cluster, "_connected", lambda _: Client(None, "finished"))
-    monkeypatch.setattr(cluster, "_computed", lambda *_: iter(()))
+    monkeypatch.setattr(dask_executor, "_connected", lambda _: Client(None, "finished"))
+    monkeypatch.setattr(dask_executor, "_computed", lambda *_: iter(()))
     with pytest.raises(StoppedError):
         run_to_file(
             SweepSpec(tilt="1deg:5deg:20", roll_rate=3),
             tmp_path / "a.nc",
-            driver=cluster.on_cluster("tcp://here:1", said.append),
+            executor=dask_executor.on_cluster("tcp://here:1", said.append),
         )
     assert said == ["no worker is there yet; start some with `dask worker tcp://here:1`"]
 
 
 def test_dask_that_is_not_installed(monkeypatch):
     """Without the extra, --dask says what to install."""
-    from sweep.runs import dask_executor as cluster
+    from sweep.runs import dask_executor
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[dask\]'"):
-        cluster.on_cluster("tcp://127.0.0.1:8786")
+        dask_executor.on_cluster("tcp://127.0.0.1:8786")
 
 
 class Future:
@@ -168,13 +168,13 @@ class Client:
 
     def map(self, work, folders, fingerprints, numbers, **_):
         """Compute all blocks but the third."""
-        from sweep.runs import dask_executor as cluster
+        from sweep.runs import dask_executor
 
         futures = []
         for number, folder in zip(numbers, folders, strict=True):
             if number != 2:
-                book = cluster.Journal.at(Path(folder))
-                journal.keep(number, compute(journal.manifest.spec, journal.spans[number]))
+                journal = dask_executor.Journal.at(Path(folder))
+                journal.keep(number, measure_block(journal.spec, journal.spans[number]))
             futures.append(Future(number, self.problem, self.status) if number == 2 else Future(number))
         return futures
 
@@ -207,14 +207,16 @@ class Completed:
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, match):
     """What the cluster could not do ends with status 1, saying why, after all others are kept; then it goes on."""
     distributed = pytest.importorskip("distributed")
-    from sweep.runs import dask_executor as cluster
+    from sweep.runs import dask_executor
 
-    monkeypatch.setattr(cluster, "_connected", lambda _: Client(problem, ended))
+    monkeypatch.setattr(dask_executor, "_connected", lambda _: Client(problem, ended))
     monkeypatch.setattr(distributed, "as_completed", Completed)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
     with pytest.raises(FailedBlocksError, match=match) as caught:
-        run_to_file(spec, tmp_path / "a.nc", block_cells=5, driver=cluster.on_cluster("tcp://nowhere:1"))
+        run_to_file(
+            spec, tmp_path / "a.nc", block_cells=5, executor=dask_executor.on_cluster("tcp://nowhere:1")
+        )
     assert caught.value.status == 1
-    assert len(list(tmp_path.glob("a.nc.run/blocks/*.npz"))) == 3
+    assert len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) == 3
     run_to_file(spec, tmp_path / "a.nc")
     assert [each.name for each in tmp_path.iterdir()] == ["a.nc"]

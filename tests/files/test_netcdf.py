@@ -6,13 +6,14 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from sweep.files.store import gather, save
-from sweep.schema import FILL, PARAMETERS, VARIABLES
 
 import sweep
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape
+from sweep.files.netcdf import regroup, save
 from sweep.files.reading import open_atlas
+from sweep.model.disk.tables import PARAMETERS, VARIABLES
+from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
@@ -148,7 +149,7 @@ CUTS = st.lists(st.integers(1, 12), min_size=1, max_size=12)
 
 
 @given(st.data())
-def test_gather_regroups_and_loses_nothing(data):
+def test_regroup_regroups_and_loses_nothing(data):
     """Columns regrouped by any other cuts of the same cells are these cells, each once, in order."""
     blocks, spans = [], []
     counts = data.draw(CUTS)
@@ -159,12 +160,12 @@ def test_gather_regroups_and_loses_nothing(data):
     inner = data.draw(st.sets(st.integers(1, int(ends[-1]))))
     edges = sorted({0, int(ends[-1]), *inner})
     spans = [Span(start, stop) for start, stop in pairwise(edges)]
-    for span, columns in zip(spans, gather(blocks, spans), strict=True):
+    for span, columns in zip(spans, regroup(blocks, spans), strict=True):
         np.testing.assert_array_equal(columns["a"], values[span.start : span.stop])
         np.testing.assert_array_equal(columns["b"], -values[span.start : span.stop])
 
 
-def test_gather_asks_for_a_block_only_when_it_needs_it():
+def test_regroup_asks_for_a_block_only_when_it_needs_it():
     """No more blocks are held than one span touches: memory stays bounded."""
     asked = []
 
@@ -173,7 +174,7 @@ def test_gather_asks_for_a_block_only_when_it_needs_it():
             asked.append(start)
             yield Block(Span(start, start + 10), {"a": np.arange(start, start + 10)})
 
-    spans = gather(blocks(), [Span(start, start + 5) for start in range(0, 100, 5)])
+    spans = regroup(blocks(), [Span(start, start + 5) for start in range(0, 100, 5)])
     for _ in range(3):
         next(spans)
     assert asked == [0, 10]

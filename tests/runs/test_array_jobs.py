@@ -1,4 +1,4 @@
-"""Prepared runs, their parts and their assembly; runs that go on; looks at what is not finished."""
+"""Prepared runs, their parts and their assembly; runs that go on; descriptions of unfinished runs."""
 
 import os
 import re
@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from sweep.errors import StoppedError
-from sweep.files import store
+from sweep.files.netcdf import AtlasWriter
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import executor as driving
+from sweep.runs import executor
 from sweep.runs.locks import locked
+from sweep.runs.partial import unfinished
 from sweep.runs.run import run_to_file
 
 WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"
@@ -41,7 +42,7 @@ def stopped_after(path, count, **how):
 
     with pytest.raises(StoppedError):
         run_to_file(SPEC, path, block_cells=5, stopping=stopping, **how)
-    assert len(list(path.parent.glob(f"{path.name}.run/blocks/*.npz"))) == count
+    assert len(list(path.parent.glob(f"{path.name}.run/blocks/*.block"))) == count
 
 
 def test_parts_make_the_file_of_a_run(command, tmp_path):
@@ -63,7 +64,7 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
 
 def test_the_documented_array_job(command, tmp_path, monkeypatch):
     """The SLURM script of docs/clusters.md, run once for each task as SLURM would, leaves a run to be assembled."""
-    checkout = Path(__file__).parents[1]
+    checkout = Path(__file__).parents[2]
     script = re.search(
         r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "clusters.md").read_text(), re.M | re.S
     )[1]
@@ -84,12 +85,14 @@ def test_the_documented_array_job(command, tmp_path, monkeypatch):
     assert command("assemble atlas.nc.run")[0] == 0
 
 
-def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
+def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkeypatch):
     """A run goes on from a part, and parts go on from a run; each block is computed once."""
     run_to_file(SPEC, tmp_path / "whole.nc", command=f"eulerdisk run {WORDS}")
     spans = []
-    compute = driving.compute
-    monkeypatch.setattr(driving, "compute", lambda spec, span: spans.append(span) or compute(spec, span))
+    compute = executor.measure_block
+    monkeypatch.setattr(
+        executor, "measure_block", lambda spec, span: spans.append(span) or compute(spec, span)
+    )
     command(f"prepare {WORDS} --block-cells 4 -o a.nc")
     command("block --run a.nc.run --part 2/2")
     assert command(f"run {WORDS} -o a.nc")[2].startswith(
@@ -107,9 +110,9 @@ def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("line", "match"),
     [
-        ("block --run a.nc.run --part 0/3", "1 <= I <= N"),
-        ("block --run a.nc.run --part 4/3", "1 <= I <= N"),
-        ("block --run a.nc.run --part x", "1 <= I <= N"),
+        ("block --run a.nc.run --part 0/3", "not a part"),
+        ("block --run a.nc.run --part 4/3", "not a part"),
+        ("block --run a.nc.run --part x", "not a part"),
         ("block --run elsewhere --part 1/3", "not the folder of a run"),
         ("assemble a.nc.run", "blocks are missing"),
         ("assemble elsewhere", "not the folder of a run"),
@@ -122,7 +125,7 @@ def test_drivers_take_over_from_each_other(command, tmp_path, monkeypatch):
     ],
 )
 def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
-    """With status 2, one line, and nothing touched."""
+    """With status 2, one message that says why, and nothing touched."""
     command(f"prepare {WORDS} --block-cells 4 -o a.nc")
     before = sorted(tmp_path.rglob("*"))
     status, out, err = command(line)
@@ -133,7 +136,7 @@ def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
 
 def spoilt(folder):
     """Damage the first block that is there."""
-    path = min(folder.glob("blocks/*.npz"))
+    path = min(folder.glob("blocks/*.block"))
     path.write_bytes(path.read_bytes()[:-2])
     return path.name
 
@@ -191,13 +194,13 @@ def test_a_partial_atlas_has_what_there_is(command, tmp_path):
             np.testing.assert_array_equal(found[:done], expected[:done])
             assert (np.isnan(found[done:]) if found.dtype.kind == "f" else found[done:] == 0).all()
     assert f"{18 - done} not computed" in command("info p.nc")[1]
-    assert unfinished_run.unfinished(tmp_path / "p.nc") is None
+    assert unfinished(tmp_path / "p.nc") is None
     # only looked at: the run goes on
     assert command(f"run {WORDS} -o a.nc")[0] == 0
 
 
 def test_two_runs_that_differ_in_how_they_are_run_have_the_same_bytes(command, tmp_path):
-    """Threads, block size, output name and driver are not in the file."""
+    """Threads, block size, output name and executor are not in the file."""
     for line in (f"run {WORDS} -o a.nc", f"run {WORDS} --threads 1 --block-cells 3 --max-failed 50 -o b.nc"):
         assert command(line)[0] == 0
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
@@ -216,14 +219,14 @@ def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
 def test_a_second_run_of_one_output_is_refused(command, tmp_path):
     """While one run writes, another gets status 2 and the first one's process, and changes nothing."""
     stopped_after(tmp_path / "a.nc", 2)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*.npz")}
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.block")}
     with locked(tmp_path / "a.nc.run"):
         for line in (f"run {WORDS} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"):
             status, _, err = command(line)
             assert status == 2
             assert "being written" in err
             assert f"process {os.getpid()} on " in err
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*.npz")} == before
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.block")} == before
 
 
 def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
@@ -238,13 +241,13 @@ def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
 def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypatch):
     """If reading the file again finds another value, it does not get its name; the blocks are kept."""
 
-    def spoilt(path, *arguments):
-        with netCDF4.Dataset(path, "a") as file:
+    def spoilt(writer):
+        with netCDF4.Dataset(writer._path, "a") as file:
             file["tilt_max"][0, 0] = 1.0
-        check(path, *arguments)
+        check(writer)
 
-    check = store._check_sums
-    monkeypatch.setattr(store, "_check_sums", spoilt)
+    check = AtlasWriter._check_sums
+    monkeypatch.setattr(AtlasWriter, "_check_sums", spoilt)
     status, _, err = command(f"run {WORDS} -o a.nc")
     assert status == 3
     assert "does not hold what was written: tilt_max;" in err
@@ -256,7 +259,7 @@ def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypat
 
 def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
     """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
-    monkeypatch.setattr("sweep.runs.journal.remove", lambda _: None)
+    monkeypatch.setattr("sweep.runs.run_directory.remove", lambda _: None)
     run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
     monkeypatch.undo()
     before = (tmp_path / "a.nc").stat()

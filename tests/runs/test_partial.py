@@ -1,13 +1,14 @@
-"""A look at a run that is not finished, whatever it computes and whoever began it."""
+"""Unfinished runs: what is finished of them can be read, whatever they compute."""
 
 import numpy as np
 import pytest
 
-from sweep.engine.compute import compute
+from sweep.engine.compute import compute, measure_block
 from sweep.errors import RequestError
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import manifest
+from sweep.runs import array_jobs, manifest
+from sweep.runs.partial import describe, write_partial
 
 SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 SPECS = {
@@ -23,15 +24,15 @@ SPECS = {
 def begun(tmp_path, request):
     """Return the journal of a run of which the second of four blocks is there."""
     journal = array_jobs.prepare(request.param, tmp_path / "a.nc", block_cells=3)
-    journal.keep(1, compute(journal.manifest.spec, journal.spans[1]))
-    return book
+    journal.keep(1, measure_block(journal.spec, journal.spans[1]))
+    return journal
 
 
 @pytest.mark.parametrize("begun", SPECS.values(), ids=SPECS, indirect=True)
 def test_what_there_is_can_be_read(begun, tmp_path):
     """Every variable of the atlas is there, whatever the method; cells of missing blocks have no numbers."""
     spec, path = begun.manifest.spec, tmp_path / "p.nc"
-    assert unfinished_run.write_partial(begun.folder, path) == (3, 12)
+    assert write_partial(begun.folder, path) == (3, 12)
     columns = compute(spec, begun.spans[1])
     with open_atlas(path) as part:
         assert set(columns) <= set(part.data_vars)
@@ -45,17 +46,17 @@ def test_what_there_is_can_be_read(begun, tmp_path):
 @pytest.mark.parametrize("begun", [SPEC], indirect=True)
 def test_a_block_with_two_results_is_not_there(begun, tmp_path):
     """Where two machines disagree neither is shown."""
-    columns = dict(compute(SPEC, begun.spans[1]))
+    columns = dict(measure_block(SPEC, begun.spans[1]))
     columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
     begun.keep(1, columns)
-    assert unfinished_run.write_partial(begun.folder, tmp_path / "p.nc") == (0, 12)
+    assert write_partial(begun.folder, tmp_path / "p.nc") == (0, 12)
 
 
 @pytest.mark.parametrize("begun", [SPEC], indirect=True)
 def test_blocks_of_another_program_are_not_passed_off_as_its_own(begun, tmp_path, monkeypatch):
     """An atlas says which kernels made it: one of blocks of other kernels is refused; how far it is can be told."""
-    monkeypatch.setattr(manifest.compiled, "kernel_hash", lambda: "0" * 64)
-    with pytest.raises(RequestError, match=r"kernel_hash: .* here"):
-        unfinished_run.write_partial(begun.folder, tmp_path / "p.nc")
-    assert "blocks      1 of 4" in unfinished_run.describe(begun.folder)
+    monkeypatch.setattr(manifest, "arithmetic_hash", lambda _: "0" * 64)
+    with pytest.raises(RequestError, match=r"arithmetic_hash: .* here"):
+        write_partial(begun.folder, tmp_path / "p.nc")
+    assert "blocks      1 of 4" in describe(begun.folder)
     assert not (tmp_path / "p.nc").exists()

@@ -19,7 +19,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
+from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
 
 READERS = Path(__file__).with_name("readers")
 
@@ -228,7 +228,7 @@ def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path, user, ci, install
         (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
         (tmp_path / name).chmod(0o755)
     (tmp_path / ".venv").mkdir()
-    script = Path(__file__).parents[1] / "scripts" / "readers.sh"
+    script = Path(__file__).parents[2] / "scripts" / "readers.sh"
     done = subprocess.run(
         ["bash", "-uc", f"checkout={tmp_path}; source {script}; prepare_readers"],
         env={"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "CI": ci},

@@ -1,4 +1,4 @@
-"""What a large atlas takes, and what of it is for the journal; `scripts/soak` prints it."""
+"""Time and memory of a large atlas, and the share of the journal in them; `scripts/soak` prints the figures."""
 
 import os
 import resource
@@ -10,15 +10,16 @@ from typing import Any
 from unittest import mock
 
 import sweep
-from sweep.runs import journal
+from sweep.runs.journal import Journal
 from sweep.runs.run import run_to_file
 
 
 def large(folder: Path, cells: int, pairs: int) -> None:
     """Compute an atlas of many cells with a short horizon, with a journal and without one; print what each took.
 
-    What a journal costs is what the run does not take without one: on the wall, and of the processors, the time of the
-    system among it. Two runs are never disturbed alike, so the processor's time inside `Journal.keep` is told as well.
+    The cost of the journal is the difference between a run with it and a run without it, in wall time and in processor
+    time (system time included). Other processes disturb the two runs differently, so the processor time inside
+    `Journal.keep` is printed too.
     """
     count = round(cells**0.5)
     spec = sweep.SweepSpec.preset("rolling").replace(
@@ -27,7 +28,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
     path = folder / "large.nc"
 
     def work(answer: int, journaled: bool) -> None:
-        spent, keep = [0.0], journal.Journal.keep
+        spent, keep = [0.0], Journal.keep
 
         def timed(*arguments: Any) -> None:
             began = time.thread_time()
@@ -36,7 +37,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
             spent[0] += time.thread_time() - began
 
         began = time.monotonic()
-        with mock.patch.object(journal.Journal, "keep", timed):
+        with mock.patch.object(Journal, "keep", timed):
             run_to_file(spec, path, overwrite=True)
         took, used = time.monotonic() - began, resource.getrusage(resource.RUSAGE_SELF)
         processor, memory = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024 / 1e9
@@ -46,7 +47,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
         reading, writing = os.pipe()
         number = os.fork()
         if number == 0:
-            # in a process of its own: memory is counted from the start
+            # in a process of its own: its peak memory is that of this run
             try:
                 work(writing, journaled)
                 os._exit(0)
@@ -55,13 +56,13 @@ def large(folder: Path, cells: int, pairs: int) -> None:
                 os._exit(1)
         os.waitpid(number, 0)
         os.close(writing)
-        os.sync()  # what one run has left to write must not be the other's burden
+        os.sync()  # data that one run has left to write must not slow the other down
         with os.fdopen(reading, "rb") as answer:
             return struct.unpack("4d", answer.read())
 
     print(f"large: {spec.size} cells; the disk takes {disk_rate(folder) / 1e6:.0f} MB/s", flush=True)
     for pair in range(pairs):
-        # neither is always the first
+        # the order alternates, so that neither profits from the caches of the other
         found = {journaled: measured(journaled) for journaled in ((True, False), (False, True))[pair % 2]}
         (took, used, kept, memory), (bare_took, bare_used, *_) = found[True], found[False]
         print(

@@ -1,4 +1,4 @@
-"""Kill runs at random moments, damage what they leave, compute a large atlas, and print the figures.
+"""Kill runs at random moments, damage their journals, compute a large atlas, and print the figures.
 
 Ends with 1 if a file differs from that of an undisturbed run, if a reader of the final name ever saw anything but an
 absent or a complete file, or if a damaged block went unnoticed.
@@ -18,18 +18,19 @@ from pathlib import Path
 import netCDF4  # noqa: F401 - only to be loaded
 import numba  # noqa: F401 - likewise
 import xarray  # noqa: F401 - likewise
-from weigh import large
+from journal_cost import large
 
 import sweep
 from sweep.errors import StoppedError
-from sweep.runs import journal
+from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
 from sweep.runs.run import run_to_file
+from sweep.runs.run_directory import directory_of
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")
 
 #: Cells per block: many small ones, a few, and a number that fits nothing.
-BLOCKS = (40, 333, 1800)
+BLOCK_CELLS = (40, 333, 1800)
 
 
 def main() -> None:
@@ -53,20 +54,20 @@ def main() -> None:
     dice = random.Random(options.seed)
     with tempfile.TemporaryDirectory(prefix="eulerdisk-soak-", dir=".") as name:
         folder = Path(name)
-        wrong = 0 if options.only_large else survive(folder, options, dice)
+        wrong = 0 if options.only_large else inject_faults(folder, options, dice)
         if options.cells:
             large(folder, options.cells, options.pairs)
     if wrong:
         sys.exit(f"scripts/soak: {wrong} times something was wrong")
 
 
-def survive(folder: Path, options: argparse.Namespace, dice: random.Random) -> int:
+def inject_faults(folder: Path, options: argparse.Namespace, dice: random.Random) -> int:
     """Kill, crash and damage runs; return how often something was wrong."""
     whole, took = undisturbed(folder / "whole.nc")
     print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
     wrong = 0
     for threads in (1, 2):
-        for block_cells in BLOCKS:
+        for block_cells in BLOCK_CELLS:
             wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
     wrong += crashes(folder, whole, options.every)
     return wrong + damages(folder, whole, options.damages, dice)
@@ -161,7 +162,7 @@ def kills(
 
 
 def is_absent_or(path: Path, whole: bytes) -> bool:
-    """Tell whether a reader finds no file or the complete one."""
+    """Return whether a reader finds no file or the complete one."""
     try:
         return path.read_bytes() == whole
     except FileNotFoundError:
@@ -171,14 +172,14 @@ def is_absent_or(path: Path, whole: bytes) -> bool:
 def blocks(path: Path) -> int:
     """Return how many blocks of a run are kept."""
     try:
-        return sum(name.endswith(".npz") for name in os.listdir(f"{path}{journal.SUFFIX}/blocks"))
+        return sum(name.endswith(BLOCK) for name in os.listdir(directory_of(path) / BLOCKS))
     except FileNotFoundError:
         return 0
 
 
 def is_done(path: Path) -> bool:
-    """Tell whether there is nothing left to do; a folder that was emptied, but not yet removed, is removed."""
-    folder = path.with_name(path.name + journal.SUFFIX)
+    """Return whether the run is complete; a folder that was emptied, but not yet removed, is removed."""
+    folder = directory_of(path)
     if path.exists() and folder.exists() and not list(folder.iterdir()):
         folder.rmdir()
     return path.exists() and not folder.exists()
@@ -228,7 +229,7 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
         run_to_file(SPEC, path, block_cells=180, stopping=lambda: next(looks) >= 12)
 
     os.waitpid(child(stopped), 0)
-    journal = journal.Journal.at(folder / "damaged.nc.run")
+    journal = Journal.at(directory_of(path))
     held = [paths[0] for paths in journal.held().values()]
     for _ in range(count):
         victim = dice.choice(held)
@@ -236,7 +237,7 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
         victim.write_bytes(damaged(good, dice))
         sound, _ = journal.verify([int(victim.name[:6])])
         caught += not sound
-        for each in folder.glob("damaged.nc.run/blocks/*.damaged"):
+        for each in (journal.folder / BLOCKS).glob(f"*{DAMAGED}"):
             each.unlink()
         victim.write_bytes(good)
     for victim in held[::2]:

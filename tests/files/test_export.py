@@ -1,6 +1,7 @@
 """An atlas in other formats holds the same numbers, and other programs read them."""
 
 import csv
+import json
 import sys
 
 import numpy as np
@@ -12,8 +13,9 @@ import xarray as xr
 import sweep
 from sweep.cli import main
 from sweep.errors import RequestError
-from sweep.files.export import export
-from sweep.schema import PARAMETERS, VARIABLES
+from sweep.files.export import FORMATS, Format, export
+from sweep.files.publish import published
+from sweep.model.disk.tables import PARAMETERS, VARIABLES
 
 SPECS = {
     "falling": sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze"),
@@ -122,6 +124,32 @@ def test_a_format_that_cannot_be(tmp_path, monkeypatch):
     with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[formats\]'"):
         export(atlas, tmp_path / "a.parquet", "parquet")
     assert list(tmp_path.iterdir()) == []
+
+
+class Extremes(Format):
+    """A format of a test: one line of JSON."""
+
+    def write(self, dataset, path):
+        """Write the extreme tilts of the atlas."""
+        with published(path) as unfinished:
+            unfinished.write_text(json.dumps([float(dataset.tilt_min.min()), float(dataset.tilt_max.max())]))
+
+
+def test_a_format_is_one_class(tmp_path, monkeypatch):
+    """A class and its name are all that the command needs: checks, replacing and the list of formats follow."""
+    monkeypatch.setitem(FORMATS, "extremes", Extremes())
+    sweep.run_to_file(SPECS["cell"], tmp_path / "a.nc")
+    for line, status in (("", 0), ("", 2), ("--overwrite", 0)):
+        words = ["eulerdisk", "export", str(tmp_path / "a.nc"), "--to", "extremes", *line.split()]
+        monkeypatch.setattr(sys, "argv", words)
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == status
+    atlas = sweep.run(SPECS["cell"])
+    written = json.loads((tmp_path / "a.extremes").read_text())
+    assert written == [float(atlas.tilt_min), float(atlas.tilt_max)]
+    with pytest.raises(RequestError, match="csv, parquet, zarr, extremes"):
+        export(atlas, tmp_path / "a.xls", "xls")
 
 
 def test_the_command(tmp_path, monkeypatch):

@@ -1,0 +1,68 @@
+"""Paths are checked before anything is computed, without a heavy library."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.files.paths import check_apart, check_atlas, check_format, check_target
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", ["figure.jpg", "figure", "figure.png.gz"])
+def test_unknown_format(name):
+    """A figure's name with another ending is refused; the message lists the endings."""
+    with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
+        check_format(name)
+
+
+def test_ending_may_be_capital():
+    """The case of the ending does not matter."""
+    assert check_format("FIGURE.PNG") == "png"
+
+
+def test_an_atlas_exists(tmp_path):
+    """A missing file, an empty name, a folder and a name that is too long are refused under their names."""
+    for name in ("missing.nc", "y" * 300, "."):
+        with pytest.raises(RequestError, match="no such file") as caught:
+            check_atlas(tmp_path / name)
+        assert caught.value.where == str(tmp_path / name)
+    (tmp_path / "a.nc").touch()
+    check_atlas(tmp_path / "a.nc")
+
+
+def test_a_target_may_be_replaced_only_when_asked(tmp_path):
+    """A new name is accepted, an existing file with overwrite alone, a folder never."""
+    check_target(tmp_path / "a.nc", False)
+    (tmp_path / "a.nc").touch()
+    check_target(tmp_path / "a.nc", True)
+    with pytest.raises(RequestError, match="--overwrite"):
+        check_target(tmp_path / "a.nc", False)
+    with pytest.raises(RequestError, match="not a file"):
+        check_target(tmp_path, True)
+    with pytest.raises(RequestError, match=r"no such folder.*mkdir"):
+        check_target(tmp_path / "missing" / "a.nc", False)
+
+
+def test_a_source_is_not_replaced(tmp_path):
+    """What is read is not written over, under whichever name."""
+    (tmp_path / "a.nc").touch()
+    (tmp_path / "link.nc").symlink_to("a.nc")
+    check_apart(tmp_path / "b.nc", tmp_path / "a.nc")
+    with pytest.raises(RequestError, match="would replace"):
+        check_apart(tmp_path / "link.nc", tmp_path / "a.nc")
+
+
+def test_the_checks_are_light():
+    """They load neither the compiler nor the libraries of files and figures."""
+    code = (
+        "import sys, sweep.files.paths, sweep.files.publish\n"
+        "print([name for name in ('numba', 'netCDF4', 'xarray', 'matplotlib') if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=CHECKOUT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"

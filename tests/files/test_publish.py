@@ -1,0 +1,52 @@
+"""Files that are published are complete or not there, and the errors of a file system say what to do."""
+
+import errno
+import os
+
+import pytest
+
+from sweep.errors import StorageError
+from sweep.files.publish import publish_bytes, published, refusals
+
+
+def test_no_right_is_not_no_room(tmp_path):
+    """Where the right to write is missing, the user is not told to free space."""
+    with (
+        pytest.raises(StorageError, match="give yourself the right to write there") as caught,
+        refusals(tmp_path / "a"),
+    ):
+        raise PermissionError(errno.EACCES, "Permission denied", "a.nc.run/blocks/000000.tmp")
+    assert "free some" not in str(caught.value)
+
+
+def test_other_errors_of_the_program_pass():
+    """A defect keeps its own exception: only errors of the file system and of netCDF are told as such."""
+    with pytest.raises(RuntimeError, match="a defect"), refusals(None):
+        raise RuntimeError("a defect")
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_file_that_cannot_be_published(tmp_path, monkeypatch, step):
+    """If the file system refuses, the old file is unchanged and no temporary file is left."""
+    path = tmp_path / "a"
+    path.write_bytes(b"old")
+
+    def refuse(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, step, refuse)
+    with pytest.raises(OSError, match="Input/output error"):
+        publish_bytes(path, b"new")
+    with pytest.raises(StorageError, match="Input/output error"), published(path) as unfinished:
+        unfinished.write_bytes(b"new")
+    assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("a", b"old")]
+
+
+def test_others_of_the_group_may_read_what_is_published(tmp_path):
+    """A published file has the rights that the user's umask gives, as every other file."""
+    before = os.umask(0o027)
+    try:
+        publish_bytes(tmp_path / "a", b"new")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a").stat().st_mode & 0o777 == 0o640

@@ -1,0 +1,124 @@
+"""The lock of a run's folder: one writer, or the jobs of an array together; free as soon as the holder is dead."""
+
+import errno
+import fcntl
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.runs import locks
+from sweep.runs.locks import locked
+
+CHECKOUT = Path(__file__).parents[2]
+
+_HOLD = """
+import sys, time
+from pathlib import Path
+from sweep.runs.locks import locked
+with locked(Path(sys.argv[1]), shared=sys.argv[2] == "shared"):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+def holding(folder, how="alone"):
+    """Start a process that holds the lock."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", _HOLD, str(folder), how],
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with process.stdout as out:
+        assert out.readline() == "held\n"
+    return process
+
+
+def test_one_writer_at_a_time(tmp_path):
+    """While a process holds the lock another is refused, with process, machine and time; kill -9 releases it."""
+    process = holding(tmp_path)
+    for shared in (False, True):
+        with (
+            pytest.raises(RequestError, match=rf"being written.*process {process.pid} on .* since 20"),
+            locked(tmp_path, shared=shared),
+        ):
+            pass
+    process.kill()
+    process.wait()
+    with locked(tmp_path):
+        pass
+
+
+def test_array_jobs_share_the_lock(tmp_path):
+    """Those who ask for it shared hold it together; who wants it alone is refused."""
+    process = holding(tmp_path, "shared")
+    with locked(tmp_path, shared=True):
+        pass
+    with pytest.raises(RequestError, match="being written"), locked(tmp_path):
+        pass
+    process.kill()
+    process.wait()
+
+
+def test_a_file_system_without_locks(tmp_path, monkeypatch):
+    """There a file that only one can make stands in; that of a dead process here is removed, others are named."""
+
+    def unsupported(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", unsupported)
+    with locked(tmp_path):
+        assert (tmp_path / "owner").is_file()
+        with pytest.raises(RequestError, match=rf"process {os.getpid()} on .*rm .*owner"), locked(tmp_path):
+            pass
+        with locked(tmp_path, shared=True):
+            pass
+    assert not (tmp_path / "owner").exists()
+    gone = subprocess.Popen(["true"])
+    gone.wait()
+    words = locks._signature().split()
+    (tmp_path / "owner").write_text(" ".join([words[0], str(gone.pid), *words[2:]]))
+    with locked(tmp_path):
+        pass
+    (tmp_path / "owner").write_text(" ".join([*words[:3], "elsewhere", *words[4:]]))
+    with pytest.raises(RequestError, match="on elsewhere"), locked(tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS])
+def test_a_run_of_another_user(tmp_path, monkeypatch, code):
+    """A user who may not write into the folder is told so, with status 2."""
+
+    def refuse(path, *_):
+        raise OSError(code, os.strerror(code), path)
+
+    monkeypatch.setattr("sweep.runs.locks.os.open", refuse)
+    with (
+        pytest.raises(
+            RequestError, match=rf"folder cannot be written.*{os.strerror(code)}.*let its owner"
+        ) as caught,
+        locked(tmp_path),
+    ):
+        pass
+    assert caught.value.status == 2
+
+
+def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):
+    """A disk without room for the name of the holder does not keep anybody from holding the lock."""
+
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("sweep.runs.locks.os.pwrite", refuse)
+    with locked(tmp_path):
+        assert (tmp_path / "lock").exists()
+
+
+def test_a_folder_that_goes_meanwhile(tmp_path):
+    """If the run that held the lock ends and removes the folder, the next process makes a new one."""
+    with locked(tmp_path / "a.nc.run"):
+        assert (tmp_path / "a.nc.run" / "lock").exists()

@@ -1,0 +1,107 @@
+"""The manifest: it says what a run is, and what keeps another program from going on with it."""
+
+import json
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+from sweep.runs import manifest
+from sweep.runs.journal import Journal
+from sweep.runs.manifest import MANIFEST, Manifest
+from sweep.runs.run_directory import check_same_run
+
+SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a manifest and its file."""
+    made = Manifest.new(SPEC, 5, "2023-11-14T22:13:20Z", "eulerdisk run x.toml")
+    made.write(tmp_path / MANIFEST)
+    return made, tmp_path / MANIFEST
+
+
+def test_the_manifest_comes_back(written):
+    """What a run is reads as it was written."""
+    made, path = written
+    assert Manifest.read(path) == made
+
+
+def test_the_manifest_says_what_it_is(written):
+    """The manifest is JSON that a person can read: spec, blocks, time, command, versions."""
+    content = json.loads(written[1].read_text())
+    assert content["spec"]["roll_rate"] == 3.0
+    assert content["block_cells"] == 5
+    assert content["command"] == "eulerdisk run x.toml"
+    # the version of eulerdisk is not among them: a release that computes the same bits goes on with a run
+    assert set(content["arithmetic"]) == {"format", "arithmetic_hash", "numba", "llvmlite", "numpy"}
+
+
+def test_the_fingerprint_is_of_what_decides_the_bits(monkeypatch):
+    """It depends on spec and code, not on blocks, time or command."""
+    one = Manifest.new(SPEC, 5, "t", "c")
+    assert Manifest.new(SPEC, 7, "u", "d").fingerprint == one.fingerprint
+    assert Manifest.new(SPEC.replace(step=0.001), 5, "t", "c").fingerprint != one.fingerprint
+    monkeypatch.setattr(manifest, "arithmetic_hash", lambda _: "0" * 64)
+    assert Manifest.new(SPEC, 5, "t", "c").fingerprint != one.fingerprint
+
+
+def test_differences_are_named(written, monkeypatch):
+    """Each field that differs is named with both values; the code is that of the spec at hand."""
+    made, _ = written
+    assert made.differences(SPEC) == []
+    (one,) = made.differences(SPEC.replace(roll_rate=4))
+    assert one == "roll_rate: 3.0 there, 4.0 here"
+    (younger,) = made.differences(SPEC.replace(contact="yes"))
+    assert younger == "contact: no there, yes here"
+    monkeypatch.setattr(manifest, "arithmetic_hash", lambda spec: "0" * 64 if spec == SPEC else "1" * 64)
+    (two,) = made.differences(SPEC)
+    assert two.startswith("arithmetic_hash: ")
+    assert two.endswith("0000000000000000 here")
+
+
+def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
+    """A run begun by a program that stored blocks otherwise is not gone on with: the format is named."""
+    with monkeypatch.context() as patch:
+        patch.setattr(manifest, "FORMAT", 99)
+        older = Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
+    older = Journal.at(tmp_path)
+    with pytest.raises(RequestError, match=r"blocks of another run.*format: 99 there, \d+ here.*rm -r"):
+        check_same_run(older, SPEC)
+    assert older.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
+
+
+def test_a_manifest_of_format_2_is_refused_by_its_format(written):
+    """A run that version 0.9 and its like have left is read far enough to name what differs."""
+    _, path = written
+    content = json.loads(path.read_text())
+    for name in ("checksum", "fingerprint"):
+        del content[name]
+    content["arithmetic"] |= {"format": "2", "eulerdisk": "0.9"}
+    content["checksum"] = manifest._digest(content)
+    path.write_text(json.dumps(content))
+    with pytest.raises(RequestError, match=r"format: 2 there"):
+        check_same_run(Journal.at(path.parent), SPEC)
+
+
+@pytest.mark.parametrize("change", ["cut", "number", "garbage"])
+def test_a_damaged_manifest_is_refused(written, change):
+    """A manifest that is cut, altered or no JSON is refused under its name, with what to do."""
+    _, path = written
+    text = path.read_text()
+    changed = {
+        "cut": text[:-20],
+        "number": text.replace(': 5,\n "created"', ': 6,\n "created"'),
+        "garbage": "\0" * 99,
+    }
+    assert changed[change] != text
+    path.write_text(changed[change])
+    with pytest.raises(RequestError, match=r"manifest.*damaged.*rm -r"):
+        Manifest.read(path)
+
+
+def test_a_folder_without_a_run(tmp_path):
+    """A folder that holds no manifest is refused, with how to make one."""
+    with pytest.raises(RequestError, match=r"not the folder of a run.*eulerdisk prepare"):
+        Journal.at(tmp_path)

@@ -1,0 +1,110 @@
+"""A generator that runs ahead in a thread: same items, exceptions where they belong, clean when it is left early."""
+
+import threading
+import time
+
+import pytest
+
+from sweep.runs.prefetch import prefetch
+
+
+def test_the_items_in_order_from_one_other_thread():
+    """Every item comes once, in order; all of them are made in the same thread, which is not the consumer's."""
+    threads = set()
+
+    def items():
+        for i in range(100):
+            threads.add(threading.current_thread())
+            yield i
+
+    with prefetch(items()) as taken:
+        assert list(taken) == list(range(100))
+    assert len(threads) == 1
+    assert threading.current_thread() not in threads
+
+
+def test_both_sides_work_at_the_same_time():
+    """While the consumer works on an item the next ones are made, but no more than two: memory stays bounded."""
+    made = []
+
+    def items():
+        for i in range(10):
+            made.append(i)
+            yield i
+
+    with prefetch(items()) as taken:
+        assert next(taken) == 0
+        deadline = time.monotonic() + 10
+        while len(made) < 3 and time.monotonic() < deadline:
+            time.sleep(0.001)
+        time.sleep(0.05)
+        assert made == [0, 1, 2]
+
+
+@pytest.mark.parametrize("problem", [ValueError("a defect"), KeyboardInterrupt(), StopIteration()])
+def test_an_exception_arrives_where_its_item_would_be_taken(problem):
+    """Items before it are given; then it is raised to the consumer, and nothing hangs."""
+
+    def items():
+        yield 1
+        yield 2
+        raise problem
+
+    taken = []
+    # a generator cannot let a StopIteration out: Python makes a RuntimeError of it
+    expected = RuntimeError if isinstance(problem, StopIteration) else type(problem)
+    with pytest.raises(expected), prefetch(items()) as ahead:
+        taken.extend(iter(lambda: next(ahead), None))
+    assert len(taken) <= 2
+
+
+@pytest.mark.parametrize("problem", [ValueError("a defect"), KeyboardInterrupt()])
+def test_leaving_early_closes_the_generator(problem):
+    """An exception of the consumer passes; the item in the making is finished, no other begun, the thread ended."""
+    made, closed = [], []
+
+    def items():
+        try:
+            for i in range(1000):
+                made.append(i)
+                time.sleep(0.2 * i)
+                yield i
+        finally:
+            closed.append(True)
+
+    before = threading.active_count()
+
+    def consume():
+        with prefetch(items()) as taken:
+            next(taken)
+            raise problem
+
+    with pytest.raises(type(problem)):
+        consume()
+    assert closed == [True]
+    assert made == [0, 1]
+    assert threading.active_count() == before
+
+
+def test_stages_in_a_row():
+    """One prefetch inside another ends as cleanly, whether it is used up or left."""
+
+    def numbers():
+        yield from range(50)
+
+    closed = []
+
+    def squares():
+        try:
+            with prefetch(numbers()) as inner:
+                for i in inner:
+                    yield i * i
+        finally:
+            closed.append(True)
+
+    with prefetch(squares()) as taken:
+        assert list(taken) == [i * i for i in range(50)]
+    with prefetch(squares()) as taken:
+        assert next(taken) == 0
+    assert closed == [True, True]
+    assert threading.active_count() == 1 or not [t for t in threading.enumerate() if "ThreadPool" in t.name]
