@@ -47,7 +47,8 @@ def test_the_file_declares_every_ending():
     """Codes with names, and every name with its meaning; the list cannot be changed."""
     assert ENDINGS.flags == {0: "not_computed", 1: "final", 3: "lost", 4: "broken", 7: "invalid"}
     for each in ENDINGS:
-        assert f"{each.name}: {each.meaning}" in ENDINGS.description
+        assert f"{each.name}: {each.meaning}" in ENDINGS.quantity.description
+    assert ENDINGS.quantity.flags == ENDINGS.flags
     with pytest.raises(TypeError):
         ENDINGS.flags[2] = "other"
 
