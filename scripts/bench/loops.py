@@ -8,7 +8,6 @@ import math
 
 import numba
 import numpy as np
-from sweep.engine.compiled import integrate
 
 from bench.problem import FALL_TILT, LONGEST, Array, Contender, Solve, peaks, results, timed
 from kernels.disk.arrays import (
@@ -23,6 +22,7 @@ from kernels.disk.arrays import (
     TILT_MIN,
     TILT_RATE,
 )
+from sweep.model.disk.model import DISK
 
 
 @numba.njit(error_model="numpy")
@@ -142,7 +142,7 @@ def _array_step(state: Array, parameters: Array, h: float | Array) -> Array:
 
 def _engine(given: Array, tolerance: float) -> Array:
     measures, counts = results(given.shape[1])
-    integrate()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
+    DISK.integrate.load()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
     return np.asarray(np.maximum(np.abs(measures[TILT_MIN]), np.abs(measures[TILT_MAX])))
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from sweep.engine.compiled import extremes
 
 import sweep
 from kernels.disk.arrays import (
@@ -28,8 +27,8 @@ from kernels.disk.arrays import (
     TILT,
     TILT_RATE,
 )
-from sweep.engine import cells
-from sweep.engine.grid import Span
+from sweep.engine.grid import whole
+from sweep.model.disk.exact import EXTREMES
 
 Array = npt.NDArray[np.float64]
 #: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])
@@ -62,7 +61,7 @@ class Contender:
 def starts(words: tuple[str, ...] = TASK) -> Array:
     """Return the starts of a grid of the rolling preset."""
     spec = sweep.SweepSpec.from_words("rolling", list(words))
-    return np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+    return np.stack(list(whole(spec).values()))
 
 
 def some(given: Array, count: int) -> Array:
@@ -79,13 +78,13 @@ def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:
 
 def peaks(given: Array) -> Array:
     """Return the exact peak tilts [rad]."""
-    measures, _ = extremes()(given, FALL_TILT, False)
+    measures, _ = EXTREMES.load()(given, FALL_TILT, False)
     return np.asarray(np.maximum(np.abs(measures[EXACT_TILT_MIN]), np.abs(measures[EXACT_TILT_MAX])))
 
 
 def periods(given: Array) -> Array:
     """Return the exact nutation periods [s]."""
-    return np.asarray(extremes()(given, FALL_TILT, True)[0][EXACT_NUTATION_PERIOD])
+    return np.asarray(EXTREMES.load()(given, FALL_TILT, True)[0][EXACT_NUTATION_PERIOD])
 
 
 def scaled(given: Array) -> tuple[Array, Array]:

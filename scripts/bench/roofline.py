@@ -7,13 +7,13 @@ from typing import Any, Self
 
 import numba
 import numpy as np
-from sweep.engine.compiled import integrate
 
 from bench.loops import equal_steps
 from bench.problem import FALL_TILT, results, starts
 from kernels.disk import equations as disk
 from kernels.disk import rk4
 from kernels.disk.arrays import STATE, STEPS
+from sweep.model.disk.model import DISK
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
 _STEPS = (0.01, 0.001)
@@ -107,7 +107,7 @@ def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, 
     probe, values, rounds = _probe(), np.zeros((threads, 128)), 2000 if quick else 10000
 
     def lanes() -> None:
-        integrate()(given, settings, measures, counts)
+        DISK.integrate.load()(given, settings, measures, counts)
 
     def plain() -> None:
         equal_steps(given, steps, step, final)
