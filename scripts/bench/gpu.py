@@ -20,12 +20,13 @@ def measure(repeats: int, rates: int = 2048, tilts: int = 512, step: float = _ST
     # the simulator has nothing to be timed
     if config.ENABLE_CUDASIM or not cuda.is_available():
         return None
-    from kernels.disk.integrate_cuda import integrate
+    from kernels.disk.integrate import LANE_MODEL
+    from kernels.lanes.cuda import bind
 
     given = starts((f"roll_rate=2:4:{rates}", f"tilt=0.1deg:5deg:{tilts}:log"))
     n = given.shape[1]
     measures, counts = results(n)
-    times = []
+    integrate, times = bind(LANE_MODEL), []
     # the first round compiles
     for _ in range(1 + repeats):
         began = time.perf_counter()

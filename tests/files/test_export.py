@@ -9,13 +9,13 @@ import pandas as pd
 import pyarrow.parquet
 import pytest
 import xarray as xr
-from sweep.schema import PARAMETERS, VARIABLES
 
 import sweep
 from sweep.cli import main
 from sweep.errors import RequestError
 from sweep.files.export import FORMATS, Format, export
 from sweep.files.publish import published
+from sweep.model.disk.tables import PARAMETERS, VARIABLES
 
 SPECS = {
     "falling": sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze"),

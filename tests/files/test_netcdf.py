@@ -6,13 +6,14 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from sweep.schema import FILL, PARAMETERS, VARIABLES
 
 import sweep
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape
 from sweep.files.netcdf import regroup, save
 from sweep.files.reading import open_atlas
+from sweep.model.disk.tables import PARAMETERS, VARIABLES
+from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 

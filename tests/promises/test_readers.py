@@ -17,9 +17,9 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from sweep.schema import PARAMETERS, SETTINGS, VARIABLES
 
 import sweep
+from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
 
 READERS = Path(__file__).with_name("readers")
 

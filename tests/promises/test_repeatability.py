@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep.schema import VARIABLES
 
 from sweep.atlas.dataset import run
+from sweep.model.disk.tables import VARIABLES
 from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
