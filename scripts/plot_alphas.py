@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep.figures import plots
+from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.studies.steady import marginal_curve
 
@@ -58,7 +58,7 @@ def curves(atlas: "xr.Dataset") -> "list[tuple[float, dict[str, Any]]]":
 def figure(atlas: "xr.Dataset") -> Figure:
     """Draw the nested boundaries by precession rate and by roll rate."""
     radius, gravity = float(atlas.radius), float(atlas.gravity)
-    with matplotlib.rc_context(plots.STYLE):
+    with matplotlib.rc_context(drawing.STYLE):
         drawn = Figure(figsize=(7.2, 3.6), layout="constrained")
         FigureCanvasAgg(drawn)
         panels = drawn.subplots(1, 2)

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep.figures import plots
+from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import carried_rates
@@ -57,7 +57,7 @@ def family(c1: float, c2: float, tilt: Any) -> tuple[Any, bifurcation.Drift]:
 
 def figure() -> Figure:
     """Draw the plane of constants, the energies along sections of it, and the drift of the contact point."""
-    with matplotlib.rc_context(plots.STYLE):
+    with matplotlib.rc_context(drawing.STYLE):
         drawn = Figure(figsize=(10.6, 3.6), layout="constrained")
         FigureCanvasAgg(drawn)
         left, middle, right = drawn.subplots(1, 3)

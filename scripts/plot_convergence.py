@@ -10,7 +10,7 @@ from figure_cli import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sweep.figures import plots
+from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.studies.convergence import Convergence, convergence
 
@@ -62,7 +62,7 @@ def table(found: Found) -> str:
 
 def figure(found: Found) -> Figure:
     """Draw the critical rates, how they are approached, and what is left after extrapolation."""
-    with matplotlib.rc_context(plots.STYLE):
+    with matplotlib.rc_context(drawing.STYLE):
         drawn = Figure(figsize=(10.4, 3.3), layout="constrained")
         FigureCanvasAgg(drawn)
         left, middle, right = drawn.subplots(1, 3)

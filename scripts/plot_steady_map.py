@@ -11,7 +11,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 import sweep
-from sweep.figures import plots
+from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.studies.steady import marginal_curve, with_coefficients
@@ -85,7 +85,7 @@ def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
     The map of the faster precession is not drawn: all of it is stable.
     """
     norm = TwoSlopeNorm(0.0, -4.0, 16.0)
-    with matplotlib.rc_context(plots.STYLE):
+    with matplotlib.rc_context(drawing.STYLE):
         drawn = Figure(figsize=(10.8, 4.4), layout="constrained")
         FigureCanvasAgg(drawn)
         panels = drawn.subplots(1, 3)

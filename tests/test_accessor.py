@@ -55,23 +55,23 @@ def test_the_accessor_is_there_in_any_order(imports):
 
 def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
     """A module that cannot be imported raises what it would have raised, and is watched no more than once."""
-    from sweep.import_hook import on_arrival
+    from sweep.import_hook import when_imported
 
-    heard = []
+    called = []
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "breaks.py").write_text("1 / 0\n")
     (tmp_path / "works.py").write_text("answer = 42\n")
     before = list(sys.meta_path)
-    on_arrival("breaks", lambda: heard.append("breaks"))
-    on_arrival("works", lambda: heard.append("works"))
-    on_arrival("no_such_module", lambda: heard.append("none"))
+    when_imported("breaks", lambda: called.append("breaks"))
+    when_imported("works", lambda: called.append("works"))
+    when_imported("no_such_module", lambda: called.append("none"))
     for name, error in (("breaks", ZeroDivisionError), ("no_such_module", ModuleNotFoundError)):
         with pytest.raises(error):
             importlib.import_module(name)
     assert importlib.import_module("works").answer == 42
-    assert heard == ["works"]
-    on_arrival("works", lambda: heard.append("again"))
-    assert heard == ["works", "again"]
+    assert called == ["works"]
+    when_imported("works", lambda: called.append("again"))
+    assert called == ["works", "again"]
     monkeypatch.delitem(sys.modules, "works")
     sys.meta_path[:] = before
 
@@ -117,19 +117,20 @@ def test_a_cell_is_the_nearest(atlas):
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "facts"),
     [
-        ({"roll_rate": 2.4}, "which cell?.*add tilt="),
-        ({"roll_rate": 9, "tilt": "1deg"}, "outside the atlas.*2 rad s-1 to 4 rad s-1"),
-        ({"roll_rate": 2.4, "tilt": "1deg", "alpha": 1}, "alpha of this atlas is 0.5"),
-        ({"rol_rate": 2.4, "tilt": "1deg"}, "did you mean roll_rate"),
-        ({"roll_rate": "2.4m", "tilt": "1deg"}, "does not fit"),
+        ({"roll_rate": 2.4}, ["tilt="]),
+        ({"roll_rate": 9, "tilt": "1deg"}, ["roll_rate=9", "2 rad s-1 to 4 rad s-1"]),
+        ({"roll_rate": 2.4, "tilt": "1deg", "alpha": 1}, ["alpha=1", "0.5"]),
+        ({"rol_rate": 2.4, "tilt": "1deg"}, ["rol_rate", "Did you mean roll_rate?"]),
+        ({"roll_rate": "2.4m", "tilt": "1deg"}, ["roll_rate=2.4m", "does not fit", "rad/s"]),
     ],
 )
-def test_no_cell_is_refused(atlas, given, said):
+def test_no_cell_is_refused(atlas, given, facts):
     """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
-    with pytest.raises(RequestError, match=said):
+    with pytest.raises(RequestError) as caught:
         atlas.eulerdisk.cell(**given)
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
 
 
 def test_the_rate_that_is_computed_names_no_cell():
@@ -173,7 +174,7 @@ def test_another_dataset_has_it_and_says_what_is_wrong():
         lambda it: it.cell(tilt=1),
         lambda it: it.plot(),
     ):
-        with pytest.raises(RequestError, match=r"not a stability atlas.*a dataset of sst"):
+        with pytest.raises(RequestError, match=r"no stability atlas.*a dataset of sst"):
             ask(foreign.eulerdisk)
 
 
@@ -184,5 +185,5 @@ def test_the_order_of_the_dimensions_does_not_matter(atlas):
     xr.testing.assert_equal(here, there)
     given = {name: float(atlas[name][1]) for name in atlas.ending.dims}
     xr.testing.assert_equal(turned.eulerdisk.cell(**given), atlas.eulerdisk.cell(**given))
-    with pytest.raises(RequestError, match=r"another order.*dataset\.transpose\("):
+    with pytest.raises(RequestError, match=r"order.*dataset\.transpose\('roll_rate', 'tilt'"):
         sweep.reclassify(turned, "departure:2deg")

@@ -1,4 +1,4 @@
-"""The layout is checked by a machine: import contracts, sizes, names, and what loading a request loads."""
+"""The layout is checked by a machine: import contracts, names, what kernels hold, and what loading a request loads."""
 
 import ast
 import os
@@ -89,10 +89,20 @@ def test_path_says_what_it_is_for(path: Path) -> None:
     assert parts & DRAWERS == set()
 
 
-@pytest.mark.parametrize("module", CONTRACTS["light-request"]["source_modules"])
-def test_request_loads_light(module: str) -> None:
-    """Reading a request loads neither the compiler nor the libraries of files, figures and units."""
-    assert loaded_after(f"import {module}") & HEAVY == set()
+@pytest.mark.parametrize("room", CONTRACTS["light-request"]["source_modules"])
+def test_request_loads_light(room: str) -> None:
+    """Every module that a request is read with loads neither the compiler nor the libraries of files and units."""
+    graph = grimp.build_graph("sweep", cache_dir=None)
+    modules = [room, *graph.find_descendants(room)]
+    assert loaded_after(f"import {', '.join(modules)}") & HEAVY == set()
+
+
+def test_a_preset_is_read_light() -> None:
+    """Reading a preset, its fingerprint and the hash of the code that computes it load nothing heavy either."""
+    spec = "SweepSpec.preset('circling')"
+    read = f"from sweep.request.spec import SweepSpec; {spec}.fingerprint()"
+    hashed = f"from sweep.engine.compute import arithmetic_hash; arithmetic_hash({spec})"
+    assert loaded_after(f"{read}; {hashed}") & HEAVY == set()
 
 
 def test_command_line_loads_light() -> None:

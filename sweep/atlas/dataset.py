@@ -1,6 +1,6 @@
 """An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
 )
 from sweep.atlas.curves import Curves, curves
+from sweep.atlas.quantities import EDGES, edge_names
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -119,6 +120,23 @@ def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = Non
 def place_of(dataset: "xr.Dataset") -> str:
     """Return what messages call an atlas: its file, if it has one."""
     return str(dataset.encoding.get("source", "atlas"))
+
+
+def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
+    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it.
+
+    Every file holds the upper edge. Where neither cells nor theory have one, but a lower one, it is left out.
+    """
+    for axis in spec.axes:
+        held = [edge for edge in EDGES if edge_names(axis, edge)[0] in dataset]
+        known = [
+            edge
+            for edge in held
+            if any(
+                np.isfinite(dataset[name].values).any() for name in edge_names(axis, edge) if name in dataset
+            )
+        ]
+        yield from ((axis, edge) for edge in known or held)
 
 
 def boundaries(

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.dataset import require, spec_of
-from sweep.atlas.quantities import EDGES, edge_names
+from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.atlas.quantities import edge_names
 from sweep.checks.nearest_cell import nearest_cell
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
@@ -190,28 +190,18 @@ def _lines(
     dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
-    for axis in spec.axes:
-        for edge in EDGES:
-            measured, halfwidth, predicted, critical = edge_names(axis, edge)
-            if measured not in dataset:
-                continue
-            row = {name: i for name, i in place.items() if name != axis}
-            values = {
-                name: float(dataset[name].isel(row)) for name in (measured, halfwidth, predicted, critical)
-            }
-            if (
-                edge == "upper"
-                and not np.isfinite(list(values.values())).any()
-                and edge_names(axis, "lower")[0] in dataset
-            ):
-                continue
-            units = spec.model.parameters[axis].units
-            width = f" +- {values[halfwidth]:.2g}" if np.isfinite(values[halfwidth]) else ""
-            side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
-            here = f"this cell is at {start[axis]:.6g}"
-            yield f"boundary    {side} {_value(values[measured], units)}{width} as measured in this row; {here}"
-            yield f"            {_value(values[predicted], units)} as predicted for this start and this criterion"
-            yield f"            {_value(values[critical], units)} in the limit of no perturbation"
+    for axis, edge in found_edges(dataset, spec):
+        row = {name: i for name, i in place.items() if name != axis}
+        measured, halfwidth, predicted, critical = (
+            float(dataset[name].isel(row)) for name in edge_names(axis, edge)
+        )
+        units = spec.model.parameters[axis].units
+        width = f" +- {halfwidth:.2g}" if np.isfinite(halfwidth) else ""
+        side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
+        here = f"this cell is at {start[axis]:.6g}"
+        yield f"boundary    {side} {_value(measured, units)}{width} as measured in this row; {here}"
+        yield f"            {_value(predicted, units)} as predicted for this start and this criterion"
+        yield f"            {_value(critical, units)} in the limit of no perturbation"
 
 
 def _value(value: float, units: str) -> str:

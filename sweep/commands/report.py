@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.dataset import require, spec_of
-from sweep.atlas.quantities import EDGES, edge_names
+from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.atlas.quantities import edge_names
 from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
@@ -152,23 +152,6 @@ def _number(value: float, halfwidth: float) -> str:
     # as many digits as the bracket of the row allows
     digits = 6 if not 0.0 < halfwidth < 1e-4 else min(15, 2 - math.floor(math.log10(halfwidth)))
     return f"{value:.{digits}f}"
-
-
-def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
-    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it.
-
-    An upper edge that neither the cells nor theory have stands in every file; it is left out where there is a lower one.
-    """
-    for axis in spec.axes:
-        held = [edge for edge in EDGES if edge_names(axis, edge)[0] in dataset]
-        known = [
-            edge
-            for edge in held
-            if any(
-                np.isfinite(dataset[name].values).any() for name in edge_names(axis, edge) if name in dataset
-            )
-        ]
-        yield from ((axis, edge) for edge in known or held)
 
 
 def _grid(spec: SweepSpec) -> str:

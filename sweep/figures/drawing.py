@@ -7,10 +7,12 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.container import ErrorbarContainer
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 from scipy.ndimage import distance_transform_edt
 
 from sweep.figures.panels import Panel
@@ -19,6 +21,24 @@ from sweep.model.quantity import Array, Quantity, Truths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+#: How every figure of this package looks.
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "legend.title_fontsize": 7.0,
+    "hatch.linewidth": 0.6,
+    "axes.linewidth": 0.7,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "eulerdisk",
+}
 
 #: Points of the measured boundary that are drawn: more would be one thick line.
 MOST_POINTS = 24
@@ -46,6 +66,9 @@ _VERDICTS: dict[str, dict[str, Any]] = {
     "unstable": {"marker": "o", "markerfacecolor": INK},
     "undecided": {"marker": "x"},
 }
+
+#: Below the axes, where the labels end [in].
+_BELOW = 0.5
 
 #: A place for a word is sought on a raster of so many points a side; the word is so many times wider than high.
 _RASTER, _WORD = 80, 4.0
@@ -273,3 +296,25 @@ def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
     if positive.size and positive.max() > SQUEEZED * positive.min():
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, positive.max() / positive.min())
+
+
+def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
+    """Explain what `axes` shows below `lowest`, where nothing can be covered."""
+    handles, labels = axes.get_legend_handles_labels()
+    named = dict(zip(labels, handles, strict=True))
+    # the measurement first
+    order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
+    below = lowest.transAxes + ScaledTranslation(0.0, -_BELOW, lowest.figure.dpi_scale_trans)
+    lowest.legend(
+        [named[label] for label in order],
+        order,
+        title=caption,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below,
+        alignment="left",
+        frameon=False,
+        borderpad=0.0,
+        borderaxespad=0.0,
+        handlelength=2.4,
+    )

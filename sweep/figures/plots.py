@@ -7,21 +7,19 @@ import os
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
-from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
 from sweep.figures.disk.friction import slipping
-from sweep.figures.drawing import colours, draw_map, draw_profile, draw_ratio
+from sweep.figures.drawing import STYLE, add_legend, colours, draw_map, draw_profile, draw_ratio
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
 from sweep.files.paths import FORMATS, check_format
@@ -32,32 +30,11 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: How every figure of this package looks.
-STYLE: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.0,
-    "axes.titlesize": 9.0,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "legend.fontsize": 7.5,
-    "legend.title_fontsize": 7.0,
-    "hatch.linewidth": 0.6,
-    "axes.linewidth": 0.7,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "eulerdisk",
-}
-
 #: Size of a panel [in], axes and their labels; a journal's column is 3.4 wide.
 _WIDTH, _HEIGHT, _STRIP, _LEGEND, _BAR = 3.6, 3.2, 1.0, 1.1, 0.7
 
 #: Panels side by side.
 _MOST_IN_ROW = 3
-
-#: Below the axes, where the labels end [in].
-_BELOW = 0.5
 
 _DOTS_PER_INCH = 200
 
@@ -157,28 +134,6 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
         draw_profile(axes, each)
     axes.set_title(each.title)
     add_legend(axes, axes, each.caption)
-
-
-def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
-    """Explain what `axes` shows below `lowest`, where nothing can be covered."""
-    handles, labels = axes.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True))
-    # the measurement first
-    order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
-    below = lowest.transAxes + ScaledTranslation(0.0, -_BELOW, lowest.figure.dpi_scale_trans)
-    lowest.legend(
-        [named[label] for label in order],
-        order,
-        title=caption,
-        loc="upper left",
-        bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below,
-        alignment="left",
-        frameon=False,
-        borderpad=0.0,
-        borderaxespad=0.0,
-        handlelength=2.4,
-    )
 
 
 def _norm(panels: Sequence[Panel]) -> LogNorm:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
-from importlib.util import find_spec
+from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ _STRING_OR_COMMENT = re.compile(
 #: What follows a docstring: a new line that closes no bracket.
 _NEW_LINE = re.compile(r"[ \t]*(?:#[^\n]*)?(?:\n\s*[^)\]},\s]|\s*\Z)")
 _IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([\w.]+))", re.MULTILINE
+    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
 )
 
 
@@ -91,21 +91,27 @@ def _closure(modules: Iterable[str]) -> dict[str, str]:
         if name in found or spec is None or spec.origin is None:
             continue
         found[name] = significant(Path(spec.origin).read_text(encoding="utf-8"))
-        package = name.partition(".")[0]
-        if package != "sweep":
-            imported = _imported(found[name])
-            waiting += [each for each in imported if each.partition(".")[0] in (package, "kernels")]
+        packages = (name.partition(".")[0], "kernels")
+        if packages[0] != "sweep":
+            waiting += _imported(found[name], spec.parent, packages)
     return found
 
 
-def _imported(code: str) -> Iterator[str]:
-    for package, members, whole in _IMPORT.findall(code):
-        yield whole or package
-        spec = _spec(package) if package else None
-        if spec is not None and spec.submodule_search_locations is not None:
-            yield from (
-                f"{package}.{each.split()[0]}" for each in members.strip("()").split(",") if each.strip()
-            )
+def _imported(code: str, parent: str | None, packages: tuple[str, ...]) -> Iterator[str]:
+    """Yield the modules of some packages that a module imports; relative imports start from its package, `parent`."""
+    for origin, members, whole in _IMPORT.findall(code.replace("\\\n", " ")):
+        named = [each.split()[0] for each in (whole or members.strip("()")).split(",") if each.strip()]
+        source = resolve_name(origin, parent) if origin else ""
+        for each in [source] if origin else named:
+            if each.partition(".")[0] in packages:
+                yield each
+        if source.partition(".")[0] in packages and _is_package(source):
+            yield from (f"{source}.{each}" for each in named)
+
+
+def _is_package(module: str) -> bool:
+    spec = _spec(module)
+    return spec is not None and spec.submodule_search_locations is not None
 
 
 @lru_cache

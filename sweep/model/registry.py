@@ -30,7 +30,7 @@ def named(name: str) -> Model:
     Raises
     ------
     RequestError
-        If there is none.
+        If there is none, or what is registered cannot be imported or is no model of that name.
     """
     if name == DEFAULT:
         from sweep.model.disk.model import DISK
@@ -38,15 +38,7 @@ def named(name: str) -> Model:
         return DISK
     for each in _registered():
         if each.name == name:
-            found = each.load()
-            if isinstance(found, Model) and found.name == name:
-                return found
-            raise RequestError(
-                f"{each.value} is registered as the model {name}, but it is no sweep.model.description.Model "
-                f"of that name.",
-                hint="Ask the author of the distribution that registers it.",
-                where=f"model={name}",
-            )
+            return _load(each)
     raise RequestError(
         f"There is no model {shown(name)!r}. The models are {', '.join(names())}.",
         hint="Install the distribution that brings it, or name one of these.",
@@ -57,6 +49,21 @@ def named(name: str) -> Model:
 def every() -> Iterator[Model]:
     """Yield all models, the default first."""
     return map(named, names())
+
+
+def _load(registered: EntryPoint) -> Model:
+    try:
+        found = registered.load()
+        problem = "it is no sweep.model.description.Model of that name"
+    except (ImportError, AttributeError) as error:
+        found, problem = None, f"it cannot be imported: {error}"
+    if isinstance(found, Model) and found.name == registered.name:
+        return found
+    raise RequestError(
+        f"{registered.value} is registered as the model {registered.name}, but {problem}.",
+        hint="Ask the author of the distribution that registers it.",
+        where=f"model={registered.name}",
+    )
 
 
 def _registered() -> list[EntryPoint]:

@@ -50,8 +50,8 @@ class Range:
         """Refuse what is not an increasing sequence of finite numbers."""
         if isinstance(self.count, bool) or not isinstance(self.count, int | np.integer):
             self._refuse(
-                "the count of a range is a whole number",
-                "give how many values the range has, as in 0.5:6:400",
+                "The count of a range must be a whole number",
+                "Give how many values the range has, as in 0.5:6:400.",
             )
         start, stop = _floats((self.start, self.stop))
         object.__setattr__(self, "start", start)
@@ -62,26 +62,30 @@ class Range:
 
     def _check_ends(self) -> None:
         if not max(abs(self.start), abs(self.stop)) <= _LARGEST or math.isnan(self.stop):
-            self._refuse("the ends of a range are finite and below 1e300", "give ends below that")
+            self._refuse("The ends of a range must be finite and below 1e300", "Give ends below that.")
         if self.count < 1:
-            self._refuse("count >= 1", "give how many values the range has, as in 0.5:6:400")
+            self._refuse(
+                "A range must have count >= 1", "Give how many values the range has, as in 0.5:6:400."
+            )
         if self.start > self.stop:
-            self._refuse("a range goes up: start < stop", "put the smaller end first")
+            self._refuse("A range must go up, start < stop", "Put the smaller end first.")
         if self.count == 1 and self.start != self.stop:
             self._refuse(
-                "both ends are included, so one value is both ends",
-                "give a count of 2 or more, or one number",
+                "A range includes both ends, so with a count of 1 they must be equal",
+                "Give a count of 2 or more, or one number.",
             )
 
     def _check_spacing(self) -> None:
         if self.spacing not in _SPACINGS:
-            self._refuse("the spacing is linear or log", "write start:stop:count or start:stop:count:log")
+            self._refuse(
+                "The spacing must be linear or log", "Write start:stop:count or start:stop:count:log."
+            )
         if self.spacing == "log" and self.start <= 0.0:
-            self._refuse("a logarithmic range starts above 0", "start above 0, or leave out :log")
+            self._refuse("A logarithmic range must start above 0", "Start above 0, or leave out :log.")
         if self.count > 1 and not self._finest() > _CLOSEST:
             self._refuse(
-                "neighbouring values differ by more than 1e-12 of the larger end",
-                "widen it or lower the count",
+                "The neighbouring values of a range must differ by more than 1e-12 of the larger end",
+                "Widen it or lower the count.",
             )
 
     def _finest(self) -> float:
@@ -91,8 +95,8 @@ class Range:
         largest = max(abs(self.start), abs(self.stop))
         return (self.stop / largest - self.start / largest) / gaps if largest > 0.0 else 0.0
 
-    def _refuse(self, rule: str, do: str) -> NoReturn:
-        raise RequestError("not a range of values", rule, str(self), do)
+    def _refuse(self, rule: str, hint: str) -> NoReturn:
+        raise RequestError(f"{rule}; got {shown(str(self))}.", hint)
 
     def __len__(self) -> int:
         """Return the number of values."""
@@ -134,16 +138,17 @@ class Values:
         """Refuse what is not an increasing sequence of finite numbers."""
         object.__setattr__(self, "values", _floats(self.values))
         if not self.values:
-            self._refuse("a list has at least one value", "give a value")
+            self._refuse("A list must have at least one value", "Give a value.")
         if not all(map(math.isfinite, self.values)):
-            self._refuse("the values of a list are finite", "leave out nan and inf")
+            self._refuse("The values of a list must be finite", "Leave out nan and inf.")
         if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
             self._refuse(
-                "a list is strictly increasing: it becomes a coordinate", "sort it and leave out repetitions"
+                "A list must be strictly increasing, because it becomes a coordinate",
+                "Sort it and leave out repetitions.",
             )
 
-    def _refuse(self, rule: str, do: str) -> NoReturn:
-        raise RequestError("not a list of values", rule, shown(self.values), do)
+    def _refuse(self, rule: str, hint: str) -> NoReturn:
+        raise RequestError(f"{rule}; got {shown(self.values)}.", hint)
 
     def __len__(self) -> int:
         """Return the number of values."""
@@ -169,5 +174,5 @@ def _floats(numbers: Iterable[float]) -> tuple[float, ...]:
         return tuple(float(number) + 0.0 for number in numbers)
     except (TypeError, ValueError, OverflowError) as problem:
         raise RequestError(
-            "not a sequence of numbers", "an axis holds numbers in SI", shown(numbers), "give numbers"
+            f"An axis holds numbers in SI; got {shown(numbers)}.", "Give numbers."
         ) from problem

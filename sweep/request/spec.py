@@ -138,7 +138,8 @@ class SweepSpec:
 
     def __repr__(self) -> str:
         """Return the words that make this spec."""
-        words = ", ".join(f"{name}={str(value)!r}" for name, value in self.words().items())
+        model = {} if self.model.name == registry.DEFAULT else {"model": self.model.name}
+        words = ", ".join(f"{name}={str(value)!r}" for name, value in (model | self.words()).items())
         return f"SweepSpec({words})"
 
     def _key(self) -> tuple[Any, ...]:
@@ -215,7 +216,10 @@ class SweepSpec:
         """
         path = find_spec_file(spec)
         held = read_file(path)
-        model = registry.named(str(held.get("model", registry.DEFAULT)))
+        try:
+            model = registry.named(str(held.get("model", registry.DEFAULT)))
+        except RequestError as error:
+            raise error.at(f"{place(path)}: {error.where}") from None
         changes = split_changes(words, model)
         try:
             return cls(**{**held, **changes})
@@ -279,10 +283,13 @@ class SweepSpec:
             If the text is not that of a spec.
         """
         try:
-            # a word that a later version brought is not in an older atlas: it has its default there
             words = {name: _from_json(value) for name, value in json.loads(text).items()}
-            if not {"axes", "criterion"} <= words.keys():
-                raise ValueError("axes or criterion is missing")
+            rows = _rows(registry.named(str(words.get("model", registry.DEFAULT))))
+            # a word that a later version brought is not in an older atlas: it has its default there
+            needed = ["axes", *(name for name, row in rows.items() if not row.added_later)]
+            missing = [name for name in needed if name not in words]
+            if missing:
+                raise ValueError(f"it lacks {', '.join(missing)}")
             return cls(**words)
         except (ValueError, TypeError, AttributeError, RecursionError) as problem:
             raise RequestError(

@@ -9,12 +9,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kernels.disk import arrays
+from kernels.disk.endings import HORIZON
 from sweep.model.disk.theory import carried_rates
+from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Truths
 from sweep.studies.steady import marginal_curve
 
-#: RK4 steps of one nutation period.
+_TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory")
+
+#: Steps of one nutation period, two RK4 steps each.
 _STEPS = 2000
+
+#: Tilt [rad] that no motion reaches: none is ended by a fall.
+_FLAT = 0.5 * np.pi
 
 
 @dataclass(frozen=True)
@@ -109,7 +117,7 @@ class Drift:
 
 
 def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift:
-    """Follow motions from a turning point, where they are at rest in the tilt, through one nutation period.
+    """Integrate motions from a turning point, where the tilt is at rest, through one nutation period.
 
     Parameters
     ----------
@@ -124,32 +132,19 @@ def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift
     Returns
     -------
     Drift
+        NaN where the period is not finite, or the motion could not be integrated.
     """
-    state = np.stack((tilt, np.zeros_like(tilt), s, o, *np.zeros((3, tilt.size))))
-    h = period / _STEPS
-    for _ in range(_STEPS):
-        one = _slopes(state, alpha)
-        two = _slopes(state + 0.5 * h * one, alpha)
-        three = _slopes(state + 0.5 * h * two, alpha)
-        four = _slopes(state + h * three, alpha)
-        state = state + h / 6.0 * (one + 2.0 * (two + three) + four)
-    turn, advance = state[4], np.hypot(state[5], state[6])
+    precession_rate = o / np.cos(tilt)
+    roll_rate = s - precession_rate * np.sin(tilt)
+    ends = np.full((len(arrays.SAMPLES), tilt.size), np.nan)
+    for i in np.flatnonzero(np.isfinite(period)):
+        start = np.array([tilt[i], 0.0, precession_rate[i], roll_rate[i], alpha, 1.0, 1.0])
+        samples = np.empty((len(arrays.SAMPLES), 2))
+        settings = np.array([period[i] / _STEPS, 0.0, _FLAT])
+        ending, *_ = _TRAJECTORY.load()(start, settings, np.array([0.0, period[i]]), samples)
+        if ending == HORIZON:
+            ends[:, i] = samples[:, 1]
+    turn = ends[arrays.HEADING]
+    advance = np.hypot(ends[arrays.CONTACT_X], ends[arrays.CONTACT_Y])
     with np.errstate(divide="ignore"):
         return Drift(turn, advance, advance / (2.0 * np.abs(np.sin(0.5 * turn))))
-
-
-def _slopes(state: Array, alpha: float) -> Array:
-    """Time derivatives of (tilt, its rate, s, o, heading, x, y): physics.md, section 2, scaled."""
-    tilt, w, s, o, heading, _, _ = state
-    sine, cosine = np.sin(tilt), np.cos(tilt)
-    tangent = sine / cosine
-    roll = s - o * tangent
-    return np.stack((
-        w,
-        (sine + o * ((1.0 + alpha) * s - 0.5 * alpha * o * tangent)) / (1.0 + 0.5 * alpha),
-        -w * o / (1.0 + alpha),
-        w * (o * tangent - 2.0 * s),
-        o / cosine,
-        -roll * np.sin(heading),
-        roll * np.cos(heading),
-    ))  # fmt: skip

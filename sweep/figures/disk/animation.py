@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from sweep.errors import RequestError
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.disk.motion_plots import poses_at
-from sweep.figures.plots import STYLE
+from sweep.figures.drawing import STYLE
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.quantities import TIME

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from sweep.checks.explain import Explanation, departure
 from sweep.errors import RequestError
-from sweep.figures.plots import STYLE
+from sweep.figures.drawing import STYLE
 from sweep.model.disk.model import DISK
 from sweep.motion.request import TrajectorySpec
 from sweep.motion.trajectory import simulate

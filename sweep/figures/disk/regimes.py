@@ -20,9 +20,8 @@ from sweep.atlas.dataset import spec_named
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
-from sweep.figures.drawing import HALO, INK, hatch, name_regions
+from sweep.figures.drawing import HALO, INK, STYLE, add_legend, hatch, name_regions
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
-from sweep.figures.plots import STYLE, add_legend
 from sweep.figures.scales import add_scaled_axis, set_scale
 from sweep.model.disk.model import DISK
 from sweep.model.disk.saddle_node import saddle_node_rates

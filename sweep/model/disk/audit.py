@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.description import Audit, Columns, Starts
-from sweep.model.disk.initial_conditions import computed_rate, perturbation, steady_tilt
+from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.quantity import DECISION, UNDECIDED, Array, Quantity, Tolerance, Truths, table
 
@@ -86,15 +86,16 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     dict of str to array, shape (n,)
         The variables of `AUDIT`.
     """
-    steady, scale = steady_tilt(spec, starts), perturbation(spec, starts)
-    exact_stability = _verdict(spec, exact, steady, scale)
+    model, scale = spec.model, spec.model.perturbation(spec, starts)
+    stored_reach, exact_reach = model.reach(spec, starts, stored), model.reach(spec, starts, exact)
+    exact_stability = _verdict(spec, exact, exact_reach, scale)
     allowed = spec.tolerance + np.nan_to_num(exact["tilt_error"])
     difference = _tilt_difference(spec, stored, exact, allowed)
     period_difference = stored["nutation_period"] - exact["nutation_period"]
     period_share = np.abs(period_difference) / _period_allowance(exact, allowed)
     calm = _calm(stored, exact, allowed)
-    marginal = _margin(spec, exact, steady, scale) <= allowed
-    follows = _follows(spec, starts, stored, steady, scale)
+    marginal = _margin(spec, exact, exact_reach, scale) <= allowed
+    follows = _follows(spec, starts, stored, stored_reach, scale)
     same_ending = calm | _endings_agree(spec, stored, exact)
     same_verdict = calm | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
     # each line overrules those before it
@@ -148,13 +149,13 @@ def _period_allowance(exact: Columns, allowed: Array) -> Array:
     return allowance
 
 
-def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, steady: Array, scale: Array) -> Truths:
+def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
     """Whether the numbers that follow from the start, the extremes and the ending do follow from them."""
-    reach, derived = _reach(stored, steady), _derived(stored, steady, scale)
+    derived = _derived(stored, reach, scale)
     peak, amplification = derived["peak_tilt"], derived["amplification"]
     with np.errstate(divide="ignore", invalid="ignore"):
         rounding = _ROUNDING * amplification + _TILT_ROUNDING / scale
-    verdict = stored["stability"] == _verdict(spec, stored, steady, scale)
+    verdict = stored["stability"] == _verdict(spec, stored, reach, scale)
     follows: Truths = (
         _same(stored["peak_tilt"], peak, 0.0)
         & _same(stored["amplification"], amplification, rounding)
@@ -168,15 +169,15 @@ def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, steady: Array, 
     return follows
 
 
-def _margin(spec: "SweepSpec", exact: Columns, steady: Array, scale: Array) -> Array:
+def _margin(spec: "SweepSpec", exact: Columns, reach: Array, scale: Array) -> Array:
     """How near [rad] the motion comes to where its verdict or its ending would change.
 
     Zero for a fall, of which the reduction knows no turning point: an atlas that says otherwise has to agree in its
     extremes, and these then are within the tolerance of fall_tilt.
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
-    to_limit = np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale)))
-    return np.asarray(np.minimum(to_limit, np.abs(peak - spec.fall_tilt)))
+    limit = np.nan_to_num(spec.criterion.allowed(scale))
+    return np.asarray(np.minimum(np.abs(reach - limit), np.abs(peak - spec.fall_tilt)))
 
 
 def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths:
@@ -219,29 +220,24 @@ def _set_apart(code: npt.NDArray[Any], stored: Columns, exact: Columns, follows:
     return np.where(stored["ending"] == ENDINGS.code("not_computed"), NOT_COMPUTED, code)
 
 
-def _verdict(spec: "SweepSpec", measured: Columns, steady: Array, scale: Array) -> npt.NDArray[np.int8]:
-    given = {**measured, **_derived(measured, steady, scale)}
-    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, given, _reach(measured, steady), scale)
+def _verdict(spec: "SweepSpec", measured: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
+    given = {**measured, **_derived(measured, reach, scale)}
+    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, given, reach, scale)
     return verdict
 
 
-def _derived(measured: Columns, steady: Array, scale: Array) -> Columns:
+def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
     """Variables that follow from the extremes."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "peak_tilt": np.maximum(np.abs(measured["tilt_min"]), np.abs(measured["tilt_max"])),
-            "amplification": np.where(scale > 0.0, _reach(measured, steady) / scale, np.nan),
+            "amplification": np.where(scale > 0.0, reach / scale, np.nan),
         }
 
 
 def _decidable(spec: "SweepSpec") -> bool:
     """Whether the reduction knows all that the criterion needs: it knows no duration and no fall time."""
     return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
-
-
-def _reach(measured: Columns, steady: Array) -> Array:
-    reach: Array = np.maximum(np.abs(measured["tilt_max"] - steady), np.abs(measured["tilt_min"] - steady))
-    return reach
 
 
 def _fell(measured: Columns) -> Truths:

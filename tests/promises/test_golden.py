@@ -1,7 +1,7 @@
 """The project's own reference atlases: what a release says of a disk, the next one says too.
 
-They prove sameness, not truth: for that see test_lane_accuracy.py. Each file's history has the command that made it;
-``pytest tests/test_golden.py --eulerdisk-regen`` makes them anew.
+They prove sameness, not truth: for that see tests/kernels. Each file's history has the command that made it;
+``pytest tests/promises/test_golden.py --eulerdisk-regen`` makes them anew.
 """
 
 from pathlib import Path
@@ -25,7 +25,7 @@ GOLDEN = {
 
 @pytest.mark.parametrize("name", GOLDEN)
 def test_golden(eulerdisk_atlas, name):
-    """A run of the command gives the atlas in the file, within the tolerances of the schema."""
+    """A run of the command gives the atlas in the file, within the tolerances of the tables."""
     eulerdisk_atlas(GOLDEN[name], f"data/{name}")
 
 

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import run
-from sweep.model.disk import theory
+from sweep.model.disk.theory import carried_rates
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
@@ -21,7 +22,7 @@ RATES = list(CRITICAL)
 def predicted(axis, **words):
     """Predicted boundary of an upright disk along a rate, as (rate / critical rate)^2."""
     spec = SweepSpec(**{axis: "1:8:3"}, **words)
-    return (theory.edges(spec, axis)["upper"][1]) ** 2 / CRITICAL[axis]
+    return (theory_lines(spec, axis)["upper"][1]) ** 2 / CRITICAL[axis]
 
 
 @pytest.mark.parametrize(("axis", "ratio"), [("roll_rate", 0.993457), ("precession_rate", 0.992617)])
@@ -42,10 +43,10 @@ def test_five_degrees_of_departure(axis, ratio):
 )
 def test_departure_bends_the_line_quadratically(alpha, axis, c):
     """The boundary of a departure criterion approaches 1 - c limit^2 as the limit shrinks."""
-    critical = theory.edges(SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13), axis)["upper"][0]
+    critical = theory_lines(SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13), axis)["upper"][0]
     for limit in (0.02, 0.01):
         spec = SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13, criterion=f"departure:{limit}rad")
-        ratio = (theory.edges(spec, axis)["upper"][1] / critical) ** 2
+        ratio = (theory_lines(spec, axis)["upper"][1] / critical) ** 2
         assert (1.0 - ratio) / limit**2 == pytest.approx(c, abs=3.0 * limit**2)
 
 
@@ -79,7 +80,7 @@ def test_the_predicted_rate_turns_the_disk_at_the_limit(axis, start):
     """Within 1e-8 of the predicted rate the exact peak crosses the limit: below the disk swings further, above less."""
     limit = 0.12
     spec = SweepSpec(**{axis: "1:8:3"}, criterion=f"departure:{limit}rad", **start)
-    found = float(theory.edges(spec, axis)["upper"][1])
+    found = float(theory_lines(spec, axis)["upper"][1])
 
     peaks = referee.extremes(
         referee.starts(**{axis: found * np.array([1.0 - 1e-8, 1.0 + 1e-8])}, **start)
@@ -101,7 +102,7 @@ def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
 
     run = solve_ivp(slope, (start, tilt), (s0, o0), method="DOP853", rtol=1e-12, atol=1e-13)
     given = (np.array([number]) for number in (start, tilt, s0, o0, alpha))
-    found = np.array(theory.carried_rates(*given))[:, 0]
+    found = np.array(carried_rates(*given))[:, 0]
     size = (abs(s0) + abs(o0)) / math.cos(start) / math.cos(tilt)
     assert found == pytest.approx(run.y[:, -1], abs=1e-10 * (1.0 + size))
 
@@ -116,33 +117,17 @@ def test_carried_rates_are_hypergeometric(tilt):
     odd = float(mpmath.re(u * mpmath.hyp2f1(a + 0.5, mpmath.conj(a) + 0.5, 1.5, u**2)))
     one, zero = np.array([1.0]), np.array([0.0])
     carry = (zero, np.array([tilt]))
-    assert theory.carried_rates(*carry, one, zero, np.array([alpha]))[0][0] == pytest.approx(even, rel=1e-13)
-    slope = theory.carried_rates(*carry, zero, -(1.0 + alpha) * one, np.array([alpha]))[0][0]
+    assert carried_rates(*carry, one, zero, np.array([alpha]))[0][0] == pytest.approx(even, rel=1e-13)
+    slope = carried_rates(*carry, zero, -(1.0 + alpha) * one, np.array([alpha]))[0][0]
     assert slope == pytest.approx(odd, rel=1e-13)
 
 
 def test_no_line_where_theory_has_none():
     """A disk that rolls and spins at once has no predicted boundary; along a tilt none is looked for."""
     spec = SweepSpec(roll_rate="2:4:3", precession_rate=1.0, tilt="0.01:0.02:2")
-    assert theory.edges(spec, "roll_rate") == {}
-    assert theory.spun_rates(spec) == ["roll_rate"]
-    assert theory.spun_rates(SweepSpec(tilt="0.01:0.02:2")) == []
-
-
-def test_the_limit_of_a_criterion():
-    """A departure limits every cell alike, an amplification in proportion to its perturbation."""
-    given = referee.starts(tilt=[0.01, 0.03])
-    cells = dict(
-        zip(
-            ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha", "radius", "gravity"),
-            given,
-            strict=True,
-        )
-    )
-    spec = SweepSpec(tilt="0.01,0.03", criterion="departure:0.2rad")
-    assert list(theory.limit(spec, cells)) == [0.2, 0.2]
-    found = theory.limit(spec.replace(criterion="amplification:10"), cells)
-    assert found == pytest.approx([0.1, 0.3], rel=1e-15)
+    assert theory_lines(spec, "roll_rate") == {}
+    assert spec.model.controls(spec.axes) == ["roll_rate"]
+    assert spec.model.controls(("tilt", "alpha", "radius")) == []
 
 
 def sharp(preset, axis, tilts, count, **words):
@@ -200,7 +185,7 @@ def test_edges_on_a_negative_axis_are_mirrored(preset):
     axis = next(name for name in spec.axes if name != "tilt")
     along = getattr(spec, axis)
     mirrored = spec.replace(**{axis: Range(-along.stop, -along.start, along.count)})
-    lines, negative = theory.edges(spec, axis), theory.edges(mirrored, axis)
+    lines, negative = theory_lines(spec, axis), theory_lines(mirrored, axis)
     other = {"upper": "lower", "lower": "upper"}
     assert set(negative) == {other[edge] for edge in lines}
     for edge, (critical, predicted) in lines.items():

@@ -5,13 +5,12 @@ import pytest
 import referee
 import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, coarse
-from sweep.schema import PARAMETERS, VARIABLES
 
 import sweep
-from sweep.engine.compute import exact_measures
 from sweep.figures import plots
 from sweep.files.reading import open_atlas
-from sweep.model.disk.audit import REDUCTION
+from sweep.model.disk.model import DISK
+from sweep.model.disk.tables import PARAMETERS, REDUCTION, VARIABLES
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
@@ -62,7 +61,7 @@ def test_time_never_ends_a_cell(duration):
 def test_extremes_and_falls_of_random_starts(crowd):
     """All over the seven parameters extremes are those of an independent quadrature, and so is who falls."""
     given, truth = crowd
-    found = exact_measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))
+    found = DISK.exact.measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))
     assert np.array_equal(found["ending"] == ENDINGS["fell"], truth.fell)
     assert np.abs(found["tilt_min"] - truth.least).max() < 1e-13
     assert np.abs(found["tilt_max"] - truth.greatest).max() < 1e-13
@@ -80,7 +79,7 @@ def test_extremes_and_falls_of_random_starts(crowd):
 def test_periods(start):
     """The period is the time between returns to a turning point, as SciPy's integration in time has it."""
     given = referee.starts(**start)
-    period = exact_measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))["nutation_period"][0]
+    period = DISK.exact.measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))["nutation_period"][0]
     assert np.isfinite(period)
     times = referee.motion(given[:, 0], 6.0 * period).turn_times
     assert times.size >= 10

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 import referee
-from sweep.schema import PARAMETERS, STABLE, UNDECIDED, UNSTABLE
 
 import sweep
 from sweep.atlas import bisection
-from sweep.atlas.bisection import Brackets, refined
+from sweep.atlas.bisection import Brackets, bisected
+from sweep.model.disk.tables import PARAMETERS
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 ROLL = list(PARAMETERS).index("roll_rate")
 
@@ -42,7 +43,7 @@ def test_every_bracket_holds_its_change(monkeypatch):
     low, high = np.linspace(0.1, 1.4, 1000), np.linspace(1.5, 90.0, 1000)
     for given in (segments(low, high), segments(high, low, STABLE, UNSTABLE)):
         calls.clear()
-        found = refined(sweep.SweepSpec(), given, 1e-9)
+        found = bisected(sweep.SweepSpec(), given, 1e-9)
         least, most = np.minimum(found.near, found.far), np.maximum(found.near, found.far)
         assert (most - least <= 1e-9).all()
         assert (least < math.sqrt(2)).all()
@@ -57,7 +58,7 @@ def test_undecided_starts_stay_inside(monkeypatch):
         return np.where(x < 1.0, UNSTABLE, np.where(x > 1.1, STABLE, UNDECIDED))
 
     monkeypatch.setattr(bisection, "judged", judged_by(rule))
-    found = refined(sweep.SweepSpec(), segments([0.0, 0.9, 0.99], [2.0, 7.0, 1.2]), 1e-6)
+    found = bisected(sweep.SweepSpec(), segments([0.0, 0.9, 0.99], [2.0, 7.0, 1.2]), 1e-6)
     assert (found.near < 1.0).all()
     assert (found.far > 1.1).all()
     assert found.near == pytest.approx(1.0, abs=3e-7)
@@ -67,7 +68,7 @@ def test_undecided_starts_stay_inside(monkeypatch):
 def test_no_width_is_too_small(monkeypatch):
     """Where no number lies between the ends, the bisection stops: the ends are neighbours."""
     monkeypatch.setattr(bisection, "judged", judged_by(lambda x: np.where(x < math.pi, UNSTABLE, STABLE)))
-    found = refined(sweep.SweepSpec(), segments(1.0, 5.0), 1e-300)
+    found = bisected(sweep.SweepSpec(), segments(1.0, 5.0), 1e-300)
     assert found.far[0] == math.pi
     assert found.near[0] == np.nextafter(math.pi, 0.0)
 

@@ -3,10 +3,10 @@ import pytest
 import referee
 from auditing import ENDINGS
 from scipy.integrate import solve_ivp
-from sweep.schema import PARAMETERS
 
-from sweep.engine.compute import exact_measures
-from sweep.model.disk.saddle_node import fold_rates
+from sweep.model.disk.model import DISK
+from sweep.model.disk.saddle_node import saddle_node_rates
+from sweep.model.disk.tables import PARAMETERS
 from sweep.request.spec import SweepSpec
 
 ALPHAS = (0.05, 0.5, 1.0)
@@ -42,7 +42,7 @@ def wells(rate, tilt, axis, alpha):
 def test_the_potential_has_two_wells_below_the_fold(tilt, axis, alpha):
     """By the equations of motion and SciPy the potential has two wells just below the curve, and one just above it."""
     tilt = np.radians(tilt)
-    rate = float(fold_rates(np.array([tilt]), axis, alpha)[0])
+    rate = float(saddle_node_rates(np.array([tilt]), axis, alpha)[0])
     assert [wells(rate * factor, tilt, axis, alpha) for factor in (0.8, 0.999, 1.001, 1.2)] == [2, 2, 1, 1]
 
 
@@ -57,9 +57,9 @@ def test_the_reduction_counts_the_same_wells(axis, alpha):
         start = given | {
             "tilt": tilt,
             "alpha": np.full(tilt.shape, alpha),
-            axis: factor * fold_rates(tilt, axis, alpha),
+            axis: factor * saddle_node_rates(tilt, axis, alpha),
         }
-        found = exact_measures(SweepSpec(fall_tilt="89deg"), start)
+        found = DISK.exact.measures(SweepSpec(fall_tilt="89deg"), start)
         assert (found["wells"] == count).all()
         assert np.isin(found["ending"], (ENDINGS["bounded"], ENDINGS["fell"])).all()
 
@@ -69,7 +69,7 @@ def test_it_starts_at_the_critical_rates(alpha):
     """At upright the squares are 1/[2(1+alpha)] and 2/(2+alpha); it falls from there, alike on both sides."""
     tilt = np.radians(np.linspace(1e-6, 60.0, 200))
     for axis, squared in (("roll_rate", 0.5 / (1.0 + alpha)), ("precession_rate", 2.0 / (2.0 + alpha))):
-        rates = fold_rates(tilt, axis, alpha)
+        rates = saddle_node_rates(tilt, axis, alpha)
         assert rates[0] ** 2 == pytest.approx(squared, rel=1e-4)
         assert (np.diff(rates) < 0.0).all()
-        assert np.array_equal(fold_rates(-tilt, axis, alpha), rates)
+        assert np.array_equal(saddle_node_rates(-tilt, axis, alpha), rates)

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sweep.schema import STABLE, UNDECIDED, UNSTABLE
 
 from sweep.atlas import boundary
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
 #: Verdicts written as they look along an axis: stable, unstable, undecided.

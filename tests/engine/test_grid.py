@@ -1,3 +1,5 @@
+"""The grid of a spec: its chunks, its blocks, and the starts of its cells."""
+
 import math
 
 import numpy as np
@@ -5,7 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.engine.grid import BLOCK_CELLS, CHUNK_CELLS, Span, blocks, chunk_shape, chunks
+from sweep.engine.grid import (
+    BLOCK_CELLS,
+    CHUNK_CELLS,
+    Span,
+    blocks,
+    chunk_shape,
+    chunks,
+    completed,
+    starts_of,
+    whole,
+)
+from sweep.model.disk.tables import PARAMETERS
+from sweep.request.spec import SweepSpec
 
 SHAPES = st.lists(st.integers(1, 9), min_size=0, max_size=4).map(tuple)
 
@@ -72,3 +86,53 @@ def test_blocks_partition_the_cells(size, cells):
 def test_how_many_blocks(size, count):
     """A grid that fills a block exactly needs no second one."""
     assert len(list(blocks(size))) == count
+
+
+#: Values of each parameter that any disk may have.
+VALUES = {
+    "tilt": [0.1, 0.2, 0.4],
+    "tilt_rate": [-0.1, 0.3],
+    "precession_rate": [-2.0, 1.0, 3.0],
+    "roll_rate": [0.5, 1.5],
+    "alpha": [0.25, 0.5, 1.0],
+    "radius": [0.25, 2.0],
+    "gravity": [1.6, 9.81],
+}
+
+
+@given(st.data())
+def test_cells_are_in_the_order_of_c(data):
+    """Any span of any grid, with any parameters as axes, is that piece of the meshed axes, last axis fastest."""
+    axes = data.draw(
+        st.permutations(list(VALUES)).flatmap(lambda names: st.sampled_from([names[:n] for n in range(8)]))
+    )
+    spec = SweepSpec(**{name: VALUES[name] for name in axes})
+    start = data.draw(st.integers(0, spec.size - 1))
+    stop = data.draw(st.integers(start, spec.size))
+    meshed = dict(zip(axes, np.meshgrid(*(VALUES[name] for name in axes), indexing="ij"), strict=True))
+    found = starts_of(spec, Span(start, stop))
+    assert list(found) == list(PARAMETERS)
+    for name, values in found.items():
+        expected = (
+            meshed[name].ravel()[start:stop] if name in axes else [PARAMETERS[name].default] * (stop - start)
+        )
+        assert values.dtype == np.float64
+        np.testing.assert_array_equal(values, expected)
+
+
+def test_a_span_has_the_starts_of_the_whole():
+    """A computed parameter of a cell does not depend on the span that it is asked for with, to the last bit."""
+    spec = SweepSpec(tilt="1deg:20deg:4", roll_rate="steady", precession_rate="-1:4:5")
+    everything, part = whole(spec), starts_of(spec, Span(3, 17))
+    assert list(everything) == list(part) == list(PARAMETERS)
+    for name, values in part.items():
+        assert values.tobytes() == everything[name][3:17].tobytes()
+
+
+def test_starts_off_the_grid_are_completed():
+    """Starts that are no cells get the parameter that each cell computes, in the order of the model."""
+    spec = SweepSpec(tilt="1deg:20deg:4", roll_rate="steady", precession_rate="-1:4:5")
+    given = {name: values for name, values in reversed(whole(spec).items()) if name != "roll_rate"}
+    found = completed(spec, given)
+    assert list(found) == list(PARAMETERS)
+    assert found["roll_rate"].tobytes() == whole(spec)["roll_rate"].tobytes()

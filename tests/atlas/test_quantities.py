@@ -1,0 +1,40 @@
+"""The quantities of a boundary bear the name and the units of the parameter that it was found along."""
+
+import pytest
+
+from sweep.atlas.quantities import EDGES, edge_names, edge_quantities, point_quantities
+from sweep.model.disk.tables import PARAMETERS
+
+
+@pytest.mark.parametrize(("edge", "side"), [("upper", ""), ("lower", "lower_")])
+def test_edge_quantities_follow_their_axis(edge, side):
+    """The four quantities of an edge are named after their axis, the lower edge apart, and have its units."""
+    quantities = edge_quantities(PARAMETERS["precession_rate"], edge)
+    assert list(quantities) == [
+        f"boundary_{side}precession_rate",
+        f"boundary_{side}precession_rate_halfwidth",
+        f"predicted_{side}precession_rate",
+        f"critical_{side}precession_rate",
+    ]
+    assert tuple(quantities) == edge_names("precession_rate", edge)
+    assert {quantity.units for quantity in quantities.values()} == {PARAMETERS["precession_rate"].units}
+
+
+def test_the_edges_have_names_of_their_own():
+    """No name stands for two edges, and a measured edge says on which side the motion is stable."""
+    names = [name for edge in EDGES for name in edge_names("roll_rate", edge)]
+    assert len(names) == len(set(names))
+    for edge, side in (("upper", "above"), ("lower", "below")):
+        measured = edge_names("roll_rate", edge)[0]
+        assert side in edge_quantities(PARAMETERS["roll_rate"], edge)[measured].long_name
+
+
+def test_a_point_of_a_curve_has_a_place_along_every_axis():
+    """Place and half-width along each axis of the atlas, in the axis's units."""
+    quantities = point_quantities(PARAMETERS, ("tilt", "roll_rate"))
+    assert {name: quantity.units for name, quantity in quantities.items()} == {
+        "curve_tilt": "rad",
+        "curve_tilt_halfwidth": "rad",
+        "curve_roll_rate": "rad s-1",
+        "curve_roll_rate_halfwidth": "rad s-1",
+    }

@@ -1,0 +1,249 @@
+"""From starts to columns: what is measured of each cell, what follows from it, and on how many threads or devices."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+from kernel_runner import process
+
+import sweep
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
+from sweep.engine import compute
+from sweep.engine.grid import Span, starts_of, whole
+from sweep.errors import RequestError
+from sweep.model.disk.contact import CONTACT_EXTREMES
+from sweep.model.disk.exact import EXTREMES
+from sweep.model.disk.model import DISK
+from sweep.model.disk.tables import CONTACT_VARIABLES, REDUCTION, VARIABLES
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+from sweep.request.spec import SweepSpec
+
+GRID = SweepSpec(roll_rate="2:4:13", tilt="0.1deg:20deg:7:log")
+
+
+def columns(spec, **how):
+    """Return the columns of all cells, blocks joined."""
+    found = list(compute.run_blocks(spec, **how))
+    return {name: np.concatenate([each.columns[name] for each in found]) for name in found[0].columns}
+
+
+def bits(spec, **how):
+    """Return everything that is computed, as bytes."""
+    return {name: column.tobytes() for name, column in columns(spec, **how).items()}
+
+
+def test_a_block_holds_every_variable():
+    """Blocks follow each other without a gap; each has all variables of the table, of their types."""
+    found = list(compute.run_blocks(GRID, block_cells=40))
+    assert [each.span for each in found] == [Span(0, 40), Span(40, 80), Span(80, 91)]
+    for each in found:
+        assert list(each.columns) == list(VARIABLES)
+        for name, column in each.columns.items():
+            assert (column.dtype, column.shape) == (VARIABLES[name].dtype, (len(each.span),))
+
+
+@pytest.mark.parametrize(
+    "spec", [GRID, SweepSpec.preset("circling").replace(tilt="1deg:25deg:5", precession_rate="-1:4:11")]
+)
+def test_bits_depend_on_the_cell_alone(spec):
+    """Neither threads nor blocks nor the cells computed with it change a bit of a cell."""
+    whole = bits(spec, threads=1)
+    for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": numba.config.NUMBA_NUM_THREADS}):
+        assert bits(spec, **how) == whole
+    alone = compute.compute(spec, starts_of(spec, Span(30, 37)))
+    assert {name: column.tobytes() for name, column in alone.items()} == {
+        name: column[30:37].tobytes() for name, column in columns(spec).items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "least", "greatest", "digits"),
+    [
+        ({"tilt_rate": 0.01, "roll_rate": 2.0}, -41.6082, 41.6082, 4),
+        ({"tilt_rate": 0.01, "roll_rate": 2.5}, -13.1205, 13.1205, 4),
+        ({"tilt_rate": 0.1, "precession_rate": 3.5}, -28.6591, 28.6591, 4),
+        ({"tilt": 0.01, "roll_rate": 3.0}, 0.5730, 3.5887, 4),
+        ({"tilt": 0.5, "precession_rate": 4.5}, 28.6479, 79.3831, 4),
+    ],
+)  # fmt: skip
+def test_the_printed_extreme_tilts(words, least, greatest, digits):
+    """Whole runs meet the extreme tilts that the turning points of the exact reduction give, to the printed digits."""
+    found = columns(SweepSpec(**words))
+    assert found["ending"] == BOUNDED
+    assert np.degrees(found["tilt_min"]) == pytest.approx(least, abs=0.5001 * 10**-digits)
+    assert np.degrees(found["tilt_max"]) == pytest.approx(greatest, abs=0.5001 * 10**-digits)
+
+
+def test_derived_measures_follow_from_the_extremes():
+    """The peak is the larger magnitude; the amplification is the largest departure over the perturbation."""
+    released = GRID.replace(tilt="-20deg,-1deg,1deg,20deg")
+    found = columns(released)
+    low, high = abs(found["tilt_min"]), abs(found["tilt_max"])
+    assert (low > high).any()
+    assert (low < high).any()
+    np.testing.assert_array_equal(found["peak_tilt"], np.maximum(low, high))
+    np.testing.assert_array_equal(
+        found["amplification"], found["peak_tilt"] / abs(np.tile(released.tilt.array(), 13))
+    )
+    circling = SweepSpec(roll_rate="steady", tilt="10deg", precession_rate=1.0, tilt_rate=1e-3)
+    found = columns(circling)
+    reach = max(found["tilt_max"][0] - math.radians(10), math.radians(10) - found["tilt_min"][0])
+    # the kick over the fall rate of the default disk, sqrt(15.696) / s
+    assert found["amplification"] == pytest.approx(reach / (1e-3 / math.sqrt(15.696)), rel=1e-12)
+
+
+def test_how_cells_end():
+    """Each ending that a request can reach is reported, with the verdict that it allows."""
+    for words, ending, verdict in [
+        ({"tilt": 0.01, "roll_rate": 4.0}, BOUNDED, STABLE),
+        ({"tilt": 0.01, "roll_rate": 1.0}, BOUNDED, UNSTABLE),
+        ({"tilt": 0.5}, FELL, UNSTABLE),
+        ({"roll_rate": 4.0}, STEADY, UNDECIDED),
+        ({"tilt": 0.01, "roll_rate": 4.0, "duration": 0.01}, HORIZON, UNDECIDED),
+    ]:
+        found = columns(SweepSpec(**words))
+        assert (found["ending"], found["stability"]) == (ending, verdict), words
+        assert np.isfinite(found["fall_time"]) == (ending == FELL)
+        assert np.isnan(found["amplification"]) == (ending == STEADY)
+
+
+def test_an_impossible_cell_does_not_stop_the_others():
+    """Where an axis of circling passes through zero precession that cell is invalid and has no number; the rest run."""
+    found = columns(SweepSpec.preset("circling").replace(tilt="10deg,20deg", precession_rate="-1:1:5"))
+    invalid = found["ending"] == INVALID
+    assert np.flatnonzero(invalid).tolist() == [2, 7]
+    assert (found["ending"][~invalid] == BOUNDED).all()
+    assert (found["stability"][invalid] == UNDECIDED).all()
+    for name in ("roll_rate", "tilt_min", "tilt_max", "peak_tilt", "amplification"):
+        np.testing.assert_array_equal(np.isnan(found[name]), invalid, err_msg=name)
+
+
+@pytest.mark.parametrize("how", [{"threads": 0}, {"threads": 10**6}, {"block_cells": 0}])
+def test_impossible_ways_to_run_are_refused(how):
+    """A number of threads or cells out of range is refused under its name, with what was given."""
+    with pytest.raises(RequestError, match=f"got {next(iter(how.values()))}") as caught:
+        next(compute.run_blocks(GRID, **how))
+    assert caught.value.where == next(iter(how))
+
+
+def test_blocks_are_computed_when_asked_for(monkeypatch):
+    """Nothing is computed ahead: an interrupt waits for one block at most, and a bounded memory holds the run."""
+    spans = []
+    monkeypatch.setattr(compute, "starts_of", lambda spec, span: spans.append(span))
+    monkeypatch.setattr(compute, "compute", lambda spec, starts: {})
+    blocks = compute.run_blocks(GRID, block_cells=10)
+    assert [next(blocks).span, next(blocks).span] == spans == [Span(0, 10), Span(10, 20)]
+
+
+@pytest.mark.parametrize(
+    ("quota", "threads"),
+    [("max 100000", 8), ("150000 100000", 2), ("50000 100000", 1), ("9900000 100000", 8), ("nonsense", 8)],
+)
+def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
+    """A container's CPU quota counts, rounded up, besides the affinity."""
+    file = tmp_path / "cpu.max"
+    file.write_text(quota + "\n")
+    monkeypatch.setattr(compute.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    monkeypatch.setattr(compute, "open", lambda *_, **__: file.open(), raising=False)
+    assert compute.available_threads() == threads
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {},
+        {"method": "exact"},
+        {"contact": "yes"},
+        {"roll_rate": "steady", "precession_rate": 2.0, "tilt_rate": 1e-3},
+    ],
+)
+def test_a_block_is_kept_without_what_follows_from_it(words):
+    """What is measured of a span lacks verdicts and derived columns; these follow from it bit for bit."""
+    spec, span = GRID.replace(**words), Span(2, 7)
+    measured = compute.measure_block(spec, span)
+    assert not {"stability", "amplification", "peak_tilt"} & set(measured)
+    assert {*DISK.measures, *DISK.counts, *spec.computed} <= set(measured)
+    expected = compute.compute(spec, starts_of(spec, span))
+    found = compute.derive_block(spec, span, measured)
+    assert list(found) == list(expected) == [*spec.model.cell_variables(spec), *spec.computed]
+    for name, column in expected.items():
+        assert found[name].dtype == column.dtype
+        assert found[name].tobytes() == column.tobytes()
+
+
+def test_method_and_options_decide_the_variables():
+    """The exact method adds those of the reduction, contact=yes those of the contact; both together have both."""
+    for words, more in (
+        ({}, ()),
+        ({"method": "exact"}, REDUCTION),
+        ({"contact": "yes"}, CONTACT_VARIABLES),
+        ({"method": "exact", "contact": "yes"}, (*REDUCTION, *CONTACT_VARIABLES)),
+    ):
+        assert list(columns(SweepSpec(tilt=0.1, roll_rate=3.0, **words))) == [*VARIABLES, *more]
+
+
+def test_reach_and_scale_of_a_cell():
+    """The reach is the larger distance of the extremes from the undisturbed tilt, NaN without them."""
+    spec = SweepSpec(tilt="0.1,0.2,0.3", roll_rate="steady", precession_rate=1.0, tilt_rate=0.5)
+    measured = {"tilt_min": np.array([0.05, 0.1, np.nan]), "tilt_max": np.array([0.12, 0.5, np.nan])}
+    reach, scale = compute.reach_and_scale(spec, whole(spec), measured)
+    assert reach == pytest.approx([0.05, 0.3, np.nan], rel=1e-14, nan_ok=True)
+    # a kick over the fall rate of the default disk, sqrt(15.696) / s
+    assert scale == pytest.approx(0.5 / math.sqrt(15.696), rel=1e-14)
+
+
+def test_the_hash_is_of_the_code_that_runs():
+    """A spec is fingerprinted by the kernels of its method, options and device, not by its grid or criterion."""
+    found = {
+        words: compute.arithmetic_hash(GRID.replace(**dict(words)))
+        for words in (
+            (),
+            (("method", "exact"),),
+            (("contact", "yes"),),
+            (("device", "cuda"),),
+            (("method", "exact"), ("contact", "yes")),
+        )
+    }
+    assert len(set(found.values())) == len(found)
+    other = SweepSpec(tilt="1deg,2deg", criterion="amplification:3", duration=1.0)
+    assert compute.arithmetic_hash(other) == found[()]
+    assert DISK.kernels(GRID) == (DISK.integrate,)
+    assert DISK.kernels(GRID.replace(method="exact", contact="yes")) == (EXTREMES, CONTACT_EXTREMES)
+
+
+@pytest.mark.compiled
+def test_a_run_on_the_device(tmp_path):
+    """`device=cuda` on the command line writes the atlas of the CPU; the file says which device it was."""
+    words = ["-m", "sweep", "run", "rolling", "roll_rate=2.2:3:5", "tilt=1deg,4deg"]
+    for device, simulator in (("cpu", False), ("cuda", True)):
+        done = process(
+            [*words, f"device={device}", "-o", f"{device}.nc"], simulator=simulator, folder=tmp_path
+        )
+        assert done.returncode == 0, done.stderr
+    with sweep.open_atlas(tmp_path / "cuda.nc") as device, sweep.open_atlas(tmp_path / "cpu.nc") as cpu:
+        assert '"device":"cuda"' in device.attrs["sweep_spec"]
+        assert (device.stability == cpu.stability).all()
+        assert np.abs(device.peak_tilt - cpu.peak_tilt).max() <= 1e-12
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        (["device=cuda"], ["NVIDIA", "driver", "pip install"]),
+        (["device=cuda", "method=exact"], ["method=rk4", "got method=exact device=cuda"]),
+        (["device=gpu"], ["device=cpu or device=cuda", "got gpu"]),
+    ],
+)
+def test_without_cuda_nothing_is_computed(tmp_path, words, facts):
+    """A device that is not there, or not for that method, ends with 2 and says what to do; nothing falls back."""
+    from numba import cuda
+
+    if cuda.is_available() and words == ["device=cuda"]:
+        pytest.skip("this machine has a CUDA device")
+    command = ["-m", "sweep", "run", "rolling", "tilt=1deg", "-o", "a.nc"]
+    done = process([*command, *words], simulator=False, folder=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert "device: " in done.stderr
+    assert all(fact in done.stderr for fact in facts), done.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,191 @@
+"""The starts of the disk: the rates that a cell computes for itself, what it disturbs, and by how much.
+
+Atlases whose precession rate is computed in every cell are verified and compared like those whose roll rate is.
+"""
+
+import math
+
+import numpy as np
+import pytest
+import referee
+
+import sweep
+from sweep.checks.compare import compare
+from sweep.checks.verify import findings, verify
+from sweep.engine.grid import whole
+from sweep.errors import RequestError
+from sweep.model.disk.initial_conditions import (
+    circling,
+    computed_rate,
+    perturbation,
+    perturbation_scale,
+    steady_tilt,
+)
+from sweep.request.spec import SweepSpec
+
+WORDS = {
+    "roll_rate": {"roll_rate": "steady", "precession_rate": "0.5,1"},
+    "precession_rate": {"precession_rate": "steady-slow", "roll_rate": "-6,-4"},
+    None: {"precession_rate": 0.5, "roll_rate": 2.0},
+}
+
+
+@pytest.mark.parametrize("rate", WORDS)
+def test_a_computed_rate_makes_a_disk_circle(rate):
+    """Either rate may follow from the other one and the tilt: then the disk circles at its tilt."""
+    spec = SweepSpec(tilt="10deg", **WORDS[rate])
+    assert computed_rate(spec) == rate
+    assert circling(spec) == (rate is not None)
+    assert spec.computed == ((rate,) if rate else ())
+
+
+def test_a_circling_cell_rolls_at_its_steady_rate():
+    """At 10 degrees and 0.5 rad/s the uniform disk of half a metre rolls at -4.6851 rad/s, as printed."""
+    found = whole(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate=0.5))
+    assert found["roll_rate"] == pytest.approx(-4.6851, abs=5e-5)
+
+
+@pytest.mark.parametrize("branch", ["steady-slow", "steady-fast"])
+def test_a_computed_rate_keeps_the_tilt(branch):
+    """By the equations of motion a start with a computed precession rate has no acceleration of the tilt."""
+    found = whole(SweepSpec(tilt="2deg,10deg", roll_rate=-6.0, precession_rate=branch))
+    for tilt, precession, roll in zip(
+        *(found[name] for name in ("tilt", "precession_rate", "roll_rate")), strict=True
+    ):
+        # the terms that cancel are of the size of gravity over radius
+        assert referee.accelerations((tilt, 0.0, precession, roll), 0.5, 0.5, 9.81)[0] == pytest.approx(
+            0.0, abs=1e-12
+        )
+
+
+def test_the_branches_are_the_slower_and_the_faster_rate():
+    """Of the two precession rates that keep a tilt steady-slow is the smaller one in magnitude."""
+    slow, fast = (
+        whole(SweepSpec(tilt="2deg:20deg:5", roll_rate=-8.0, precession_rate=branch))["precession_rate"]
+        for branch in ("steady-slow", "steady-fast")
+    )
+    assert (np.abs(slow) < np.abs(fast)).all()
+
+
+def test_a_rate_that_does_not_exist_is_not_finite():
+    """Without precession no roll rate keeps the tilt: that cell, and only that one, has none."""
+    found = whole(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate="-1:1:3"))
+    assert np.isfinite(found["roll_rate"]).tolist() == [True, False, True]
+
+
+def test_the_motion_that_is_disturbed():
+    """A circling disk is disturbed at its own tilt, any other one upright."""
+    released = SweepSpec(tilt=[0.1, 0.2])
+    assert steady_tilt(released, whole(released)).tolist() == [0.0, 0.0]
+    steady = released.replace(roll_rate="steady", precession_rate=1)
+    assert steady_tilt(steady, whole(steady)).tolist() == [0.1, 0.2]
+    assert steady.model.disturbed_motion(steady) != steady.model.disturbed_motion(released)
+
+
+def test_the_perturbation_of_a_start():
+    """A release is worth its tilt; a kick e is worth e/W, with W^2 = 2g/((2+alpha)R) = 15.696 / s^2 by hand."""
+    released = SweepSpec(tilt=-0.1)
+    assert perturbation(released, whole(released)).tolist() == [0.1]
+    for kicked in (
+        SweepSpec(tilt_rate=1e-4),
+        SweepSpec(tilt=0.1, tilt_rate=1e-4, roll_rate="steady", precession_rate=1),
+    ):
+        # relative tolerance: a handful of roundings
+        assert perturbation(kicked, whole(kicked)) == pytest.approx(1e-4 / math.sqrt(15.696), rel=1e-14)
+
+
+def test_the_scale_of_a_release_is_its_tilt():
+    """Released at rest, the scale is the distance from the steady tilt, whatever the disk."""
+    scale = perturbation_scale(np.array([-0.25, 0.25, 0.75]), 0.0, 0.25, 0.5, 0.5, 9.81)
+    assert scale.tolist() == [0.5, 0.0, 0.5]
+
+
+@pytest.mark.parametrize(("alpha", "squared"), [(0.5, 0.8), (1.0, 2 / 3)])
+def test_the_scale_of_a_kick(alpha, squared):
+    """A kick is worth kick / W, with W^2 = 4g/5R for the uniform disk and 2g/3R for the hoop."""
+    radius, gravity, kick = 0.5, 9.81, 0.01
+    expected = kick / math.sqrt(squared * gravity / radius)
+    # a few roundings on either side
+    assert perturbation_scale(0.0, kick, 0.0, alpha, radius, gravity) == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_kick_and_a_release_add_as_squares():
+    """3 and 4 give 5: with W = 1 the scale is the hypotenuse of tilt and kick."""
+    assert perturbation_scale(0.3, 0.4, 0.0, 1.0, 2.0, 3.0) == pytest.approx(0.5, rel=1e-15)  # rounding
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        ({"roll_rate": "steady", "precession_rate": "steady-slow"}, "precession_rate"),
+        ({"roll_rate": "steady"}, "precession_rate"),
+        ({"roll_rate": "steady", "precession_rate": [0.0]}, "precession_rate"),
+    ],
+)
+def test_steady_rates_that_follow_from_nothing_are_refused(words, key):
+    """Both rates cannot be left open, and without precession no roll rate keeps a tilt."""
+    with pytest.raises(RequestError, match="roll_rate=steady") as caught:
+        SweepSpec(tilt=0.1, **words)
+    assert caught.value.where == key
+    assert caught.value.hint
+
+
+def test_circling_may_pass_through_zero_precession():
+    """An axis of precession rates through 0 is accepted: that one cell will be invalid, the others not."""
+    assert circling(SweepSpec(roll_rate=" steady ", precession_rate="-1:1:3", tilt=0.1))
+
+
+GRID = {
+    "tilt": "-30deg:30deg:8", "roll_rate": "-8:8:10", "tilt_rate": 1e-4, "criterion": "amplification:10",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def branches():
+    """Return the atlases of both branches, and that of the same tilts by precession rate."""
+    found = {branch: sweep.run(sweep.SweepSpec(**GRID, precession_rate=branch)) for branch in
+             ("steady-slow", "steady-fast")}  # fmt: skip
+    words = GRID | {"roll_rate": "steady", "precession_rate": "-4:4:10"}
+    return found | {"by precession": sweep.run(sweep.SweepSpec(**words))}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("branch", ["steady-slow", "steady-fast"])
+def test_every_cell_is_verified(branches, branch):
+    """Cells that exist agree with the exact reduction, the others are invalid, and none is left out."""
+    atlas = branches[branch]
+    found = findings(verify(atlas))
+    missing = int(np.isnan(atlas["precession_rate"]).sum())
+    assert missing > 0
+    assert found.counts["agrees"] + found.counts["invalid"] == found.cells == 80
+    assert found.counts["invalid"] == missing
+    assert found.passed
+
+
+@pytest.mark.compiled
+def test_a_wrong_precession_rate_is_caught(branches):
+    """The precession rate that is computed for each cell is held against the formula."""
+    atlas = branches["steady-slow"].copy(deep=True)
+    place = tuple(np.argwhere(np.isfinite(atlas["precession_rate"].values))[5])
+    atlas["precession_rate"].values[place] *= 1.0 + 1e-6
+    found = findings(verify(atlas))
+    assert (found.counts["contradictory"], found.disagreeing) == (1, 1)
+
+
+@pytest.mark.compiled
+def test_branches_are_compared(branches):
+    """A branch is the same as itself, every variable of it; two branches, or two forms, are not comparable."""
+    atlas = branches["steady-slow"]
+    comparison = compare(atlas, atlas)
+    assert comparison.same
+    assert {each.name for each in comparison.findings} == set(atlas.data_vars)
+    for other, fields in (
+        ("steady-fast", ["precession_rate", "steady-slow and steady-fast"]),
+        ("by precession", ["precession_rate", "steady-slow and -4.0:4.0:10", "roll_rate", "-8.0:8.0:10 and steady"]),
+    ):
+        with pytest.raises(RequestError) as refusal:
+            compare(atlas, branches[other])
+        assert all(field in refusal.value.message for field in fields)
+        assert ("roll_rate" in refusal.value.message) == ("roll_rate" in fields)
+        with pytest.raises(RequestError, match="differ in precession_rate"):
+            compare(branches[other], atlas, common=True)

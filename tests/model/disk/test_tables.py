@@ -1,0 +1,111 @@
+"""The tables of the disk: parameters with their domains, endings, and rows that are those of the kernels' arrays."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kernels.disk import arrays, endings
+from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED
+from sweep.model.disk.model import DISK
+from sweep.model.disk.tables import (
+    CONTACT_VARIABLES,
+    ENDINGS,
+    OPTIONS,
+    PARAMETERS,
+    REDUCTION,
+    SETTINGS,
+    VARIABLES,
+)
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+
+INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
+
+
+def test_the_seven_parameters_and_their_defaults():
+    """The default disk is uniform, 0.5 m in radius, on Earth, at rest and upright."""
+    defaults = {name: parameter.default for name, parameter in PARAMETERS.items()}
+    assert defaults == {
+        "tilt": 0.0,
+        "tilt_rate": 0.0,
+        "precession_rate": 0.0,
+        "roll_rate": 0.0,
+        "alpha": 0.5,
+        "radius": 0.5,
+        "gravity": 9.81,
+    }
+
+
+@pytest.mark.parametrize("quantity", INPUTS, ids=lambda quantity: quantity.name)
+def test_defaults_obey_their_rules(quantity):
+    """A default that is a number is allowed by its own rule; one that is text is one of its words."""
+    if isinstance(quantity.default, str):
+        assert quantity.default in quantity.words
+    else:
+        assert quantity.allows(np.array([quantity.default])).all()
+
+
+def test_options_have_a_default_among_their_choices():
+    """A setting that is text can be left out."""
+    assert all(word.default in word.choices for word in OPTIONS.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("tilt", [-1.57, 0.0, 1.57], [-math.pi / 2, math.pi / 2, math.nan]),
+        ("roll_rate", [-1e300, 0.0, 1e300], [math.inf, math.nan]),
+        ("alpha", [1e-300, 0.5, 1.0], [0.0, -0.5, np.nextafter(1.0, 2.0), math.nan]),
+        ("radius", [1e-3], [0.0, -0.5]),
+        ("gravity", [1.62], [0.0, -9.81]),
+        ("duration", [1e-3], [0.0, -1.0]),
+        ("step", [1e-3], [0.0, -1.0]),
+        ("fall_tilt", [0.1, 1.57], [0.0, -0.1, math.pi / 2]),
+        ("tolerance", [1e-12, 0.1], [0.0, 1e-13, -1e-8, 0.11]),
+    ],
+)
+def test_domains_end_where_the_rule_says(name, inside, outside):
+    """The predicate of each rule holds inside the rule's interval and fails on and beyond its open ends."""
+    allows = {**PARAMETERS, **SETTINGS}[name].allows
+    assert allows(np.array(inside)).all()
+    assert not allows(np.array(outside)).any()
+
+
+def test_rows_are_those_of_the_kernels():
+    """What Python hands to the kernels and takes from them has the order of the kernels' own tables."""
+    assert tuple(PARAMETERS) == arrays.PARAMETERS
+    assert tuple(SETTINGS) == arrays.SETTINGS
+    assert (DISK.measures, DISK.counts) == (arrays.MEASURES, arrays.COUNTS)
+    assert tuple(CONTACT_VARIABLES) == arrays.CONTACT
+    assert {*DISK.measures, *DISK.counts} <= set(VARIABLES)
+    assert {*arrays.EXACT_MEASURES, *arrays.EXACT_COUNTS} <= {*VARIABLES, *REDUCTION}
+
+
+def test_endings_are_those_of_the_kernels():
+    """The flags of `ending` are the closed list of the kernels, code by code; each has a meaning and a reason."""
+    codes = {name.lower(): code for name, code in vars(endings).items() if name.isupper()}
+    assert {each.name: each.code for each in ENDINGS} == codes
+    assert VARIABLES["ending"].flags == {code: name for name, code in codes.items()}
+    assert VARIABLES["ending"].attributes()["flag_values"].dtype == np.int8
+    for each in ENDINGS:
+        assert each.meaning in VARIABLES["ending"].description
+        assert each.reason
+
+
+def test_what_endings_mean_for_the_verdict():
+    """Every ending has the role that its verdict follows from."""
+    assert {each.name: each.role for each in ENDINGS} == {
+        "not_computed": MISSING,
+        "bounded": FINAL,
+        "steady": UNDISTURBED,
+        "horizon": OPEN,
+        "fell": LOST,
+        "unresolved": FAILED,
+        "invalid": FAILED,
+    }
+
+
+def test_stability_flags():
+    """Zero is undecided, so that a cell without a verdict is never called stable."""
+    assert VARIABLES["stability"].flags == {UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}
+    assert (UNDECIDED, STABLE, UNSTABLE) == (0, 1, 2)

@@ -1,0 +1,109 @@
+"""What a model tells the engine: its endings and their roles, and what a model has that says no more than it must."""
+
+import numpy as np
+import pytest
+
+from sweep.engine.compute import reach_and_scale
+from sweep.engine.grid import whole
+from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings, Model
+from sweep.model.disk.model import DISK
+from sweep.request.spec import SweepSpec
+
+ENDINGS = Endings(
+    Ending(0, "not_computed", "not integrated", MISSING),
+    Ending(1, "final", "goes no further", FINAL),
+    Ending(3, "lost", "gone", LOST, "it is gone"),
+    Ending(4, "broken", "too coarse", FAILED),
+    Ending(7, "invalid", "no such start", FAILED),
+)
+
+
+def test_an_ending_is_found_by_its_name_and_by_its_code():
+    """Names and codes are those of the list, whatever gaps the codes have; any other is an error of the program."""
+    assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
+    for each in ENDINGS:
+        assert ENDINGS.code(each.name) == each.code
+        assert ENDINGS.of(each.code) is each
+        assert ENDINGS.of(np.float64(each.code)) is each
+    with pytest.raises(KeyError):
+        ENDINGS.code("horizon")
+    with pytest.raises(StopIteration):
+        ENDINGS.of(2)
+
+
+def test_cells_are_told_by_the_roles_of_their_endings():
+    """A role holds for all endings that have it, in any shape of cells, a single one included."""
+    codes = np.array([[0, 1, 3], [4, 7, 1]], np.int8)
+    assert ENDINGS.codes(FAILED) == [4, 7]
+    assert ENDINGS.codes(FAILED, LOST) == [3, 4, 7]
+    assert ENDINGS.have(FAILED, codes).tolist() == [[False, False, False], [True, True, False]]
+    assert ENDINGS.have(FINAL, codes).tolist() == [[False, True, False], [False, False, True]]
+    assert not ENDINGS.have(OPEN, codes).any()
+    assert np.shape(ENDINGS.have(OPEN, codes)) == codes.shape
+    assert bool(ENDINGS.have(LOST, np.int8(3)))
+
+
+def test_the_file_declares_every_ending():
+    """Codes with names, and every name with its meaning; the list cannot be changed."""
+    assert ENDINGS.flags == {0: "not_computed", 1: "final", 3: "lost", 4: "broken", 7: "invalid"}
+    for each in ENDINGS:
+        assert f"{each.name}: {each.meaning}" in ENDINGS.quantity.description
+    assert ENDINGS.quantity.flags == ENDINGS.flags
+    with pytest.raises(TypeError):
+        ENDINGS.flags[2] = "other"
+
+
+class Plain(type(DISK)):
+    """The disk, but for all that a model need not say."""
+
+    name = "plain"
+    exact = None
+    disturbed_motion, check, complete = Model.disturbed_motion, Model.check, Model.complete
+    cell_variables, kernels, measure_more = Model.cell_variables, Model.kernels, Model.measure_more
+    lines, line_label, joined_edges, scaled_square = (
+        Model.lines,
+        Model.line_label,
+        Model.joined_edges,
+        Model.scaled_square,
+    )
+    lost_in_words, expectation, may_be_lost = Model.lost_in_words, Model.expectation, Model.may_be_lost
+
+
+def test_what_a_model_need_not_say():
+    """Without theory, exact reference and words of its own a model has none, and its starts are complete."""
+    plain, spec = Plain(), SweepSpec(tilt="0.1,0.2", roll_rate="1:3:4")
+    starts = whole(spec)
+    assert plain.complete(spec, starts) is starts
+    assert plain.cell_variables(spec) == DISK.variables
+    assert plain.kernels(spec) == (DISK.integrate,)
+    assert (plain.measure_more(spec, starts, {}), plain.lines(spec, "roll_rate", starts)) == ({}, {})
+    assert (plain.line_label(spec, "roll_rate"), plain.joined_edges(spec)) == ("", None)
+    assert plain.scaled_square(spec, "roll_rate") is None
+    assert list(plain.expectation(spec, {}, {})) == []
+    assert plain.lost_in_words(spec, {"ending": DISK.endings.code("fell")}) == DISK.endings.of(4).reason
+    assert plain.disturbed_motion(spec)
+    assert not plain.may_be_lost(spec, {}, np.full(3, 1e9)).any()
+    plain.check({})
+
+
+def test_controls_are_the_axes_with_a_boundary():
+    """A boundary is sought along control parameters only, in the order of the axes."""
+    assert DISK.controls(("roll_rate", "tilt", "precession_rate")) == ["roll_rate", "precession_rate"]
+    assert DISK.controls(("tilt", "alpha", "tilt_rate")) == []
+
+
+def test_reach_is_the_larger_distance_from_the_undisturbed_motion():
+    """Either extreme may be the farther one; without extremes there is no reach."""
+    spec = SweepSpec(tilt="0.1,0.2,0.3")
+    measured = {"tilt_min": np.array([-0.3, 0.1, np.nan]), "tilt_max": np.array([0.2, 0.4, np.nan])}
+    reach, scale = reach_and_scale(spec, whole(spec), measured)
+    assert reach.tolist()[:2] == [0.3, 0.4]
+    assert np.isnan(reach[2])
+    assert scale.tolist() == [0.1, 0.2, 0.3]
+
+
+def test_a_model_has_to_say_what_is_disturbed():
+    """Title, undisturbed motion and perturbation have no default: a model without them cannot be made."""
+    assert Model.__abstractmethods__ == {"headline", "undisturbed", "perturbation"}
+    with pytest.raises(TypeError):
+        Model()

@@ -1,0 +1,76 @@
+"""Quantities of every kind: complete, spelled for people, and tables that cannot be changed."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sweep.atlas.quantities import curve_quantities, edge_quantities, point_quantities
+from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.tables import CONTACT_VARIABLES, PARAMETERS, REDUCTION, SETTINGS, VARIABLES
+from sweep.model.quantity import DECISION, Quantity, positive, table
+from sweep.request.values import _FITTING
+
+QUANTITIES = [
+    *PARAMETERS.values(),
+    *SETTINGS.values(),
+    *VARIABLES.values(),
+    *CONTACT_VARIABLES.values(),
+    *REDUCTION.values(),
+    *AUDIT.variables.values(),
+    *edge_quantities(PARAMETERS["roll_rate"]).values(),
+    *curve_quantities().values(),
+    *point_quantities(PARAMETERS, ("tilt", "roll_rate")).values(),
+]
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+def test_attributes_are_ascii(quantity):
+    """No attribute holds a character outside ASCII: some readers of netCDF refuse them."""
+    assert all(str(value).isascii() for value in quantity.attributes().values())
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+def test_every_quantity_is_complete(quantity):
+    """Each quantity has a long name, units or flags, a file type, a label and a reason for its tolerance."""
+    assert quantity.long_name
+    assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes())
+    assert quantity.dtype in {"i1", "i2", "i4", "f4", "f8"}
+    assert quantity.units in _FITTING
+    assert quantity.plot_label
+    assert quantity.tolerance.reason
+
+
+@pytest.mark.parametrize(
+    "quantity", [each for each in QUANTITIES if each.flags is not None], ids=lambda quantity: quantity.name
+)
+def test_flags_are_written_as_cf_has_them(quantity):
+    """The codes have the type of the variable, the names hold no space, and `flag` reads a code aloud."""
+    attributes = quantity.attributes()
+    assert attributes["flag_values"].dtype == quantity.dtype
+    meanings = attributes["flag_meanings"].split()
+    assert dict(zip(attributes["flag_values"].tolist(), meanings, strict=True)) == quantity.flags
+    assert [quantity.flag(code) for code in quantity.flags] == [name.replace("_", " ") for name in meanings]
+
+
+def test_labels_speak_of_degrees():
+    """An angle's label says degrees, and its scale turns pi rad into 180 of them."""
+    tilt = VARIABLES["tilt_max"]
+    assert tilt.plot_label.endswith("(deg)")
+    assert math.pi * tilt.plot_scale == pytest.approx(180.0, rel=1e-15)  # one rounding
+    assert tilt.spell(math.pi / 2) == "90 deg"
+    assert PARAMETERS["alpha"].spell(0.5) == "0.5"
+
+
+def test_a_table_is_not_changed():
+    """A table has its rows by name, in their order, and takes no other."""
+    rows = [Quantity(name, "", "1", name, DECISION) for name in ("b", "a")]
+    made = table(*rows)
+    assert list(made) == ["b", "a"]
+    with pytest.raises(TypeError):
+        made["c"] = rows[0]
+
+
+def test_positive_excludes_zero_and_nan():
+    """The rule of many inputs holds above zero only."""
+    assert positive(np.array([-1.0, 0.0, 5e-324, np.nan])).tolist() == [False, False, True, False]

@@ -1,0 +1,138 @@
+"""The models that a request may name: registered ones, and never anything else."""
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.model import registry
+from sweep.model.disk.model import DISK, Disk
+from sweep.request.spec import SweepSpec
+
+
+class Coin(Disk):
+    """A second model: the disk under another name."""
+
+    name = "coin"
+
+
+COIN = Coin()
+
+
+class Presets(Disk):
+    """A model with a preset of its own."""
+
+    name = "preset"
+
+
+WITH_PRESET = Presets()
+NO_MODEL = {"name": "no_model"}
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Return a function that registers models: name -> value of the entry point."""
+    registry.named.cache_clear()
+
+    def register(**values):
+        points = [EntryPoint(name, value, registry.GROUP) for name, value in values.items()]
+        monkeypatch.setattr(registry, "entry_points", lambda group: points if group == registry.GROUP else [])
+        registry.named.cache_clear()
+
+    monkeypatch.setitem(sys.modules, "installed_models", sys.modules[__name__])
+    yield register
+    registry.named.cache_clear()
+
+
+def test_the_disk_needs_no_registration(installed):
+    """It is the model of a request that names none, and no other distribution can take its name."""
+    installed(disk="installed_models:COIN")
+    assert registry.named("disk") is DISK
+    assert SweepSpec().model is DISK
+    assert registry.names() == ("disk",)
+    assert list(registry.every()) == [DISK]
+
+
+def test_a_registered_model_is_named_in_a_request(installed):
+    """A spec, its text and its TOML file name the model, and it is loaded once."""
+    installed(zebra="installed_models:WITH_PRESET", coin="installed_models:COIN")
+    assert registry.names() == ("disk", "coin", "zebra")
+    assert registry.named("coin") is registry.named("coin") is COIN
+    spec = SweepSpec(model="coin", tilt="0.1,0.2")
+    assert spec.model is COIN
+    assert spec.replace(alpha=1.0).model is COIN
+    assert SweepSpec.from_canonical(spec.canonical()) == spec == eval(repr(spec))
+    assert 'model = "coin"' in spec.to_toml().splitlines()
+    assert '"model":"coin"' in spec.canonical()
+    assert spec != SweepSpec(tilt="0.1,0.2")
+    assert spec.fingerprint() != SweepSpec(tilt="0.1,0.2").fingerprint()
+
+
+def test_a_preset_of_a_registered_model_is_found(installed, tmp_path, monkeypatch):
+    """A preset is named without its model, which its file names; presets of the disk come first."""
+    (tmp_path / "wobbling.toml").write_text('model = "preset"\ntilt = 0.25\n')
+    (tmp_path / "rolling.toml").write_text('model = "preset"\ntilt = 0.25\n')
+    monkeypatch.setattr(Presets, "presets", tmp_path)
+    installed(preset="installed_models:WITH_PRESET")
+    found = SweepSpec.preset("wobbling")
+    assert (found.model, found.tilt) == (WITH_PRESET, 0.25)
+    assert SweepSpec.preset("rolling").model is DISK
+    with pytest.raises(RequestError, match="circling, rolling, spinning, rolling, wobbling"):
+        SweepSpec.preset("waddling")
+
+
+def test_an_unknown_model_is_refused(installed):
+    """The message has the models that there are; what is named is not looked for anywhere else."""
+    installed(coin="installed_models:COIN")
+    for name in ("sphere", "installed_models:COIN", "os", ""):
+        with pytest.raises(RequestError, match="disk, coin") as caught:
+            registry.named(name)
+        assert caught.value.where == "model"
+        assert caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("no_model", "installed_models:NO_MODEL"),
+        ("coin", "installed_models:Coin"),
+        ("sphere", "installed_models:COIN"),
+        ("gone", "installed_models:GONE"),
+        ("gone", "no_such_distribution.model:MODEL"),
+    ],
+)
+def test_an_entry_point_that_is_no_model_is_refused(installed, name, value):
+    """Another thing, a class, a model of another name, and what cannot be loaded are refused under their names."""
+    installed(**{name: value})
+    with pytest.raises(RequestError) as caught:
+        SweepSpec(model=name)
+    assert caught.value.where == f"model={name}"
+    assert value in caught.value.message
+    assert caught.value.hint
+
+
+def test_the_models_are_those_of_the_entry_points(tmp_path):
+    """A distribution that states an entry point of the group is found by its metadata, and loaded only when named."""
+    (tmp_path / "wheels.py").write_text(
+        "print('loaded')\nfrom sweep.model.disk.model import Disk\n\n"
+        "class Wheel(Disk):\n    name = 'wheel'\n\nWHEEL = Wheel()\n"
+    )
+    metadata = tmp_path / "wheels-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: wheels\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text("[eulerdisk.models]\nwheel = wheels:WHEEL\n")
+    code = (
+        f"import sys; sys.path.append({str(tmp_path)!r}); from sweep.model import registry; print(registry.names()); "
+        "registry.named('disk'); print(registry.named('wheel').name)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(registry.__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split("\n")[:3] == ["('disk', 'wheel')", "loaded", "wheel"]

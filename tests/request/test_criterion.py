@@ -1,0 +1,185 @@
+"""Criteria of stability: read, written, kept, and the verdict that each gives."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
+from sweep.errors import RequestError
+from sweep.model.disk.tables import ENDINGS, PARAMETERS
+from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE
+from sweep.request.criterion import Amplification, Criterion, Departure
+
+DEPARTURE = Criterion("departure", 0.1)
+AMPLIFICATION = Criterion("amplification", 10.0)
+ANGLES = st.floats(0, math.pi, exclude_min=True, exclude_max=True)
+CRITERIA = st.one_of(
+    st.builds(lambda limit: Criterion("departure", limit), ANGLES),
+    st.builds(
+        lambda limit: Criterion("amplification", limit), st.floats(0, exclude_min=True, allow_infinity=False)
+    ),
+)
+
+
+def verdict(criterion, ending, tilt_min, tilt_max, steady_tilt=0.0, scale=0.01):
+    """Verdict on one cell."""
+    reach = np.array([max(abs(tilt_max - steady_tilt), abs(tilt_min - steady_tilt))])
+    return int(criterion.verdict(ENDINGS, {"ending": np.array([ending])}, reach, np.array([scale]))[0])
+
+
+def test_a_criterion_is_read_from_text():
+    """The two kinds are read with their units: 5 degrees are pi/36 rad."""
+    assert Criterion.parse("departure:5deg") == Criterion("departure", math.pi / 36)
+    assert Criterion.parse(" departure : 0.1 ") == DEPARTURE
+    assert Criterion.parse("amplification:10") == AMPLIFICATION
+
+
+@pytest.mark.parametrize(
+    "text", ["departure:5deg", "departure:0.1rad", "amplification:10", "amplification:2.5"]
+)
+def test_a_criterion_is_written_as_it_was_read(text):
+    """A criterion in its own spelling comes back letter for letter."""
+    assert str(Criterion.parse(text)) == text
+
+
+@given(CRITERIA)
+def test_a_criterion_comes_back_as_itself(criterion):
+    """From its text, from pickle and from its own two fields, the same kind with the same limit to the last bit."""
+    for same in (
+        Criterion.parse(str(criterion)),
+        pickle.loads(pickle.dumps(criterion)),
+        Criterion(criterion.kind, criterion.limit),
+        Criterion(kind=criterion.kind, limit=criterion.limit),
+    ):
+        assert same == criterion
+        assert type(same) is type(criterion)
+        assert hash(same) == hash(criterion)
+        assert same.limit == criterion.limit
+
+
+def test_a_criterion_is_one_of_its_kinds():
+    """The kind decides the class; two kinds with the same limit are not equal, nor are two limits of one kind."""
+    assert type(DEPARTURE) is Departure
+    assert type(AMPLIFICATION) is Amplification
+    assert Criterion("departure", 1.0) != Criterion("amplification", 1.0)
+    assert Criterion("departure", 1.0) != Criterion("departure", np.nextafter(1.0, 2.0))
+    with pytest.raises(AttributeError):
+        DEPARTURE.limit = 0.2
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("", ["departure:ANGLE", "amplification:NUMBER"]),
+        ("departure", ["departure:ANGLE", "amplification:NUMBER"]),
+        ("energy:3", ["departure:ANGLE", "amplification:NUMBER", "energy:3"]),
+        ("departure:0deg", ["above 0"]),
+        ("departure:-5deg", ["above 0", "-5deg"]),
+        ("amplification:0", ["above 0"]),
+        ("amplification:-10", ["above 0", "-10"]),
+        ("departure:5", ["bare number is in rad", "180 deg"]),
+        ("departure:180deg", ["below 180 deg"]),
+        ("departure:5s", ["does not fit", "deg, rad"]),
+        ("amplification:10deg", ["does not fit", "no unit"]),
+        ("amplification:inf", ["finite"]),
+        ("departure:1deg,2deg", ["one number"]),
+        ("departure:", ["a number"]),
+    ],
+)
+def test_what_is_not_a_criterion_is_refused(text, facts):
+    """The error stands at the criterion, with the rule that was broken and what was given."""
+    with pytest.raises(RequestError) as caught:
+        Criterion.parse(text)
+    assert caught.value.where.partition("=")[0] == "criterion"
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    assert caught.value.hint
+
+
+@pytest.mark.parametrize(
+    "given", [("energy", 3.0), ("", 1.0), ("departure", 0.0), ("amplification", math.nan)]
+)
+def test_criteria_made_in_python_are_checked(given):
+    """A criterion that was not read from text obeys the same rules."""
+    with pytest.raises(RequestError):
+        Criterion(*given)
+
+
+@pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
+@pytest.mark.parametrize(
+    ("ending", "within", "beyond"),
+    [
+        (BOUNDED, STABLE, UNSTABLE),
+        (HORIZON, UNDECIDED, UNSTABLE),
+        (FELL, UNSTABLE, UNSTABLE),
+        (STEADY, UNDECIDED, UNDECIDED),
+        (UNRESOLVED, UNDECIDED, UNDECIDED),
+        (INVALID, UNDECIDED, UNDECIDED),
+        (NOT_COMPUTED, UNDECIDED, UNDECIDED),
+    ],
+)
+def test_the_verdict_of_every_ending(criterion, ending, within, beyond):
+    """Only a bounded cell is stable; a fall is unstable, and so is what left the limit before time ran out."""
+    assert verdict(criterion, ending, -0.05, 0.05) == within
+    assert verdict(criterion, ending, -0.05, 0.2) == beyond
+    assert verdict(criterion, ending, -0.2, 0.05) == beyond
+
+
+@pytest.mark.parametrize("ending", {each.code for each in ENDINGS} - {FELL})
+@pytest.mark.parametrize("missing", [math.nan, FILL])
+def test_a_cell_without_numbers_is_never_stable(ending, missing):
+    """Where a cell has no extremes, be they NaN or the file's fill, no criterion calls it stable."""
+    for criterion in (DEPARTURE, AMPLIFICATION):
+        assert verdict(criterion, ending, missing, missing) != STABLE
+    assert verdict(AMPLIFICATION, BOUNDED, 0.0, 0.0, scale=math.nan) == UNDECIDED
+
+
+def test_the_limit_itself_is_stable():
+    """A departure of exactly the limit has not exceeded it."""
+    assert verdict(DEPARTURE, BOUNDED, -0.1, 0.1) == STABLE
+    assert verdict(DEPARTURE, BOUNDED, -0.1, np.nextafter(0.1, 1.0)) == UNSTABLE
+
+
+def test_departure_is_counted_from_the_steady_tilt():
+    """A disk that circles at 0.5 rad and keeps within 0.1 rad of that is stable; upright it would not be."""
+    assert verdict(DEPARTURE, BOUNDED, 0.45, 0.55, steady_tilt=0.5) == STABLE
+    assert verdict(DEPARTURE, BOUNDED, 0.45, 0.55) == UNSTABLE
+    assert verdict(DEPARTURE, BOUNDED, 0.35, 0.55, steady_tilt=0.5) == UNSTABLE
+
+
+def test_amplification_is_counted_in_scales():
+    """The same motion is stable for a large perturbation and unstable for a small one."""
+    assert verdict(AMPLIFICATION, BOUNDED, 0.0, 0.05, scale=0.006) == STABLE
+    assert verdict(AMPLIFICATION, BOUNDED, 0.0, 0.05, scale=0.004) == UNSTABLE
+
+
+def test_verdicts_keep_the_shape_of_the_grid():
+    """Verdicts come as int8 in the shape of the cells, a single cell without any dimension included."""
+    ending = {"ending": np.full((2, 3), BOUNDED, dtype=np.int8)}
+    result = DEPARTURE.verdict(ENDINGS, ending, np.zeros((2, 3)), np.ones(3))
+    assert (result.shape, result.dtype) == ((2, 3), np.int8)
+    one = DEPARTURE.verdict(ENDINGS, {"ending": np.int8(BOUNDED)}, np.float64(0.0), np.float64(1.0))
+    assert one.shape == ()
+
+
+def test_the_limit_of_a_criterion():
+    """A departure limits every cell alike, an amplification in proportion to its perturbation, if there is one."""
+    scales = np.array([0.0, 0.01, 0.03])
+    assert Criterion("departure", 0.2).allowed(scales).tolist() == [0.2, 0.2, 0.2]
+    # relative tolerance: one rounding
+    assert AMPLIFICATION.allowed(scales) == pytest.approx([math.nan, 0.1, 0.3], rel=1e-15, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("criterion", "facts"),
+    [("departure:5deg", ["5 deg"]), ("amplification:10", ["10 times", "perturbation"])],
+)
+def test_a_criterion_says_how_far_is_too_far(criterion, facts):
+    """In words angles are in degrees; the limit of a cell is said in the coordinate, with what it is a multiple of."""
+    tilt, made = PARAMETERS["tilt"], Criterion.parse(criterion)
+    assert all(fact in made.in_words(tilt) for fact in facts)
+    assert all(fact in made.limit_in_words(math.radians(5.0), tilt) for fact in ["5 deg", *facts])
+    assert made.kind in made.label(tilt)

@@ -1,0 +1,209 @@
+"""From text to values: numbers, lists and ranges with units, read in SI or refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sweep.errors import RequestError, shown
+from sweep.model.disk.tables import PARAMETERS, SETTINGS
+from sweep.request.axes import Range, Values
+from sweep.request.values import _EVERYDAY, factor_to_si, read_number, read_value
+
+TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]
+ALPHA, RADIUS, GRAVITY = PARAMETERS["alpha"], PARAMETERS["radius"], PARAMETERS["gravity"]
+DURATION = SETTINGS["duration"]
+
+#: What a message says of text that is no value at all: the three forms that there are.
+NO_VALUE = ["a number", "a,b,c", "start:stop:count"]
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.mark.parametrize(
+    ("raw", "quantity", "expected"),
+    [
+        ("3", TILT, 3.0),
+        (" -.5e-1 ", TILT, -0.05),
+        ("180deg", TILT, math.pi),
+        ("180 °", TILT, math.pi),
+        ("60 rpm", RATE, 2 * math.pi),
+        ("1turn/s", RATE, 2 * math.pi),
+        ("180deg/s", RATE, math.pi),
+        ("-2rad/s", RATE, -2.0),
+        ("50%", ALPHA, 0.5),
+        ("25cm", RADIUS, 0.25),
+        ("1 inch", RADIUS, 0.0254),
+        ("981 cm/s^2", GRAVITY, 9.81),
+        ("9.81 m s-2", GRAVITY, 9.81),
+        ("9.81 m/s2", GRAVITY, 9.81),
+        ("1g_0", GRAVITY, 9.80665),
+        ("2min", DURATION, 120.0),
+        ("20s", DURATION, 20.0),
+        (3, TILT, 3.0),
+        (np.float32(0.5), TILT, 0.5),
+        (np.array(0.5), TILT, 0.5),
+    ],
+)
+def test_a_number_is_read_in_si(raw, quantity, expected):
+    """A number with any fitting unit, or bare, becomes one float in SI."""
+    value = read_value(raw, quantity)
+    assert type(value) is float
+    assert value == pytest.approx(expected, rel=1e-15)  # the conversion rounds once or twice
+
+
+@pytest.mark.parametrize(
+    ("raw", "expected"),
+    [
+        ("0.5,1", (0.5, 1.0)),
+        ("0.5,", (0.5,)),
+        ([0.5, 1], (0.5, 1.0)),
+        (("50%", "100%"), (0.5, 1.0)),
+        (np.array([0.25, 0.5]), (0.25, 0.5)),
+        (Values((0.5, 1.0)), (0.5, 1.0)),
+    ],
+)
+def test_a_list_is_an_axis(raw, expected):
+    """Text with commas, sequences and arrays are axes with these values, one element included."""
+    value = read_value(raw, ALPHA)
+    assert isinstance(value, Values)
+    assert value.values == expected
+    assert value.array().tolist() == list(expected)
+    assert len(value) == len(expected)
+
+
+def test_a_range_is_an_axis():
+    """A range keeps its ends, in SI, its count and its spacing."""
+    assert read_value("0.5:6:400", ROLL) == Range(0.5, 6.0, 400)
+    assert read_value("0.01deg : 20deg : 300 : log", TILT) == Range(
+        math.radians(0.01), math.radians(20), 300, "log"
+    )
+    assert read_value("1:1:1", ROLL).array().tolist() == [1.0]
+    assert len(read_value("1:1:1", ROLL)) == 1
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1.1, 1e6), st.integers(2, 10**9), st.sampled_from(["linear", "log"]))
+def test_a_range_reads_back_as_itself(start, factor, count, spacing):
+    """The text of a range is read as the same range, to the last bit."""
+    axis = Range(start, start * factor, count, spacing)
+    assert read_value(str(axis), ROLL) == axis
+
+
+@given(st.lists(FINITE, min_size=1, unique=True).map(sorted))
+def test_a_list_reads_back_as_itself(numbers):
+    """The text of a list is read as the same list, to the last bit, and stays a list if it has one value."""
+    axis = Values(tuple(numbers))
+    assert read_value(str(axis), ROLL) == axis
+
+
+@pytest.mark.parametrize(
+    ("raw", "quantity", "facts"),
+    [
+        ("6:0.5:400", ROLL, ["start < stop", "6.0:0.5:400"]),
+        ("1:1:2", ROLL, ["neighbouring values"]),
+        ("1:2:1", ROLL, ["both ends", "equal"]),
+        ("0.5:6:0", ROLL, ["count >= 1"]),
+        ("0.5:6:-3", ROLL, ["count >= 1", "-3"]),
+        ("0.5:6:4.5", ROLL, ["count", "whole number", "4.5"]),
+        ("0.5:6:many", ROLL, ["count", "whole number", "many"]),
+        ("0.5:6:400m", ROLL, ["count", "whole number", "400m"]),
+        ("0.5:6:400:cubic", ROLL, ["linear or log", "cubic"]),
+        ("0:6:400:log", ROLL, ["logarithmic", "above 0"]),
+        ("-6:-1:400:log", ROLL, ["logarithmic", "above 0"]),
+        ("-1:6:400:log", ROLL, ["logarithmic", "above 0"]),
+        ("1:1.000000000000001:400", ROLL, ["neighbouring values"]),
+        ("-1e308:1e308:3", ROLL, ["finite", "1e300"]),
+        ("nan", ROLL, ["finite", "nan"]),
+        ("-inf", ROLL, ["finite", "-inf"]),
+        ("1e999", ROLL, ["finite", "1e999"]),
+        ("0:inf:5", ROLL, ["finite", "inf"]),
+        ("1,nan", ROLL, ["finite", "nan"]),
+        (math.inf, ROLL, ["finite", "inf"]),
+        (10**400, ROLL, ["finite"]),
+        ([1.0, math.nan], ROLL, ["finite", "nan"]),
+        ("2,1", ROLL, ["strictly increasing", "Sort"]),
+        ("1,1", ROLL, ["strictly increasing", "repetitions"]),
+        ([], ROLL, ["at least one value"]),
+        (np.zeros((2, 2)), ROLL, ["one dimension", "(2, 2)"]),
+        ("", ROLL, NO_VALUE),
+        (",", ROLL, NO_VALUE),
+        ("fast", ROLL, [*NO_VALUE, "fast"]),
+        ("0.5:6", ROLL, [*NO_VALUE, "0.5:6"]),
+        ("0.5:6:4:log:9", ROLL, NO_VALUE),
+        ("1,2:3:4", ROLL, NO_VALUE),
+        ("\u22121deg", TILT, [*NO_VALUE, "hyphen"]),
+        (None, ROLL, NO_VALUE),
+        (True, ROLL, NO_VALUE),
+        (1j, ROLL, NO_VALUE),
+        ({"start": 1}, ROLL, NO_VALUE),
+        (b"3", ROLL, NO_VALUE),
+        ("3s", TILT, ["does not fit", "'s'", "deg, rad"]),
+        ("3deg", ALPHA, ["does not fit", "no unit"]),
+        ("5Hz", RATE, ["does not fit", "rad/s, deg/s, rpm"]),
+        ("5/s", RATE, ["not known", "/s"]),
+        ("5rad", RATE, ["does not fit", "rad/s, deg/s, rpm"]),
+        ("5kg", GRAVITY, ["does not fit", "m/s2"]),
+        ("5degC", DURATION, ["does not fit", "s, ms, min"]),
+        ("5 parsnips", RADIUS, ["not known", "parsnips"]),
+        ("5 m(", RADIUS, ["not known"]),
+        ("5 m/", RADIUS, ["not known"]),
+        ("0.1:20deg:300", TILT, ["own unit"]),
+        ("1,20deg", TILT, ["own unit"]),
+    ],
+)
+def test_what_is_not_a_value_is_refused(raw, quantity, facts):
+    """The error stands at the key with what was given, says the rule that was broken, and what to do."""
+    with pytest.raises(RequestError) as caught:
+        read_value(raw, quantity)
+    assert caught.value.where == f"{quantity.name}={shown(raw)}"
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    assert caught.value.hint
+
+
+def test_zero_needs_no_unit():
+    """Zero is the same in radians and degrees, so it may stand bare beside a unit."""
+    assert read_value("0:20deg:30", TILT) == Range(0.0, math.radians(20), 30)
+
+
+def test_minus_zero_is_zero():
+    """-0 and 0 are one value and read the same, so that they are one spec."""
+    assert str(read_value("-0", TILT)) == "0.0"
+    assert str(read_value("-0,1", TILT)) == "0.0,1.0"
+
+
+@pytest.mark.parametrize("raw", ["1,2", "1:2:3", [1.0]])
+def test_a_setting_is_not_an_axis(raw):
+    """Where one number is wanted, a list or a range is refused under its name."""
+    with pytest.raises(RequestError, match="one number for all cells") as caught:
+        read_number(raw, DURATION)
+    assert caught.value.where.startswith("duration=")
+
+
+@settings(max_examples=300)
+@given(st.text(alphabet="0123456789.,:-+e degradmsHzlogµ°%/*^()[]_\"'\\\n\t", max_size=20))
+def test_any_text_is_read_or_refused(text):
+    """No text ends in anything but a value or a RequestError."""
+    try:
+        value = read_value(text, TILT)
+    except RequestError:
+        return
+    assert isinstance(value, float | Range | Values)
+
+
+@pytest.mark.parametrize("unit", _EVERYDAY)
+def test_everyday_units_agree_with_pint(unit):
+    """The units that are read without pint have pint's factors."""
+    import pint
+
+    spelled = unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2")
+    units, factor = _EVERYDAY[unit]
+    si = {"rad": "rad", "rad s-1": "rad/s", "m": "m", "m s-2": "m/s**2", "s": "s", "kg": "kg"}[units]
+    # 1e-15: pint may round its own product once.
+    assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)
+
+
+def test_no_unit_is_si():
+    """A number without a unit is in the SI unit of its quantity."""
+    assert factor_to_si("", TILT) == 1.0
