@@ -73,6 +73,7 @@ class SweepSpec:
     ----------
     model : Model
     axes : tuple of str
+    criterion : Criterion
 
     Raises
     ------
@@ -82,6 +83,7 @@ class SweepSpec:
 
     model: Model
     axes: tuple[str, ...]
+    criterion: Criterion
     _values: Mapping[str, Any]
 
     def __init__(self, **words: Any) -> None:

@@ -175,10 +175,11 @@ def _margin(spec: "SweepSpec", exact: Columns, steady: Array, scale: Array) -> A
     extremes, and these then are within the tolerance of fall_tilt.
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
-    return np.minimum(
+    margin: Array = np.minimum(
         np.abs(_reach(exact, steady) - np.nan_to_num(spec.criterion.allowed(scale))),
         np.abs(peak - spec.fall_tilt),
     )
+    return margin
 
 
 def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths:
