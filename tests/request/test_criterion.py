@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
 from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import ENDINGS, PARAMETERS
 from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE
 from sweep.request.criterion import Amplification, Criterion, Departure
@@ -183,3 +184,9 @@ def test_a_criterion_says_how_far_is_too_far(criterion, facts):
     assert all(fact in made.in_words(tilt) for fact in facts)
     assert all(fact in made.limit_in_words(math.radians(5.0), tilt) for fact in ["5 deg", *facts])
     assert made.kind in made.label(tilt)
+
+
+@pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
+def test_verdicts_follow_from_what_a_criterion_needs(criterion):
+    """The ending and both extremes are enough: another criterion on an atlas needs no other variable."""
+    assert criterion.needs(DISK) == ("ending", "tilt_min", "tilt_max")
