@@ -225,7 +225,7 @@ def test_udunits(units):
 def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path, user, ci, asked, said):
     """Programs are installed only when asked for; a missing program or a failed installation stops nothing."""
     stubs = {"id": f"echo {user}", "dpkg-query": "exit 1", "apt-get": f'echo "$@" >>{tmp_path}/asked; exit 1'}
-    stubs["sudo"] = 'shift; [ "$1" = true ] || exec "$@"'
+    stubs["sudo"] = '[ "$1" != -n ] || shift; exec "$@"'
     for name, body in stubs.items():
         (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
         (tmp_path / name).chmod(0o755)

@@ -105,9 +105,7 @@ def test_a_full_disk(small_disk, left):
     ballast.write_bytes(bytes(2_090_000 - left))
     done = begun()
     assert done.returncode == 3, done.stderr
-    assert re.search(
-        r"There is no room left.*Free about \d+ MB, and run the same command again", done.stderr
-    )
+    assert re.search(r"There is no room left.*Free about \d+ MB, and run the same command again", done.stderr)
     kept = list(small_disk.glob("a.nc.run/blocks/*.block"))
     assert 0 < len(kept) <= 20
     assert not (small_disk / "a.nc").exists()

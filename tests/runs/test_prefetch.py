@@ -101,7 +101,6 @@ def test_leaving_early_closes_the_generator(monkeypatch, problem):
 
 def test_stages_in_a_row():
     """One prefetch inside another ends as cleanly, whether it is used up or left."""
-
     closed, threads = [], []
 
     def numbers():
