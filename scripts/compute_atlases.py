@@ -9,9 +9,10 @@ from plot_regimes import save_regimes
 
 import sweep
 from sweep.checks.verify import findings
-from sweep.commands.report import audit_line, critical_table
+from sweep.commands.report import audit_line
 from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots
+from sweep.studies.critical_rates import critical_table
 
 PRESETS = ("rolling", "spinning", "circling")
 

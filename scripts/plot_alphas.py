@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
-from driver import drive, figure_parser
+from figure_cli import drive, figure_parser
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
-from driver import drive, figure_parser
+from figure_cli import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
-from sweep.engine.compute import exact_measures
 from sweep.figures import plots
 from sweep.files.paths import check_format
+from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import carried_rates
 from sweep.studies import bifurcation
 
@@ -51,7 +51,7 @@ def family(c1: float, c2: float, tilt: Any) -> tuple[Any, bifurcation.Drift]:
         "radius": full,
         "gravity": full,
     }
-    found = exact_measures(sweep.SweepSpec(fall_tilt="89deg"), given)
+    found = DISK.exact.measures(sweep.SweepSpec(fall_tilt="89deg"), given)
     return found["separatrix"] > 0.0, bifurcation.drift(tilt, s, o, _ALPHA, found["nutation_period"])
 
 

@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from driver import drive, figure_parser
+from figure_cli import drive, figure_parser
 
 import sweep
 from sweep.figures import plots

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from driver import drive
+from figure_cli import drive
 
 import sweep
 from sweep.figures import plots

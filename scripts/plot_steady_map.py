@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
-from driver import drive, figure_parser
+from figure_cli import drive, figure_parser
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
-from sweep.schema import STABLE, UNSTABLE
 
 import sweep
 from sweep.figures import plots
 from sweep.files.paths import check_format
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.studies.steady import marginal_curve, with_coefficients
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def agreement(atlas: "xr.Dataset") -> str:
     k, verdict = atlas.stability_coefficient.values, atlas.stability.values
     offset = FALL_RATE_SQUARED / spec.criterion.limit**2
     inside, outside = k < 0.0, k > 1.01 * offset
-    decided = verdict != 0
+    decided = verdict != UNDECIDED
     wrong = ((verdict != UNSTABLE) & inside & decided) | ((verdict != STABLE) & outside & decided)
     near = ((k >= 0.0) & ~outside).sum()
     text = [

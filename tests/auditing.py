@@ -3,16 +3,17 @@
 from functools import lru_cache
 
 import numpy as np
-from sweep.schema import VARIABLES
 
 import sweep
 from sweep.checks.verify import findings, verify
 from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.initial_conditions import circling
+from sweep.model.disk.tables import ENDINGS as TABLE
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
 PRESETS = ("rolling", "spinning", "circling")
-ENDINGS = {name: code for code, name in VARIABLES["ending"].flags.items()}
+ENDINGS = {each.name: each.code for each in TABLE}
 
 
 def coarse(preset, **changes):
@@ -33,7 +34,7 @@ def atlas(preset):
 
 def flags(audited):
     """Return the flag of each cell by its name."""
-    return np.array(list(AUDIT["audit"].flags.values()))[audited.audit.values]
+    return np.array(list(AUDIT.variables["audit"].flags.values()))[audited.audit.values]
 
 
 def counts(dataset):
@@ -60,11 +61,12 @@ def moved(dataset, place, low=0.0, high=0.0):
     spec = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
     least, greatest = (float(copy[name].values[place]) for name in ("tilt_min", "tilt_max"))
     start = float(dataset.tilt[place[spec.axes.index("tilt")]]) if "tilt" in spec.axes else spec.tilt
-    steady = start if spec.circling else 0.0
+    steady = start if circling(spec) else 0.0
     reach = max(abs(least - steady), abs(greatest - steady))
     before = max(abs(float(dataset[name].values[place]) - steady) for name in ("tilt_min", "tilt_max"))
     scale = before / float(dataset.amplification.values[place])
-    verdict = spec.criterion.verdict(dataset.ending.values[place], least, greatest, steady, scale)
+    ending = {"ending": dataset.ending.values[place]}
+    verdict = spec.criterion.verdict(TABLE, ending, np.float64(reach), np.float64(scale))
     return changed(
         copy, place, peak_tilt=max(abs(least), abs(greatest)), amplification=reach / scale, stability=verdict
     )

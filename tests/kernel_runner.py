@@ -10,8 +10,6 @@ import numba
 import numpy as np
 import referee
 from referee import FALL_TILT
-from sweep.engine.cells import starts as cell_starts
-from sweep.engine.compiled import integrate
 
 from kernels.disk import equations as disk
 from kernels.disk.arrays import (
@@ -27,7 +25,8 @@ from kernels.disk.arrays import (
     TILT_MAX,
     TILT_MIN,
 )
-from sweep.engine.grid import Span
+from sweep.engine.grid import whole
+from sweep.model.disk.model import DISK
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
@@ -84,7 +83,7 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     try:
         # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
         with np.errstate(all="ignore"):
-            integrate()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
+            DISK.integrate.load()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
     finally:
         numba.set_num_threads(before)
     return Results.of(measures, counts)
@@ -132,7 +131,7 @@ def coarse(preset):
     spec = spec.replace(
         **{name: Range(axis.start, axis.stop, counts[name], axis.spacing) for name, axis in axes.items()}
     )
-    return np.stack(list(cell_starts(spec, Span(0, spec.size)).values()))
+    return np.stack(list(whole(spec).values()))
 
 
 def process(words, *, simulator, folder):

@@ -2,8 +2,8 @@
 
 Two referees. `extremes` follows no time: along a motion the rates obey Chaplygin's linear system in the tilt, so the
 kinetic energy of the tilt is a function of the tilt alone, and where it vanishes the disk turns. `motion` integrates
-the equations of motion with their sines and cosines, by SciPy. Starts are arrays of seven rows: tilt, tilt rate,
-precession rate, roll rate, alpha, radius, gravity, in SI.
+the equations of motion with their sines and cosines, by SciPy. Starts are arrays with the rows of
+`kernels.disk.arrays`, in SI.
 """
 
 import math
@@ -14,6 +14,8 @@ from numpy.polynomial.chebyshev import Chebyshev, chebfit
 from scipy.integrate import DOP853, solve_ivp
 from scipy.optimize import brentq
 
+from kernels.disk.arrays import ALPHA, GRAVITY, PARAMETERS, RADIUS, STATE, TILT, TILT_RATE
+
 FALL_TILT = math.radians(85.0)
 
 _DEFAULTS = {
@@ -23,12 +25,14 @@ _DEFAULTS = {
     "roll_rate": 0.0,
     "alpha": 0.5,
     "radius": 0.5,
+    "gravity": 9.81,
 }
 
 
 def starts(**parameters):
-    """Return starts, float64[7, n], of the uniform disk of the report (R = 0.5 m) unless told otherwise."""
-    rows = np.broadcast_arrays(*({**_DEFAULTS, "gravity": 9.81} | parameters).values())
+    """Return starts, float64[len(PARAMETERS), n]; by default of the uniform disk of the report (R = 0.5 m)."""
+    given = _DEFAULTS | parameters
+    rows = np.broadcast_arrays(*(given[name] for name in PARAMETERS))
     return np.ascontiguousarray(np.stack([np.atleast_1d(row).ravel() for row in rows]), dtype=np.float64)
 
 
@@ -56,7 +60,7 @@ _SCAN = 500
 
 def extremes(given, fall_tilt=FALL_TILT):
     """Return the `Extremes` of starts inside +-fall_tilt."""
-    tilt, rate = given[0], given[1] * np.sqrt(given[5] / given[6])
+    tilt, rate = given[TILT], given[TILT_RATE] * np.sqrt(given[RADIUS] / given[GRAVITY])
     force = _carried(given, np.zeros((3, tilt.size)), tilt)[2]
     heading = np.where(rate == 0.0, np.sign(force), np.sign(rate))
     ahead = _turn(given, heading, fall_tilt)
@@ -87,7 +91,7 @@ def _carried(given, y, tilt):
 
 def _turn(given, side, fall_tilt):
     """First turning point [rad] on one side of the start, NaN where fall_tilt comes first."""
-    n, tilt0 = given.shape[1], given[0]
+    n, tilt0 = given.shape[1], given[TILT]
     room = fall_tilt - side * tilt0
     growth = np.log1p(room / _NEAREST)
 
@@ -98,7 +102,7 @@ def _turn(given, side, fall_tilt):
         along = side * _NEAREST * growth * np.exp(growth * u)
         return (_carried(given, y.reshape(3, n), tilt_at(u)) * along).ravel()
 
-    kinetic = 0.5 * (1.0 + 0.5 * given[4]) * given[1] ** 2 * given[5] / given[6]
+    kinetic = 0.5 * (1.0 + 0.5 * given[ALPHA]) * given[TILT_RATE] ** 2 * given[RADIUS] / given[GRAVITY]
     y0 = np.concatenate([np.zeros(2 * n), kinetic])
     solver = DOP853(slope, 0.0, y0, 1.0, max_step=1.0 / _SCAN, first_step=1.0 / _SCAN, rtol=1e-13, atol=1e-40)
     found = np.full(n, np.nan)
@@ -178,7 +182,7 @@ class Motion:
 
 def motion(start, duration, fall_tilt=FALL_TILT):
     """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is left out."""
-    alpha, radius, gravity = start[4:]
+    alpha, radius, gravity = start[ALPHA], start[RADIUS], start[GRAVITY]
 
     def slope(_, y):
         tilting, turning, rolling = accelerations(y, alpha, radius, gravity)
@@ -192,7 +196,13 @@ def motion(start, duration, fall_tilt=FALL_TILT):
 
     fall.terminal = True
     run = solve_ivp(
-        slope, (0.0, duration), start[:4], method="DOP853", rtol=1e-12, atol=1e-14, events=(turn, fall)
+        slope,
+        (0.0, duration),
+        start[: len(STATE)],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        events=(turn, fall),
     )
     moving = run.t_events[0] > 1e-9 * duration
     times, states = run.t_events[0][moving], run.y_events[0][moving] if moving.any() else np.empty((0, 4))

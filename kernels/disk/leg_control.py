@@ -38,10 +38,10 @@ from kernels.jit import inlined, internal, simd
 from kernels.simd_math import angle_of
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
-_SHARE = 0.125
+_ACCEPTED_SHARE = 0.125
 
 #: The largest divisor of that share.
-_MOST_CARE = 65536.0
+_LARGEST_DIVISOR = 65536.0
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -76,7 +76,7 @@ def _write_at_once(cell, ending, least, greatest, fall_time, measures, counts):
 
 
 @simd
-def _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes):
+def _store_start(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes):
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = tilt, tilt
     lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane] = tilt_rate, precession_rate
     lanes[at.S_RATE_0 + lane], lanes[at.ALPHA + lane], lanes[at.UNIT + lane] = roll_rate, alpha, unit
@@ -97,14 +97,14 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         fill_idle(lane, lanes)
         return False
     unit = math.sqrt(radius / gravity)
-    _put(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes)
+    _store_start(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit, lanes)
     return True
 
 
 @internal
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
-    _put(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
+    _store_start(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
 
 
 @simd
@@ -153,15 +153,15 @@ def _allowed(lane, run, lanes):
     """Estimated error [rad] with which a result is accepted.
 
     The estimate sees what a motion loses of its energy, but not how its two other constants change: where a fast disk
-    sweeps through large tilts the true error can be ten thousand times the estimate. With the divisor `care` all of six
+    sweeps through large tilts the true error can be ten thousand times the estimate. With this divisor all of six
     million random starts with scaled rates from 0.01 to 1000 came out within the tolerance or, one in two thousand,
     unresolved.
     """
     w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
     T = lanes[at.S_0 + lane] / lanes[at.C_0 + lane]
-    care = (1.0 + w * w + (o * o + s * s) / 24.0) * (1.0 + T * T / 8.0)
-    care = min(_MOST_CARE, care)
-    return _SHARE * run.tolerance / care
+    divisor = (1.0 + w * w + (o * o + s * s) / 24.0) * (1.0 + T * T / 8.0)
+    divisor = min(_LARGEST_DIVISOR, divisor)
+    return _ACCEPTED_SHARE * run.tolerance / divisor
 
 
 @internal

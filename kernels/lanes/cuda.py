@@ -40,9 +40,12 @@ def _begin(cell, starts, run, own, measures, counts):
 
 def _step_to_event(run, own):
     """Step until an event ends the leg."""
-    steps = 1
-    while not advance(0, run, own):
+    # the numbers of the lane stay in registers until the event (seen in the PTX: no access to memory in this loop)
+    steps = 0
+    while True:
         steps += 1
+        if advance(0, run, own):
+            break
     own[STEPS] = steps
 
 

@@ -43,7 +43,7 @@ CHUNK = 2048
 #: The word of all lanes, or of all blocks.
 _ALL = (1 << LANES) - 1
 
-# Rows of `notes`, int64[6, LANES]. Of each block:
+# Rows of `notes`, int64[_NOTE_ROWS, LANES]. Of each block:
 #: its first cell,
 _FIRST = 0
 #: the word of its lanes that have a leg to step or have stepped it,
@@ -57,6 +57,7 @@ _WAITING = 3
 _PLACE = 4
 #: the number of steps that all lanes had made when it took the cell over.
 _SINCE = 5
+_NOTE_ROWS = _SINCE + 1
 
 
 @simd
@@ -222,7 +223,7 @@ def _integrate_chunk(start, stop, starts, settings, measures, counts):
     memory = np.empty(size + CACHE_LINE)
     lanes = aligned(memory, size)
     lanes[:STEPPING] = 0.0
-    notes = np.zeros((6, LANES), np.int64)
+    notes = np.zeros((_NOTE_ROWS, LANES), np.int64)
     run = prepared_settings(settings)
     _integrate_all(start, stop, starts, run, lanes, notes, measures, counts)
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.problem import FALL_TILT, starts
+from bench.problem import FALL_TILT, results, starts
+from kernels.disk.arrays import STEPS
 
 #: Long cells [s], so that the arithmetic counts and not the way to the device and back.
 _STEP = 0.0002
@@ -19,18 +20,19 @@ def measure(repeats: int, rates: int = 2048, tilts: int = 512, step: float = _ST
     # the simulator has nothing to be timed
     if config.ENABLE_CUDASIM or not cuda.is_available():
         return None
-    from kernels.lanes.cuda import integrate
+    from kernels.disk.integrate import LANE_MODEL
+    from kernels.lanes.cuda import bind
 
     given = starts((f"roll_rate=2:4:{rates}", f"tilt=0.1deg:5deg:{tilts}:log"))
     n = given.shape[1]
-    measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
-    times = []
+    measures, counts = results(n)
+    integrate, times = bind(LANE_MODEL), []
     # the first round compiles
     for _ in range(1 + repeats):
         began = time.perf_counter()
         integrate(given, np.array([300.0, step, FALL_TILT, 0.1]), measures, counts)
         times.append(time.perf_counter() - began)
-    total = float(counts[1].astype(np.int64).sum())
+    total = float(counts[STEPS].astype(np.int64).sum())
     name = cuda.current_context().device.name
     return {
         "device": name.decode() if isinstance(name, bytes) else str(name),

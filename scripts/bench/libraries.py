@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bench.problem import LONGEST, Array, Contender, Solve, headings, longest, scaled, timed
+from kernels.disk.arrays import TILT
 
 #: A sweep script that knows nothing of turning points integrates for a while; here for so long [s].
 _WHILE = 10.0
@@ -30,7 +31,7 @@ def _scipy(method: str, to_the_turn: bool = True) -> Solve:
     def solve(given: Array, tolerance: float) -> Array:
         state, constants = scaled(given)
         heading, end = headings(given), longest(given, LONGEST if to_the_turn else _WHILE)
-        found = np.abs(given[0])
+        found = np.abs(given[TILT])
         for cell in range(given.shape[1]):
             turn: Any = lambda _t, y, *_: y[1]  # noqa: E731 - scipy wants attributes on the function
             turn.terminal, turn.direction = to_the_turn, -heading[cell]

@@ -8,9 +8,21 @@ import math
 
 import numba
 import numpy as np
-from sweep.engine.compiled import integrate
 
-from bench.problem import FALL_TILT, LONGEST, Array, Contender, Solve, peaks, timed
+from bench.problem import FALL_TILT, LONGEST, Array, Contender, Solve, peaks, results, timed
+from kernels.disk.arrays import (
+    ALPHA,
+    GRAVITY,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    STATE,
+    TILT,
+    TILT_MAX,
+    TILT_MIN,
+    TILT_RATE,
+)
+from sweep.model.disk.model import DISK
 
 
 @numba.njit(error_model="numpy")
@@ -52,18 +64,21 @@ def _step(a, b, c, d, alpha, radius, gravity, h):
 def equal_steps(starts, steps, h, final):
     """RK4, one cell after another in a parallel loop, with as many steps in each cell as the engine took."""
     for cell in numba.prange(starts.shape[1]):
-        a, b, c, d = starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell]
-        alpha, radius, gravity = starts[4, cell], starts[5, cell], starts[6, cell]
+        a, b = starts[TILT, cell], starts[TILT_RATE, cell]
+        c, d = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+        alpha, radius, gravity = starts[ALPHA, cell], starts[RADIUS, cell], starts[GRAVITY, cell]
         for _ in range(steps[cell]):
             a, b, c, d = _step(a, b, c, d, alpha, radius, gravity, h)
-        final[0, cell], final[1, cell], final[2, cell], final[3, cell] = a, b, c, d
+        final[TILT, cell], final[TILT_RATE, cell] = a, b
+        final[PRECESSION_RATE, cell], final[ROLL_RATE, cell] = c, d
 
 
 @numba.njit(error_model="numpy", parallel=True)
 def _to_the_turn(starts, h, most, found):
     for cell in numba.prange(starts.shape[1]):
-        a, b, c, d = starts[0, cell], starts[1, cell], starts[2, cell], starts[3, cell]
-        alpha, radius, gravity = starts[4, cell], starts[5, cell], starts[6, cell]
+        a, b = starts[TILT, cell], starts[TILT_RATE, cell]
+        c, d = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+        alpha, radius, gravity = starts[ALPHA, cell], starts[RADIUS, cell], starts[GRAVITY, cell]
         heading = _rates(a, b, c, d, alpha, radius, gravity)[1]
         for _ in range(most):
             a, b, c, d = _step(a, b, c, d, alpha, radius, gravity, h)
@@ -72,7 +87,7 @@ def _to_the_turn(starts, h, most, found):
         for _ in range(2):
             back = -b / _rates(a, b, c, d, alpha, radius, gravity)[1]
             a, b, c, d = _step(a, b, c, d, alpha, radius, gravity, back)
-        found[cell] = max(abs(a), abs(starts[0, cell]))
+        found[cell] = max(abs(a), abs(starts[TILT, cell]))
 
 
 def _plain(given: Array, step: float) -> Array:
@@ -83,18 +98,19 @@ def _plain(given: Array, step: float) -> Array:
 
 def _numpy(given: Array, step: float) -> Array:
     """All cells together, step by step; those that have turned are finished and dropped."""
-    found = np.abs(given[0])
-    places, state, parameters = np.arange(given.shape[1]), given[:4].copy(), given[4:]
-    heading = np.sign(_array_rates(state, parameters)[1])
+    found = np.abs(given[TILT])
+    places, count = np.arange(given.shape[1]), len(STATE)
+    state, parameters = given[:count].copy(), given[count:]
+    heading = np.sign(_array_rates(state, parameters)[TILT_RATE])
     for _ in range(int(LONGEST / step)):
         state = _array_step(state, parameters, step)
-        turned = heading * state[1] < 0.0
+        turned = heading * state[TILT_RATE] < 0.0
         if not turned.any():
             continue
         peak, of = state[:, turned], parameters[:, turned]
         for _ in range(2):
-            peak = _array_step(peak, of, -peak[1] / _array_rates(peak, of)[1])
-        found[places[turned]] = np.maximum(found[places[turned]], np.abs(peak[0]))
+            peak = _array_step(peak, of, -peak[TILT_RATE] / _array_rates(peak, of)[TILT_RATE])
+        found[places[turned]] = np.maximum(found[places[turned]], np.abs(peak[TILT]))
         on = ~turned
         places, state, parameters, heading = places[on], state[:, on], parameters[:, on], heading[on]
         if places.size == 0:
@@ -125,10 +141,9 @@ def _array_step(state: Array, parameters: Array, h: float | Array) -> Array:
 
 
 def _engine(given: Array, tolerance: float) -> Array:
-    n = given.shape[1]
-    measures, counts = np.empty((6, n)), np.zeros((3, n), np.int32)
-    integrate()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
-    return np.asarray(np.maximum(np.abs(measures[0]), np.abs(measures[1])))
+    measures, counts = results(given.shape[1])
+    DISK.integrate.load()(given, np.array([300.0, 0.0, FALL_TILT, tolerance]), measures, counts)
+    return np.asarray(np.maximum(np.abs(measures[TILT_MIN]), np.abs(measures[TILT_MAX])))
 
 
 def _exact() -> Solve:

@@ -1,7 +1,7 @@
 """What every contender has to do: find the peak tilt of cells of the rolling preset, and how that is timed.
 
 A disk released at rest is at one turning point; its peak tilt is that of the other one, or its own. Whoever can may
-stop there. Starts are float64[7, n] as in `kernels.lanes.schedule.integrate`; the truth is the exact reduction.
+stop there. Starts are float64[len(PARAMETERS), n] (`kernels.disk.arrays`); the truth is the exact reduction.
 """
 
 import math
@@ -11,11 +11,24 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from sweep.engine.compiled import extremes
 
 import sweep
-from sweep.engine import cells
-from sweep.engine.grid import Span
+from kernels.disk.arrays import (
+    ALPHA,
+    COUNTS,
+    EXACT_NUTATION_PERIOD,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+    GRAVITY,
+    MEASURES,
+    PRECESSION_RATE,
+    RADIUS,
+    ROLL_RATE,
+    TILT,
+    TILT_RATE,
+)
+from sweep.engine.grid import whole
+from sweep.model.disk.exact import EXTREMES
 
 Array = npt.NDArray[np.float64]
 #: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])
@@ -48,7 +61,7 @@ class Contender:
 def starts(words: tuple[str, ...] = TASK) -> Array:
     """Return the starts of a grid of the rolling preset."""
     spec = sweep.SweepSpec.from_words("rolling", list(words))
-    return np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+    return np.stack(list(whole(spec).values()))
 
 
 def some(given: Array, count: int) -> Array:
@@ -58,21 +71,26 @@ def some(given: Array, count: int) -> Array:
     return np.ascontiguousarray(given[:, ::stride][:, :count])
 
 
+def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:
+    """Return arrays for the measures and counts of n cells (`kernels.disk.arrays`)."""
+    return np.empty((len(MEASURES), n)), np.zeros((len(COUNTS), n), np.int32)
+
+
 def peaks(given: Array) -> Array:
     """Return the exact peak tilts [rad]."""
-    measures, _ = extremes()(given, FALL_TILT, False)
-    return np.asarray(np.maximum(np.abs(measures[0]), np.abs(measures[1])))
+    measures, _ = EXTREMES.load()(given, FALL_TILT, False)
+    return np.asarray(np.maximum(np.abs(measures[EXACT_TILT_MIN]), np.abs(measures[EXACT_TILT_MAX])))
 
 
 def periods(given: Array) -> Array:
     """Return the exact nutation periods [s]."""
-    return np.asarray(extremes()(given, FALL_TILT, True)[0][2])
+    return np.asarray(EXTREMES.load()(given, FALL_TILT, True)[0][EXACT_NUTATION_PERIOD])
 
 
 def scaled(given: Array) -> tuple[Array, Array]:
     """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk.equations`)."""
-    tilt, rate, precession, roll, alpha, radius, gravity = given
-    unit = np.sqrt(radius / gravity)
+    tilt, rate, precession, roll = given[TILT], given[TILT_RATE], given[PRECESSION_RATE], given[ROLL_RATE]
+    alpha, unit = given[ALPHA], np.sqrt(given[RADIUS] / given[GRAVITY])
     state = np.stack(
         [tilt, unit * rate, unit * precession * np.cos(tilt), unit * (roll + precession * np.sin(tilt))]
     )
@@ -91,7 +109,7 @@ def headings(given: Array) -> Array:
 
 def longest(given: Array, duration: float = LONGEST) -> float:
     """Return a duration [s] in scaled time (radius and gravity are the same in all cells)."""
-    return float(duration / np.sqrt(given[5, 0] / given[6, 0]))
+    return float(duration / np.sqrt(given[RADIUS, 0] / given[GRAVITY, 0]))
 
 
 def timed(solve: Callable[[Array, float], Array]) -> Solve:

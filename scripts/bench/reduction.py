@@ -11,12 +11,11 @@ from typing import Any
 
 import numba
 import numpy as np
-from sweep.engine.compiled import extremes
 
 import sweep
 from bench.problem import FALL_TILT
-from sweep.engine import cells
-from sweep.engine.grid import Span
+from sweep.engine.grid import whole
+from sweep.model.disk.exact import EXTREMES
 
 
 def _median(work: Callable[[], object], repeats: int) -> float:
@@ -35,13 +34,13 @@ def measure(quick: bool, repeats: int) -> dict[str, Any]:
     side = 300 if quick else 1000
     words = [f"roll_rate=2:4:{side}", f"tilt=0.001deg:5deg:{side}:log"]
     spec = sweep.SweepSpec.from_words("rolling", words)
-    starts = np.stack(list(cells.starts(spec, Span(0, spec.size)).values()))
+    starts = np.stack(list(whole(spec).values()))
     threads = int(numba.config.NUMBA_NUM_THREADS)
     numba.set_num_threads(threads)
 
     def reduce(with_period: bool) -> None:
         with numba.parallel_chunksize(1):
-            extremes()(starts, FALL_TILT, with_period)
+            EXTREMES.load()(starts, FALL_TILT, with_period)
 
     found = {
         "cells": spec.size,

@@ -7,12 +7,13 @@ from typing import Any, Self
 
 import numba
 import numpy as np
-from sweep.engine.compiled import integrate
 
 from bench.loops import equal_steps
-from bench.problem import FALL_TILT, starts
+from bench.problem import FALL_TILT, results, starts
 from kernels.disk import equations as disk
 from kernels.disk import rk4
+from kernels.disk.arrays import STATE, STEPS
+from sweep.model.disk.model import DISK
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
 _STEPS = (0.01, 0.001)
@@ -102,11 +103,11 @@ def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, 
     given = starts((f"roll_rate=2:4:{along}", f"tilt=0.001deg:5deg:{across}:log"))
     n = given.shape[1]
     settings = np.array([300.0, step, FALL_TILT, _LOOSE])
-    measures, counts, final = np.empty((6, n)), np.zeros((3, n), np.int32), np.empty((4, n))
+    (measures, counts), final = results(n), np.empty((len(STATE), n))
     probe, values, rounds = _probe(), np.zeros((threads, 128)), 2000 if quick else 10000
 
     def lanes() -> None:
-        integrate()(given, settings, measures, counts)
+        DISK.integrate.load()(given, settings, measures, counts)
 
     def plain() -> None:
         equal_steps(given, steps, step, final)
@@ -115,7 +116,7 @@ def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, 
         probe(values, rounds, 0.5, 0.25)
 
     lanes()
-    steps = counts[1].astype(np.int64)
+    steps = counts[STEPS].astype(np.int64)
     plain()
     fused()
     total, done = float(steps.sum()), float(values.size * rounds * _CHAINS * _LINKS)

@@ -12,12 +12,11 @@ from typing import Any
 
 import numba
 import numpy as np
-from sweep.engine.compiled import integrate
 
 import sweep
-from bench.problem import FALL_TILT
-from sweep.engine import cells
-from sweep.engine.grid import blocks
+from bench.problem import FALL_TILT, results
+from sweep.engine.grid import blocks, starts_of
+from sweep.model.disk.model import DISK
 
 
 def _grid(count: int) -> list[str]:
@@ -33,10 +32,10 @@ def _kernel_seconds(count: int, threads: int) -> float:
     settings = np.array([spec.duration, 0.0, FALL_TILT, spec.tolerance])
     taken = 0.0
     for span in blocks(spec.size):
-        given = np.stack(list(cells.starts(spec, span).values()))
-        measures, counts = np.empty((6, len(span))), np.zeros((3, len(span)), np.int32)
+        given = np.stack(list(starts_of(spec, span).values()))
+        measures, counts = results(len(span))
         began = time.perf_counter()
-        integrate()(given, settings, measures, counts)
+        DISK.integrate.load()(given, settings, measures, counts)
         taken += time.perf_counter() - began
     return taken
 

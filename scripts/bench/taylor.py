@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.problem import Array, Contender, Solve, headings, longest, periods, scaled, timed
+from kernels.disk.arrays import GRAVITY, RADIUS, TILT
 
 _TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-9, 1e-12, 1e-15)
 
@@ -61,7 +62,7 @@ def _batch() -> Solve:
             )
         integrator, end = integrators[tolerance], longest(given)
         state, parameters = _columns(given)
-        found = np.abs(given[0])
+        found = np.abs(given[TILT])
         for start in range(0, given.shape[1] - width + 1, width):
             part = slice(start, start + width)
             integrator.set_time(0.0)
@@ -92,7 +93,7 @@ def _ensemble() -> Solve:
                 system, np.zeros(6), pars=np.zeros(6), tol=tolerance
             )
         state, parameters = _columns(given)
-        unit = np.sqrt(given[5] / given[6])
+        unit = np.sqrt(given[RADIUS] / given[GRAVITY])
         parameters = np.concatenate([parameters, (0.5 * periods(given) / unit)[None]])
 
         def generate(copy: Any, cell: int) -> Any:
@@ -106,7 +107,7 @@ def _ensemble() -> Solve:
         )
         seconds = time.process_time() - began
         ends = np.array([each[0].state[:2] for each in done])
-        return seconds, np.maximum(np.abs(given[0]), np.abs(np.arctan2(ends[:, 0], ends[:, 1])))
+        return seconds, np.maximum(np.abs(given[TILT]), np.abs(np.arctan2(ends[:, 0], ends[:, 1])))
 
     return solve
 

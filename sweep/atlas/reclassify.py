@@ -68,7 +68,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
 
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
-    needed = ("ending", *spec.model.extremes)
+    needed = spec.criterion.needs(spec.model)
     measured = {name: dataset[name].values.reshape(-1) for name in needed}
     found = spec.criterion.verdict(
         spec.model.endings, measured, *reach_and_scale(spec, whole(spec), measured)

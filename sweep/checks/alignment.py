@@ -115,7 +115,7 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
         ):
             fields.append(name)
     if fields:
-        given = "; ".join(f"{name} {getattr(new, name)} and {getattr(reference, name)}" for name in fields)
+        given = ", ".join(f"{name} ({getattr(new, name)} and {getattr(reference, name)})" for name in fields)
         raise RequestError(
             "The two atlases cannot be compared: they must be of the same system, starts, criterion and method, and "
             f"they differ in {given}.",
@@ -138,8 +138,8 @@ def _check_same_grid(
     if not fields and specs[0].axes != specs[1].axes:
         fields = ["axes"]
     if fields:
-        given = "; ".join(
-            f"{name} {getattr(specs[0], name)} and {getattr(specs[1], name)}" for name in fields
+        given = ", ".join(
+            f"{name} ({getattr(specs[0], name)} and {getattr(specs[1], name)})" for name in fields
         )
         raise RequestError(
             "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "

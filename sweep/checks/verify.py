@@ -163,27 +163,28 @@ def _reference(spec: SweepSpec) -> ExactReference:
 def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, npt.NDArray[Any]]]:
     """Return the spec of an atlas, the reference of its model, and the variables that an audit needs, flat."""
     if "sweep_spec" not in dataset.attrs:
-        _refuse(dataset, "an atlas has the attribute sweep_spec", "it is missing")
+        _refuse(dataset, "it lacks the attribute sweep_spec")
     asked = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
     reference = _reference(asked)
     names = reference.needed(asked)
     missing = [name for name in names if name not in dataset]
     if missing:
-        _refuse(dataset, f"an atlas has {', '.join(names)}", f"missing: {', '.join(missing)}")
+        _refuse(dataset, f"it lacks {', '.join(missing)}")
     spec = spec_of(dataset)
     if odd := [name for name in names if dataset[name].dims != spec.axes]:
-        _refuse(dataset, f"the dimensions are {', '.join(spec.axes) or 'none'}", f"others: {', '.join(odd)}")
+        _refuse(
+            dataset,
+            f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",
+        )
     for each, values in coordinates(spec):
         if each.name not in dataset or not _same(dataset[each.name].values, values):
-            _refuse(
-                dataset, "the coordinates of an atlas are those of its spec", f"other values of {each.name}"
-            )
+            _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     stored = {}
     for name in names:
         try:
             stored[name] = dataset[name].values.ravel()
         except (OSError, RuntimeError) as problem:
-            _refuse(dataset, "every variable can be read", f"{name}: {problem}")
+            _refuse(dataset, f"{name} cannot be read, {problem}")
     return spec, reference, stored
 
 
@@ -191,9 +192,9 @@ def _same(found: npt.NDArray[Any], expected: npt.NDArray[np.float64]) -> bool:
     return found.shape == expected.shape and np.allclose(found, expected, rtol=_ROUNDING, atol=0.0)
 
 
-def _refuse(dataset: "xr.Dataset", rule: str, given: str) -> NoReturn:
+def _refuse(dataset: "xr.Dataset", reason: str) -> NoReturn:
     raise RequestError(
-        f"The atlas cannot be verified: {rule}; {given}.",
+        f"The atlas cannot be verified: {reason}.",
         hint="Make it again with eulerdisk run.",
         where=str(dataset.encoding.get("source", "atlas")),
     )

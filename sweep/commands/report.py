@@ -164,7 +164,9 @@ def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, s
         known = [
             edge
             for edge in held
-            if any(dataset[name].notnull().any() for name in edge_names(axis, edge) if name in dataset)
+            if any(
+                np.isfinite(dataset[name].values).any() for name in edge_names(axis, edge) if name in dataset
+            )
         ]
         yield from ((axis, edge) for edge in known or held)
 

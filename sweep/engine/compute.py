@@ -132,9 +132,9 @@ def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
     found: dict[str, npt.NDArray[Any]] = {
         **measured,
         **model.derive(starts, measured),
-        "stability": spec.criterion.verdict(model.endings, measured, reach, scale),
         "amplification": amplification,
     }
+    found["stability"] = spec.criterion.verdict(model.endings, found, reach, scale)
     columns = {
         name: found[name].astype(quantity.dtype, copy=False)
         for name, quantity in model.cell_variables(spec).items()

@@ -139,7 +139,7 @@ def save(drawn: Figure, path: str | Path) -> None:
     ending = check_format(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
         raise RequestError(
-            f"A figure goes into a folder that exists and can be written; {path.parent} does not, or cannot.",
+            f"The folder of a figure must exist and be writable; {path.parent} is not.",
             hint=f"Run `mkdir -p {shlex.quote(str(path.parent))}`, or choose another.",
             where=str(path),
         )

@@ -7,7 +7,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-import netCDF4
 import numpy as np
 import numpy.typing as npt
 
@@ -70,6 +69,9 @@ class AtlasWriter:
     """
 
     def __init__(self, path: Path, spec: SweepSpec, attributes: Mapping[str, Any]) -> None:
+        # a refusal before any file is opened does not wait for this library
+        import netCDF4
+
         self._path, self._spec, self._attributes = path, spec, dict(attributes)
         self._sums: dict[str, int] = {}
         self._file = netCDF4.Dataset(path, "w", format="NETCDF4_CLASSIC")
@@ -132,6 +134,8 @@ class AtlasWriter:
         return variable
 
     def _check_sums(self) -> None:
+        import netCDF4
+
         found = dict.fromkeys(self._sums, 0)
         with netCDF4.Dataset(self._path) as file:
             file.set_auto_maskandscale(False)

@@ -28,8 +28,8 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
     Returns
     -------
     (samples, fall_time)
-        Samples, shape (9, m), rows as in `kernels.disk.trajectory.trajectory`; m < n + 1 and the last one is at
-        `fall_time` [s] if the disk fell, else m = n and `fall_time` is None.
+        Samples, shape (9, m), rows as in `kernels.disk.arrays.SAMPLES`; m < n + 1 and the last is at `fall_time` [s]
+        if the disk fell, else m = n and `fall_time` is None.
 
     Raises
     ------

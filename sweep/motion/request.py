@@ -121,7 +121,12 @@ def _check_start(spec: TrajectorySpec) -> None:
             hint="Start with a smaller tilt, or give a larger fall_tilt.",
             where="tilt",
         )
-    DISK.check(asdict(spec))
+    try:
+        DISK.check(asdict(spec))
+    except RequestError as error:
+        # the disk's own hint is a range, and a motion takes one number
+        hint = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
+        raise RequestError(error.message, hint=hint, where=error.where) from None
 
 
 def _check_counts(spec: TrajectorySpec) -> None:

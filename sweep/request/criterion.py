@@ -13,11 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings
+from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity
 from sweep.request.values import read_number
-
-_HINT = "Write departure:5deg or amplification:10."
 
 _DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
 _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
@@ -43,17 +41,17 @@ class Criterion:
     kind: str
     limit: float
 
+    #: How it is written, and an example.
+    form: ClassVar[str]
+    example: ClassVar[str]
+
     #: The quantity that the limit is read as.
     quantity: ClassVar[Quantity]
 
     def __new__(cls, kind: str = "", *_: Any, **__: Any) -> Self:
         """Return a criterion of the class that its kind names."""
         if cls is Criterion and kind not in _KINDS:
-            raise RequestError(
-                f"{shown(kind)} is no criterion. A criterion is departure:ANGLE or amplification:NUMBER.",
-                hint=_HINT,
-                where="criterion",
-            )
+            raise _unknown(kind)
         return super().__new__(_KINDS[kind] if cls is Criterion else cls)  # type: ignore[return-value]
 
     def __post_init__(self) -> None:
@@ -62,7 +60,7 @@ class Criterion:
         if not self.limit > 0.0:
             raise RequestError(
                 f"The limit of a criterion must be above 0, or nothing is stable; got {self}.",
-                hint=_HINT,
+                hint=f"Write {self.example}.",
                 where="criterion",
             )
 
@@ -77,20 +75,30 @@ class Criterion:
         Raises
         ------
         RequestError
-            If the text is not ``departure:ANGLE`` or ``amplification:NUMBER``.
+            If it is the text of none, for example ``departure:ANGLE`` or ``amplification:NUMBER``.
         """
-        kind, colon, limit = text.partition(":")
-        kind = kind.strip()
-        if kind not in _KINDS or not colon:
-            raise RequestError(
-                f"{shown(text)} is no criterion. A criterion is departure:ANGLE or amplification:NUMBER.",
-                hint=_HINT,
-                where="criterion",
-            )
-        try:
-            return Criterion(kind, read_number(limit, _KINDS[kind].quantity))
-        except RequestError as error:
-            raise error.at(f"criterion={shown(text)}") from None
+        for kind, criterion in _KINDS.items():
+            try:
+                found = criterion.read(kind, text)
+            except RequestError as error:
+                raise error.at(f"criterion={shown(text)}") from None
+            if found is not None:
+                return found
+        raise _unknown(text)
+
+    @classmethod
+    def read(cls, kind: str, text: str) -> Self | None:
+        """Return the criterion of this class that a text spells; None if it is not of its form, here ``KIND:LIMIT``.
+
+        Raises
+        ------
+        RequestError
+            If the limit is not possible.
+        """
+        word, colon, limit = text.partition(":")
+        if word.strip() != kind or not colon:
+            return None
+        return cls(kind, read_number(limit, cls.quantity))
 
     def __str__(self) -> str:
         """Return the criterion as it is written in a request; `parse` gives exactly this criterion back."""
@@ -123,6 +131,10 @@ class Criterion:
         """Return the limit of one cell in words, `allowed` in the unit of the coordinate."""
         raise NotImplementedError
 
+    def needs(self, model: Model) -> tuple[str, ...]:
+        """Return the variables of an atlas from which the verdicts follow."""
+        return ("ending", *model.extremes)
+
     def verdict(
         self, endings: Endings, measured: Columns, reach: Array, scale: Array
     ) -> npt.NDArray[np.int8]:
@@ -133,7 +145,7 @@ class Criterion:
         endings : Endings
             Those of the model.
         measured : mapping of str to array, shape (...)
-            The measures of the cells; ``ending`` holds codes of `endings`.
+            The variables of the cells that the criterion `needs`; ``ending`` holds codes of `endings`.
         reach : array of float, shape (...)
             How far the coordinate went from its undisturbed value; NaN where a cell has no extremes.
         scale : array of float, broadcastable
@@ -160,7 +172,7 @@ class Criterion:
 class Departure(Criterion):
     """The coordinate leaves its undisturbed value by more than an angle."""
 
-    quantity = _DEPARTURE
+    form, example, quantity = "departure:ANGLE", "departure:5deg", _DEPARTURE
 
     def __post_init__(self) -> None:
         """Refuse an angle that no motion can reach."""
@@ -169,7 +181,7 @@ class Departure(Criterion):
         if self.limit >= math.pi:
             raise RequestError(
                 f"A departure must be below 180 deg; a bare number is in rad. Got {self}.",
-                hint=_HINT,
+                hint=f"Write {self.example}.",
                 where="criterion",
             )
 
@@ -200,7 +212,7 @@ class Departure(Criterion):
 class Amplification(Criterion):
     """The coordinate leaves its undisturbed value by more than a multiple of the perturbation."""
 
-    quantity = _AMPLIFICATION
+    form, example, quantity = "amplification:NUMBER", "amplification:10", _AMPLIFICATION
 
     def __str__(self) -> str:
         """Return ``amplification:NUMBER``."""
@@ -225,3 +237,11 @@ class Amplification(Criterion):
 
 
 _KINDS: dict[str, type[Criterion]] = {"departure": Departure, "amplification": Amplification}
+
+
+def _unknown(text: str) -> RequestError:
+    return RequestError(
+        f"{shown(text)} is no criterion. A criterion is {' or '.join(each.form for each in _KINDS.values())}.",
+        hint=f"Write {' or '.join(each.example for each in _KINDS.values())}.",
+        where="criterion",
+    )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.commands.report import boundary_table, critical_table, describe
+from sweep.commands.report import boundary_table, describe
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 
@@ -54,7 +54,9 @@ def test_an_atlas_of_one_cell():
     text = describe(dataset)
     assert "grid        one cell\n" in text
     assert "boundary" not in text
-    assert boundary_table(dataset) == "This atlas has no boundary: no rate is among its axes."
+    assert re.match(
+        "This atlas has no boundary: .*precession_rate.* roll_rate .*among its axes", boundary_table(dataset)
+    )
 
 
 def test_a_line_in_words():
@@ -170,43 +172,6 @@ def test_the_boundary_table_of_any_number_of_axes(count):
     columns = [match.start() for match in re.finditer(r"\S+( \S+)*", table.splitlines()[0])][: count + 1]
     for line in table.splitlines()[1:]:
         assert [match.start() for match in re.finditer(r"\S+", line)][: count + 1] == columns
-
-
-def test_the_critical_table():
-    """At the smallest tilt rate^2 R/g comes near 1/3 and 4/5, as measured and as predicted."""
-    specs = [
-        ROLLING,
-        SweepSpec.preset("spinning").replace(precession_rate="3:6:81", tilt="0.001deg,4deg"),
-        CIRCLING.replace(tilt="1deg,10deg"),
-    ]
-    datasets = [sweep.run(spec) for spec in specs]
-    head, *lines = rows(critical_table(datasets))
-    assert head[:4] == ["atlas", "at tilt", "rate^2 R/g of", "measured"]
-    shown = [(line[0], line[2], float(line[-1])) for line in lines]
-    assert shown == [
-        ("Rolling along a line", "roll_rate", 0.33333),
-        ("Spinning about the vertical", "precession_rate", 0.8),
-        ("Circling at constant tilt", "precession_rate", 0.8),
-    ]
-    for line in lines:
-        measured, error = map(float, line[3].split(" +- "))
-        predicted, limit = float(line[-2]), float(line[-1])
-        # the bracket holds what theory predicts, and that is near the limit: the criteria stop short of it by 1 %
-        assert abs(measured - predicted) <= error + 1e-5, line
-        assert predicted == pytest.approx(limit, rel=0.012), line
-    for (tilt, measured), dataset in zip(((line[1], line[3]) for line in lines[:2]), datasets, strict=False):
-        rate = next(name for name in dataset.data_vars if name.startswith("boundary_"))
-        assert tilt == "0.001 deg"
-        assert float(measured.split()[0]) == pytest.approx(
-            float(dataset[rate][0]) ** 2 * 0.5 / 9.81, abs=1e-5
-        )
-
-
-def test_the_critical_table_without_a_boundary():
-    """An atlas without a measured boundary has no row."""
-    stable = sweep.run(SweepSpec(tilt="0.1deg,0.2deg", roll_rate="5:6:3"))
-    cell = sweep.run(SweepSpec(tilt="1deg", roll_rate=3))
-    assert len(critical_table([stable, cell]).splitlines()) == 1
 
 
 def test_a_report_on_a_part_is_refused():

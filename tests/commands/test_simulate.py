@@ -86,7 +86,7 @@ def test_a_fall_is_told(simulate):
     [
         (f"{WORDS} -o path.csv", "-o path.nc"),
         (f"{WORDS} -o path.nc --plot path.jpg", ".png, .pdf, .svg"),
-        (f"{WORDS} -o path.nc --animate disk.avi", ".mp4, .gif"),
+        (f"{WORDS} -o path.nc --animate disk.avi", ".mp4 or .gif"),
         (f"{WORDS} -o path.nc --animate disk.mp4", "install ffmpeg"),
         (f"{WORDS} -o absent/path.nc", "mkdir -p absent"),
         (f"{WORDS} -o path.nc --animate absent/disk.gif", "mkdir -p absent"),

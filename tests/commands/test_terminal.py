@@ -13,7 +13,7 @@ import pytest
 
 from sweep.cli import main
 from sweep.commands import terminal
-from sweep.runs import executor as driving
+from sweep.runs import executor
 
 CHECKOUT = Path(__file__).parents[2]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]
@@ -139,7 +139,7 @@ def started(words, folder):
         text=True,
     )
     deadline = time.monotonic() + 60
-    while not list(folder.glob("*.run/blocks/*.npz")) and time.monotonic() < deadline:
+    while not list(folder.glob("*.run/blocks/*.block")) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert process.poll() is None
     return process
@@ -165,12 +165,10 @@ def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
     _, err = process.communicate(timeout=60)
     kept = blocks(tmp_path)
     assert process.returncode == status
-    assert err == (
-        "\neulerdisk: stopping when this block is done; a second signal stops at once\n"
-        f"eulerdisk: interrupted; {len(kept)} of 800 blocks are kept in a.nc.run. "
-        f"To go on, run the same command again:\n    {sys.executable} -m sweep run {shlex.join(words)}\n"
-    )
-    assert all(name.endswith(".npz") for name in kept)
+    assert "a second signal stops at once" in err
+    assert f"{len(kept)} of 800 blocks are kept in a.nc.run" in err
+    assert err.endswith(f"\n    {sys.executable} -m sweep run {shlex.join(words)}\n")
+    assert all(name.endswith(".block") for name in kept)
     assert not list(tmp_path.glob("a.nc.run/assembled.nc"))
     assert [path.read_text() for path in tmp_path.glob("*.nc")] == ["old"] * existing
 
@@ -225,7 +223,7 @@ def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    while not list(tmp_path.glob("*.run/blocks/*.npz")):
+    while not list(tmp_path.glob("*.run/blocks/*.block")):
         assert process.poll() is None
         time.sleep(0.02)
     process.send_signal(signal.SIGTERM)
@@ -256,10 +254,10 @@ def test_a_signal_takes_effect_between_blocks(monkeypatch, capsys, tmp_path):
             os.kill(os.getpid(), signal.SIGINT)
             time.sleep(0.2)
         begun.append(span)
-        return compute(spec, span)
+        return measure_block(spec, span)
 
-    compute = driving.compute
-    monkeypatch.setattr(driving, "compute", interrupted)
+    measure_block = executor.measure_block
+    monkeypatch.setattr(executor, "measure_block", interrupted)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(SMALL)])
     with pytest.raises(SystemExit) as end:

@@ -6,6 +6,7 @@ import numpy as np
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
+from kernels.disk.exact.counting_sort import BLOCK_ROWS
 from kernels.disk.exact.legendre import PANELS, TERMS
 from kernels.jit import internal
 from kernels.lanes.intrinsics import without_refcount
@@ -73,7 +74,7 @@ def memory(size, tables, with_period):
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
         np.empty(tables * PANELS, np.int64),
-        np.empty((3, 2 * size), np.int64),
+        np.empty((BLOCK_ROWS, 2 * size), np.int64),
     )
 
 

@@ -2,6 +2,10 @@
 
 from kernels.jit import internal
 
+#: Rows of the blocks of `blocks_of`: key of the block, its first place in `order`, the place after its last one.
+KEY, FIRST, STOP = range(3)
+BLOCK_ROWS = STOP + 1
+
 
 @internal
 def counting_sort(keys, n, order, ends):
@@ -50,8 +54,8 @@ def blocks_of(keys, n, size, order, ends, blocks):
     keys, n, order, ends
         As in `counting_sort`.
     size : int
-    blocks : int64[3, :], written
-        Rows: the key of each block, and from where to where it stands in `order`.
+    blocks : int64[BLOCK_ROWS, :], written
+        Rows as above, one column per block.
 
     Returns
     -------
@@ -62,7 +66,8 @@ def blocks_of(keys, n, size, order, ends, blocks):
     count = begin = 0
     for key in range(least, greatest + 1):
         for first in range(begin, ends[key], size):
-            blocks[0, count], blocks[1, count], blocks[2, count] = key, first, min(first + size, ends[key])
+            blocks[KEY, count], blocks[FIRST, count] = key, first
+            blocks[STOP, count] = min(first + size, ends[key])
             count += 1
         begin = ends[key]
     return count

@@ -5,7 +5,7 @@ import math
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
-from kernels.disk.exact.counting_sort import blocks_of
+from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.far_turning_points import OPEN, TURNS, bracket_turning_points, far_turning_points
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import PANELS, REACH
@@ -79,7 +79,7 @@ def _collect(n, chunk):
 def _bracket_all(n, tables, chunk, y_fall):
     """Bracket n searches; their keys become the panels of the brackets, or -1."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
-        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        panel, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH
@@ -115,7 +115,7 @@ def _store_turning_points(chunk, first, last):
 def _refine_all(n, tables, chunk):
     """Find the turning points of n searches, each on its panel."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
-        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        panel, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH

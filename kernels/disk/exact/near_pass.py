@@ -2,7 +2,7 @@
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
-from kernels.disk.exact.counting_sort import blocks_of
+from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.far_turning_points import OPEN, TURNS
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import NODES, PANELS, TERMS
@@ -84,7 +84,7 @@ def _find_to_one_side(chunk, sense, panels, panel, first, last):
 def find_near(n, tables, chunk):
     """Expand n motions about their starts and find the turning points there."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
-        panel, first, last = chunk.blocks[0, b], chunk.blocks[1, b], chunk.blocks[2, b]
+        panel, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
         table = panel // PANELS
         alpha, node = tables.alphas[table], table * NODES + 2 * (panel - table * PANELS)
         _load(chunk, first, last)

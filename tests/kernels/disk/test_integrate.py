@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kernel_runner import coarse, errors, scattered
 
-from kernels.disk.arrays import PARAMETERS
+from kernels.disk.arrays import PARAMETERS, STATE
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.steady import steady_roll_rate
 from kernels.lanes.schedule import CHUNK
@@ -141,8 +141,17 @@ def test_extremes_when_time_runs_out(duration):
 
 # --- symmetries -----------------------------------------------------------------------------------------------------
 
-#: Factors on (tilt, tilt rate, precession rate, roll rate) under which the equations of motion keep their form.
-MIRRORS = {"left-right": (-1, -1, -1, 1), "backward rolling": (-1, -1, 1, -1), "both": (1, 1, -1, -1)}
+#: Factors on the start under which the equations of motion keep their form.
+MIRRORS = {
+    "left-right": {"tilt": -1, "tilt_rate": -1, "precession_rate": -1},
+    "backward rolling": {"tilt": -1, "tilt_rate": -1, "roll_rate": -1},
+    "both": {"precession_rate": -1, "roll_rate": -1},
+}
+
+
+def times(given, factors):
+    """Starts whose named rows are multiplied."""
+    return given * np.array([[factors.get(name, 1)] for name in PARAMETERS])
 
 
 def assert_mirrored(found, mirrored, flipped):
@@ -160,10 +169,10 @@ def test_mirrored_starts_have_mirrored_motions(mirror):
         {"tilt": 0.2, "tilt_rate": 1.0},
     ]
     given = np.concatenate([referee.starts(**case) for case in cases], axis=1)
-    other = given * np.array([*MIRRORS[mirror], 1, 1, 1])[:, None]
+    other = times(given, MIRRORS[mirror])
     settings = {"tolerance": 1e-4}
     assert_mirrored(
-        kernel_runner.run(given, **settings), kernel_runner.run(other, **settings), MIRRORS[mirror][0] < 0
+        kernel_runner.run(given, **settings), kernel_runner.run(other, **settings), "tilt" in MIRRORS[mirror]
     )
 
 
@@ -172,8 +181,8 @@ def test_mirrored_starts_have_mirrored_motions(mirror):
 def test_all_mirrored_starts_have_mirrored_motions(crowd, mirror):
     """So it is for random starts and the compiled bits."""
     given, _ = crowd
-    other = given * np.array([*MIRRORS[mirror], 1, 1, 1])[:, None]
-    assert_mirrored(kernel_runner.run(given), kernel_runner.run(other), MIRRORS[mirror][0] < 0)
+    other = times(given, MIRRORS[mirror])
+    assert_mirrored(kernel_runner.run(given), kernel_runner.run(other), "tilt" in MIRRORS[mirror])
 
 
 @compiled
@@ -183,7 +192,7 @@ def test_a_motion_run_backward_has_the_same_extremes(crowd):
     given = given[:, ~truth.fell]
     found, back = (
         kernel_runner.run(given),
-        kernel_runner.run(given * np.array([1, -1, 1, 1, 1, 1, 1])[:, None]),
+        kernel_runner.run(times(given, {"tilt_rate": -1})),
     )
     assert np.array_equal(found.ending, back.ending)
     assert errors(found, back).max() <= 2e-7
@@ -196,9 +205,11 @@ def test_size_and_gravity_only_set_the_clock(crowd):
     """Four times the radius (or a quarter of the gravity) and half the rates: the same tilts, twice the times."""
     given, _ = crowd
     found = kernel_runner.run(given)
-    for scaled in ([1, 0.5, 0.5, 0.5, 1, 4, 1], [1, 0.5, 0.5, 0.5, 1, 1, 0.25], [1, 2, 2, 2, 1, 0.5, 2]):
-        clock = 1.0 / scaled[1]
-        other = kernel_runner.run(given * np.array(scaled)[:, None], duration=300.0 * clock)
+    for rates, masses in ((0.5, {"radius": 4}), (0.5, {"gravity": 0.25}), (2, {"radius": 0.5, "gravity": 2})):
+        clock = 1.0 / rates
+        other = kernel_runner.run(
+            times(given, dict.fromkeys(STATE[1:], rates) | masses), duration=300.0 * clock
+        )
         # powers of two round nothing, so the bits are the same
         for name in ("least", "greatest", "ending", "steps", "energy_drift", "tilt_error"):
             assert np.array_equal(getattr(found, name), getattr(other, name), equal_nan=True), name

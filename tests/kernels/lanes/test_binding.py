@@ -149,9 +149,9 @@ def test_each_model_has_an_entry_point_of_its_own(integrate):
 _CACHE_USE = """
 import numpy as np
 from kernels.disk.arrays import COUNTS, MEASURES
-from sweep.engine.compiled import integrate
+from sweep.model.disk.model import DISK
 starts = np.array([[0.3, 0.0, 0.0, 4.0, 0.5, 0.5, 9.81]]).T.copy()
-kernel = integrate()
+kernel = DISK.integrate.load()
 kernel(starts, np.array([300.0, 0.0, 1.4, 1e-8]), np.empty((len(MEASURES), 1)), np.empty((len(COUNTS), 1), np.int32))
 print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
 """

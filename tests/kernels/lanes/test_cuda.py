@@ -10,11 +10,12 @@ from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 _SIMULATED = """
 import sys, numpy as np
 from kernel_runner import unwritten
-from kernels.disk.integrate_cuda import integrate
+from kernels.disk.integrate import LANE_MODEL
+from kernels.lanes.cuda import bind
 held = np.load(sys.argv[1])
 measures, counts = unwritten(held["starts"].shape[1])
 with np.errstate(all="ignore"):  # plain Python warns of what compiled code passes over
-    integrate(held["starts"], held["settings"], measures, counts)
+    bind(LANE_MODEL)(held["starts"], held["settings"], measures, counts)
 np.savez(sys.argv[2], measures=measures, counts=counts)
 """
 

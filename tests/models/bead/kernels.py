@@ -50,11 +50,8 @@ def fill_idle(lane, lanes):
 def prepare(lane, run, lanes):
     own = 0.01 / math.sqrt(lanes[HOOP + lane] + lanes[PULL + lane] + lanes[W_0 + lane] * lanes[W_0 + lane])
     lanes[STEP + lane] = run[1] if run[1] > 0.0 else own
-    lanes[LEAST + lane], lanes[GREATEST + lane], lanes[FIRST + lane] = (
-        lanes[A_0 + lane],
-        lanes[A_0 + lane],
-        0.0,
-    )
+    lanes[LEAST + lane] = lanes[GREATEST + lane] = lanes[A_0 + lane]
+    lanes[FIRST + lane] = 0.0
 
 
 @simd
@@ -68,11 +65,8 @@ def set_off(lane, run, lanes):
     w = -lanes[W_0 + lane] if lanes[FIRST + lane] > 0.0 else lanes[W_0 + lane]
     pulled = acceleration(lanes[A_0 + lane], lanes[HOOP + lane], lanes[PULL + lane])
     lanes[A + lane], lanes[W + lane], lanes[TIME + lane] = lanes[A_0 + lane], w, 0.0
-    lanes[NOW + lane], lanes[HEADING + lane] = (
-        lanes[STEP + lane],
-        math.copysign(1.0, pulled if w == 0.0 else w),
-    )
-    lanes[END + lane] = run[0] - 2.0 * lanes[FIRST + lane]
+    lanes[NOW + lane], lanes[END + lane] = lanes[STEP + lane], run[0] - 2.0 * lanes[FIRST + lane]
+    lanes[HEADING + lane] = math.copysign(1.0, pulled if w == 0.0 else w)
 
 
 @simd
@@ -97,17 +91,16 @@ def land(lane, run, lanes):
     (s, c), (s_0, c_0) = sine_cosine(angle), sine_cosine(angle_0)
     lost = 0.5 * (w - w_0) * (w + w_0) - 0.5 * hoop * (s - s_0) * (s + s_0) - pull * (c - c_0)
     turned = (lanes[HEADING + lane] * lanes[W + lane] < 0.0) & (t <= lanes[END + lane])
-    lanes[TURNED + lane], lanes[ERROR + lane] = float(turned), abs(lost / acceleration(angle, hoop, pull))
-    lanes[A + lane], lanes[TIME + lane] = angle if turned else lanes[A + lane], t
+    lanes[TURNED + lane], lanes[TIME + lane] = 1.0 if turned else 0.0, t
+    lanes[ERROR + lane] = abs(lost / acceleration(angle, hoop, pull))
+    lanes[A + lane] = angle if turned else lanes[A + lane]
 
 
 @simd
 def finish_leg(cell, lane, run, lanes, measures, counts):
     angle, turned, before = lanes[A + lane], lanes[TURNED + lane] == 1.0, lanes[FIRST + lane]
-    lanes[LEAST + lane], lanes[GREATEST + lane] = (
-        min(lanes[LEAST + lane], angle),
-        max(lanes[GREATEST + lane], angle),
-    )
+    lanes[LEAST + lane] = min(lanes[LEAST + lane], angle)
+    lanes[GREATEST + lane] = max(lanes[GREATEST + lane], angle)
     if turned and lanes[W_0 + lane] != 0.0 and before == 0.0:
         lanes[FIRST + lane] = lanes[TIME + lane]
         set_off(lane, run, lanes)

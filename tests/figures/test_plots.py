@@ -4,11 +4,11 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
-from sweep.schema import UNSTABLE
 
 import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS
+from sweep.model.quantity import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
 G_OVER_3R = 6.54
@@ -74,7 +74,7 @@ def test_axes_say_quantity_and_unit(panels, name):
     rate = "roll rate" if name == "rolling" else "precession rate"
     assert strip.get_xlabel() == r"tilt $\theta_0$ (deg)"
     assert top.get_ylabel().startswith(f"{rate} squared")
-    assert top.get_ylabel().endswith(r"(rad$^2$ s$^{-2}$)")
+    assert top.get_ylabel().endswith(r"(rad$^{2}$ s$^{-2}$)")
     assert twin.get_ylabel().endswith("R/g$")
     assert panels[name][-1].get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
 
@@ -267,7 +267,7 @@ def test_single_axis_is_a_profile():
 def test_selection_from_a_larger_atlas():
     """Three axes are one too many; a selection is drawn, with the chosen value in the caption."""
     atlas = sweep.run(ROLLING.replace(roll_rate="2:4:9", tilt="0.1deg:1deg:4", alpha=[0.5, 1.0]))
-    with pytest.raises(sweep.RequestError, match=r"too many axes.*3 axes: roll_rate, tilt, alpha.*isel"):
+    with pytest.raises(sweep.RequestError, match=r"one axis or two.*has 3: roll_rate, tilt, alpha.*isel"):
         plots.figure([atlas])
     hoop = plots.figure([atlas.sel(alpha=1.0)])
     assert "analytic: $g/4R$" in words(map_and_strip(hoop.axes)[1])
@@ -276,9 +276,9 @@ def test_selection_from_a_larger_atlas():
 
 def test_nothing_to_draw():
     """A single cell and an empty list are refused."""
-    with pytest.raises(sweep.RequestError, match=r"nothing to draw.*a single cell"):
+    with pytest.raises(sweep.RequestError, match=r"one axis or two.*a single cell.*roll_rate=2:4"):
         plots.figure([sweep.run(LINE.replace(roll_rate=3.0))])
-    with pytest.raises(sweep.RequestError, match="no atlas"):
+    with pytest.raises(sweep.RequestError, match="Give an atlas"):
         plots.figure([])
 
 

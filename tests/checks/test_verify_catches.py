@@ -3,11 +3,11 @@ import pytest
 import referee
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
-from sweep.schema import PARAMETERS
 
 import sweep
 from sweep.checks.verify import findings, verify
 from sweep.commands.report import audit_text
+from sweep.model.disk.tables import PARAMETERS
 from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
@@ -57,7 +57,7 @@ def test_a_corrupted_cell_is_caught(preset, variable, change, flag):
     assert not found.passed
     where = {name: float(dataset[name][i]) for name, i in zip(dataset.ending.dims, place, strict=True)}
     assert found.named == [(flag, where)]
-    text = audit_text(found)
+    text = audit_text(found, SweepSpec.preset(preset))
     assert f"1 {flag.replace('_', ' ')}" in text
     assert f"tilt {np.degrees(where['tilt']):.10g} deg" in text
     assert text.endswith("NOT verified: 1 of 1200 cells disagree, 0 are not computed")
@@ -112,13 +112,15 @@ def test_cells_that_are_not_computed_do_not_pass():
     found = findings(verify(dataset))
     assert (found.missing, found.disagreeing, found.agreeing) == (300, 0, 900)
     assert not found.passed
-    assert audit_text(found).endswith("NOT verified: 0 of 1200 cells disagree, 300 are not computed")
+    assert audit_text(found, SweepSpec.preset("rolling")).endswith(
+        "NOT verified: 0 of 1200 cells disagree, 300 are not computed"
+    )
 
 
 def test_at_most_five_wrong_cells_are_named():
     """The first five cells are named, the number of the others is told."""
     dataset = changed(atlas("rolling"), (slice(2), slice(4)), stability=0)
-    text = audit_text(findings(verify(dataset)))
+    text = audit_text(findings(verify(dataset)), SweepSpec.preset("rolling"))
     assert text.count("\nwrong ") == 5
     assert "and 3 more" in text
 

@@ -11,7 +11,7 @@ import pytest
 import sweep
 from sweep.figures import plots
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def script(name):

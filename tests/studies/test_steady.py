@@ -99,5 +99,5 @@ def test_an_atlas_of_upright_disks_is_refused():
     """What has no steady rate has no coefficient; two steady rates are no request."""
     with pytest.raises(sweep.RequestError, match="one rate is steady"):
         with_coefficients(sweep.run(sweep.SweepSpec(roll_rate="2:3:2")))
-    with pytest.raises(sweep.RequestError, match="two steady rates"):
+    with pytest.raises(sweep.RequestError, match="both rates open"):
         sweep.SweepSpec(roll_rate="steady", precession_rate="steady-fast")

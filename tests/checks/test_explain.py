@@ -13,8 +13,8 @@ import referee
 import sweep
 from sweep.checks.explain import explain
 from sweep.cli import main
-from sweep.figures.disk import cell_plot as cellplot
-from sweep.model.disk import linear_theory as expectation
+from sweep.figures.disk import cell_plot
+from sweep.model.disk import linear_theory
 
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
 KICKED = sweep.SweepSpec(
@@ -110,7 +110,7 @@ def test_linear_theory():
         (start(tilt=1e-5, precession_rate=5.0, alpha=1.0), ROLLING),
         (start(tilt_rate=1e-5, roll_rate=3.0), KICKED),
     ]:
-        reach = expectation.small_reach(spec, given, expectation.coefficient(spec, given))
+        reach = linear_theory.small_reach(spec, given, linear_theory.coefficient(spec, given))
         assert reach == pytest.approx(referee.extremes(referee.starts(**given)).peak[0], rel=1e-5)
     both = explain(sweep.run(ROLLING.replace(precession_rate=1.0)), {"roll_rate": 2, "tilt": "1deg"}).text
     assert "has no upright steady motion" in both
@@ -172,7 +172,7 @@ def test_a_cell_that_was_tampered_with(tmp_path, monkeypatch, capsys):
 def test_the_figure_has_the_extremes_and_the_limit():
     """The tilt runs between the atlas' extremes, and the criterion's limit is drawn where it can be seen."""
     found = explain(sweep.run(ROLLING), {"roll_rate": 2.5, "tilt": "1.5deg"})
-    left, right = cellplot.figure(found).axes
+    left, right = cell_plot.figure(found).axes
     curve, *lines = left.get_lines()
     drawn = sorted({round(float(line.get_ydata()[0]), 6) for line in lines})
     degrees = [math.degrees(found.stored[name]) for name in ("tilt_min", "tilt_max")]
@@ -200,7 +200,7 @@ def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsy
         ("run rolling --from a.nc -o d.nc", "not both"),
         ("run -o d.nc", "eulerdisk run rolling"),
         ("run --from missing.nc -o d.nc", "no such file"),
-        ("run --from a.nc rol_rate=2 -o d.nc", "did you mean roll_rate"),
+        ("run --from a.nc rol_rate=2 -o d.nc", "Did you mean roll_rate?"),
     ]:
         status, out, err = run(monkeypatch, capsys, line)
         assert (status, out) == (2, "")

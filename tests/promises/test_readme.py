@@ -13,7 +13,7 @@ import pytest
 
 import sweep
 
-_ROOT = Path(__file__).parents[1]
+_ROOT = Path(__file__).parents[2]
 _TEXT = (_ROOT / "README.md").read_text(encoding="utf-8")
 
 

@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+
+import sweep
+from sweep.figures import panels, plots
+from sweep.figures.disk.friction import slipping
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    """Return a small atlas with contact forces."""
+    spec = sweep.SweepSpec.preset("rolling").replace(
+        roll_rate="1:4:12", tilt="0.1deg:20deg:10", contact="yes"
+    )
+    return sweep.run(spec)
+
+
+def test_a_map_shows_where_the_disk_would_slip(rolling):
+    """Cells that need more than the friction coefficient, or lift off, are hatched; the legend says so."""
+    shown = panels.panel(rolling, slipping(rolling, 0.3))
+    needed = rolling["friction_needed"].transpose("roll_rate", "tilt").values
+    assert shown.marked.any()
+    assert (shown.marked == (np.isnan(needed) | (needed > 0.3))).all()
+    labels = plots.figure([rolling], 0.3).axes[0].get_legend_handles_labels()[1]
+    assert "slips or lifts off at friction 0.3" in labels
+    labels = plots.figure([rolling]).axes[0].get_legend_handles_labels()[1]
+    assert not any("slips" in label for label in labels)
+    profile = plots.figure([rolling.isel(tilt=-1)], 0.3).axes[0].get_legend_handles_labels()[1]
+    assert "slips or lifts off at friction 0.3" in profile
+
+
+def test_friction_needs_the_forces():
+    """An atlas made without contact=yes has no forces, and says how to get them."""
+    spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:3", tilt="0.1deg:20deg:3")
+    atlas = sweep.run(spec)
+    assert "friction_needed" not in atlas
+    with pytest.raises(sweep.RequestError, match=r"holds no contact forces.*contact=yes"):
+        plots.figure([atlas], 0.5)

@@ -1,0 +1,72 @@
+import json
+import math
+from dataclasses import asdict
+
+import pytest
+
+from sweep import RequestError, TrajectorySpec
+from sweep.motion.quantities import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
+
+
+def test_words_are_read_in_si():
+    """Units are understood, bare numbers are SI, and what is not given has its default."""
+    spec = TrajectorySpec.from_words(["tilt=10deg", "mass=20g", "duration=1min", "roll_rate=-4.6851"])
+    assert spec.tilt == math.radians(10.0)
+    assert spec.mass == pytest.approx(0.02, rel=1e-15)
+    assert (spec.duration, spec.roll_rate, spec.radius, spec.method) == (60.0, -4.6851, 0.5, "rk4")
+
+
+def test_every_word_is_a_field():
+    """The tables and the fields of a request name the same words, and its text holds them all."""
+    spec = TrajectorySpec.read()
+    assert set(asdict(spec)) == {*MOTION_INPUTS, *MOTION_WORDS}
+    assert json.loads(spec.canonical()) == asdict(spec)
+
+
+@pytest.mark.parametrize(
+    "quantity", [TIME, *TRAJECTORY.values(), *MOTION_INPUTS.values()], ids=lambda each: each.name
+)
+def test_every_quantity_is_complete(quantity):
+    """Long name, units or flags, a label, and nothing outside ASCII in its attributes."""
+    assert quantity.long_name
+    assert quantity.plot_label
+    assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes())
+    assert all(str(value).isascii() for value in quantity.attributes().values())
+    assert quantity.tolerance.reason
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        (["tilt=90deg"], ["tilt", "90 deg", "|tilt| < 90 deg"]),
+        (["tilt=86deg"], ["fallen", "|tilt| must be below fall_tilt", "86deg", "85deg", "larger fall_tilt"]),
+        (["duration=-1s"], ["-1 s", "duration > 0"]),
+        (["duration=0"], ["duration > 0"]),
+        (["mass=0"], ["mass > 0"]),
+        (["friction=-0.1"], ["friction > 0"]),
+        (["interval=-1"], ["interval > 0"]),
+        (["roll_rate=1,2"], ["roll_rate=1,2", "one number", "axis"]),
+        (["roll_rate=1:2:3"], ["roll_rate=1:2:3", "one number", "axis"]),
+        (["roll_rate=nan"], ["roll_rate=nan", "steady"]),
+        (["roll_rate=fast"], ["roll_rate=fast", "a number", "steady"]),
+        (["mass=3m"], ["mass=3m", "unit 'm'", "kg, g, pound"]),
+        (["rollrate=3"], ["rollrate", "friction, duration, interval", "Did you mean roll_rate?"]),
+        (["criterion=departure:5deg"], ["criterion", "word of eulerdisk run"]),
+        (["roll_rate=3", "roll_rate=4"], ["once", "roll_rate=3", "roll_rate=4"]),
+        (["roll_rate"], ["roll_rate", "NAME=VALUE"]),
+        (["roll_rate=steady", "tilt=10deg"], ["roll_rate=steady", "other than 0", "precession_rate=0.5"]),
+        (["method=euler"], ["method", "rk4 or dop853", "euler"]),
+        (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-09", "longer interval"]),
+        (["step=1e-9"], ["too many steps", "100000000", "step=1e-09", "longer step"]),
+        (["title=a\nb"], ["title", "one line", r"a\nb"]),
+    ],
+)  # fmt: skip
+def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do(words, facts):
+    """What cannot be carried out is refused in one line with the key, the rule, what was given, and what to do."""
+    with pytest.raises(RequestError) as refusal:
+        TrajectorySpec.from_words(words)
+    text = str(refusal.value)
+    assert refusal.value.hint
+    assert "\n" not in text
+    for each in facts:
+        assert each in text
