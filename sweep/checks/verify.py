@@ -176,7 +176,11 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
             dataset,
             f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",
         )
+    # an older file has no coordinate for a parameter that was added later
+    later = {name for name in spec.fixed if spec.model.parameters[name].added_later}
     for each, values in coordinates(spec):
+        if each.name in later and each.name not in dataset:
+            continue
         if each.name not in dataset or not _same(dataset[each.name].values, values):
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     stored = {}

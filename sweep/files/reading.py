@@ -30,11 +30,10 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
         dataset = xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as problem:
         raise RequestError(
-            "not a readable netCDF file",
-            "an atlas is a netCDF-4 file, whole",
-            f"{path.stat().st_size} bytes: {problem}",
-            "make it again with eulerdisk run",
-            str(path),
+            f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "
+            f"bytes: {problem}.",
+            hint="Make it again with eulerdisk run.",
+            where=str(path),
         ) from problem
     try:
         _check_format(dataset, path)
@@ -88,11 +87,9 @@ def _damaged(dataset: "xr.Dataset") -> list[str]:
 
 def _damage(dataset: "xr.Dataset", problem: Exception) -> RequestError:
     return RequestError(
-        "the file is damaged",
-        "every variable of an atlas can be read",
-        f"{', '.join(_damaged(dataset))}: {problem}",
-        "make it again with eulerdisk run, or take a copy that is whole",
-        place_of(dataset),
+        f"The file is damaged: {', '.join(_damaged(dataset))} cannot be read ({problem}).",
+        hint="Make it again with eulerdisk run, or take a copy that is whole.",
+        where=place_of(dataset),
     )
 
 
@@ -102,18 +99,15 @@ def _check_format(dataset: "xr.Dataset", path: Path) -> None:
         version = int(str(known) if "sweep_spec" in dataset.attrs else "")
     except (TypeError, ValueError):
         raise RequestError(
-            "not a stability atlas",
-            "an atlas has the attributes eulerdisk_format, a number, and sweep_spec",
-            f"a netCDF file titled {dataset.attrs.get('title', '(no title)')!r}",
-            "give a file made by eulerdisk run",
-            str(path),
+            "This is not a stability atlas, which has the attributes eulerdisk_format, a number, and sweep_spec; got a "
+            f"netCDF file titled {dataset.attrs.get('title', '(no title)')!r}.",
+            hint="Give a file made by eulerdisk run.",
+            where=str(path),
         ) from None
     if version > FORMAT:
         raise RequestError(
-            "the atlas is newer than this program",
-            f"formats up to {FORMAT} are known",
-            f"format {version}",
-            "update eulerdisk",
-            str(path),
+            f"The atlas is newer than this program, which reads formats up to {FORMAT}; got format {version}.",
+            hint="Update eulerdisk.",
+            where=str(path),
         )
     require(dataset, ("ending", "stability", *spec_named(dataset).model.extremes), str(path))

@@ -187,11 +187,9 @@ def _write_and_publish(
         run_directory.publish_file(journal.folder, path, failures)
     except DamagedBlockError as problem:
         raise StorageError(
-            "a block was damaged after it had been verified",
-            "blocks stay as they were written",
-            str(problem),
-            "run the same command again; if it comes back, test the disk and the memory",
-            str(journal.folder),
+            f"A block was damaged after it had been verified: {problem}.",
+            hint="Run the same command again. If this comes back, test the disk and the memory.",
+            where=str(journal.folder),
         ) from problem
     finally:
         unfinished.unlink(missing_ok=True)
