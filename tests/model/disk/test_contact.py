@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
-from sweep.schema import CONTACT_VARIABLES
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.explain import explain
+from sweep.model.disk.tables import CONTACT_VARIABLES
 
 
 def circling_atlas():
     """Return cells of every kind: bounded over a wide range, and falling, some of which lift off."""
     spec = sweep.SweepSpec.preset("circling")
-    return sweep.run(spec.replace(tilt="1deg:30deg:30", precession_rate="0.1:5:40", contact=True))
+    return sweep.run(spec.replace(tilt="1deg:30deg:30", precession_rate="0.1:5:40", contact="yes"))
 
 
 @pytest.mark.compiled
