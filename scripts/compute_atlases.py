@@ -12,7 +12,7 @@ from sweep.checks.verify import findings
 from sweep.commands.report import audit_line
 from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots
-from sweep.studies.critical_rates import critical_table
+from critical_rates import critical_table
 
 PRESETS = ("rolling", "spinning", "circling")
 

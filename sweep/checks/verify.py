@@ -85,7 +85,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the atlas: the variables of the audit of its model (`sweep.model.description.Audit`). A cell
+        On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
         means for it, its ending and verdict are the exact ones, and its derived numbers follow from its extremes. What
         needs a history in time (fall_time, energy_drift, tilt_error, steps, refinements) is not looked at.

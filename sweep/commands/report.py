@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import found_edges, require, spec_of
-from sweep.atlas.quantities import edge_names
 from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec

@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import theory_lines
+from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.curves import without_curves
 from sweep.atlas.dataset import spec_named
-from sweep.atlas.quantities import EDGES, edge_names
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
 from sweep.model.description import FAILED, MISSING

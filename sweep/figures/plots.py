@@ -18,12 +18,12 @@ from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.disk.friction import slipping
 from sweep.figures.drawing import STYLE, add_legend, colours, draw_map, draw_profile, draw_ratio
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
 from sweep.files.paths import check_format
 from sweep.files.publish import published
+from sweep.model.disk.contact import slipping
 from sweep.model.quantity import Quantity
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError, shown
+from sweep.files.netcdf import loaded
 from sweep.files.paths import check_target
 from sweep.files.publish import published
-from sweep.files.reading import loaded
 
 if TYPE_CHECKING:
     import pandas as pd

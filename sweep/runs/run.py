@@ -19,11 +19,10 @@ from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
-from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op
+from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op, prefetch
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
-from sweep.runs.prefetch import prefetch
 
 
 def run_to_file(

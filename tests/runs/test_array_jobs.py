@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from sweep.errors import StoppedError
-from sweep.files.netcdf import AtlasWriter
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import AtlasWriter, open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor
 from sweep.runs.locks import locked

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sweep.runs.prefetch import prefetch
+from sweep.runs.executor import prefetch
 
 
 def test_the_items_in_order_from_one_other_thread():
@@ -91,7 +91,7 @@ def test_leaving_early_closes_the_generator(monkeypatch, problem):
             assert in_the_making.wait(60)
             raise problem
 
-    monkeypatch.setattr("sweep.runs.prefetch.ThreadPoolExecutor", Pool)
+    monkeypatch.setattr("sweep.runs.executor.ThreadPoolExecutor", Pool)
     with pytest.raises(type(problem)):
         consume()
     assert closed == [True]

@@ -10,7 +10,7 @@ from sweep.model.disk.tables import CONTACT_VARIABLES
 def circling_atlas():
     """Return cells of every kind: bounded over a wide range, and falling, some of which lift off."""
     spec = sweep.SweepSpec.preset("circling")
-    return sweep.run(spec.replace(tilt="1deg:30deg:30", precession_rate="0.1:5:40", contact="yes"))
+    return sweep.run(spec.replace(tilt="1deg:30deg:30", precession_rate="0.1:5:40", contact=True))
 
 
 @pytest.mark.compiled

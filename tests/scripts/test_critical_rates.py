@@ -6,7 +6,7 @@ import pytest
 
 import sweep
 from sweep.request.spec import SweepSpec
-from sweep.studies.critical_rates import critical_table
+from critical_rates import critical_table
 
 pytestmark = pytest.mark.compiled
 
