@@ -7,6 +7,7 @@ import pytest
 import referee
 
 import sweep
+from sweep.atlas import boundary
 from sweep.atlas.boundary import Brackets, bisected
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import sweep
+from sweep.atlas import boundary
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.curves import curves
 from sweep.checks.compare import compare
