@@ -1,4 +1,4 @@
-"""Borderline cells: where the last bit of a measure may decide, and two sound atlases may differ in their verdicts."""
+"""Borderline cells: where the last bit of a measure may decide, so that two correct atlases may differ in verdicts."""
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ def endings_on_edge(pair: Pair) -> Mask:
     Returns
     -------
     array of bool, shape of the grid
-        An ending changes where a gauge meets its limit (time, tolerance, fall_tilt), and that is between cells.
+        An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
     """
     new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
     on_edge: Mask = (new != old) & _beside(new, old)
@@ -36,9 +36,9 @@ def verdicts_on_edge(pair: Pair, endings: Mask) -> Mask:
     Returns
     -------
     array of bool, shape of the grid
-        With the same ending, stable and unstable may change places where the criterion's limit lies between the
-        departures of the two atlases, or within the tolerance of the tilts from both. Where the ending flips, so may
-        the verdict that follows from it.
+        With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion
+        lies between the departures of the two, or within the tolerance of the extremes from either. Where the ending
+        flips, the verdict that follows from it may flip too.
     """
     new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
     decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
@@ -72,7 +72,7 @@ def _at_limit(pair: Pair) -> Mask:
 
 
 def _starts(pair: Pair) -> Starts:
-    """Return the starts of the cells of a pair, as far as its coordinates say them, in the shape of its grid."""
+    """Return the starts of the cells of a pair, from its coordinates, in the shape of its grid."""
     shape = pair.reference["ending"].shape
     found = {}
     for name in pair.reference.coords:

@@ -1,6 +1,6 @@
-"""One cell of an atlas explained: what is stored, whether it can be repeated, what is exact, and why the verdict.
+"""Explain one cell of an atlas: what is stored, whether a new run repeats it, what is exact, and why this verdict.
 
-The run is repeated from the file alone: its spec says which start, which step and which criterion.
+The cell is computed again from the file alone: its spec gives the start, the step and the criterion.
 """
 
 import textwrap
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 _WIDTH = 118
 
-#: What is said of a cell that has not been computed.
-_NOTHING = ("repeated    nothing to repeat: the cell has not been computed",)
+_NOT_REPEATED = ("repeated    nothing to repeat: the cell has not been computed",)
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     Raises
     ------
     RequestError
-        If the atlas is not whole, or no cell is meant.
+        If it is only a part of an atlas, or the values do not name one of its cells.
     """
     spec = spec_of(dataset)
     place = nearest_cell(spec, given)
@@ -87,7 +86,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         "",
         *_stored(spec, stored),
         "",
-        *(_repeated(spec, dataset, differing, beyond) if computed else _NOTHING),
+        *(_repeated(spec, dataset, differing, beyond) if computed else _NOT_REPEATED),
         *_exact(spec, exact, stored),
         "",
         *model.expectation(spec, start, stored),
@@ -106,7 +105,7 @@ def _folded(line: str) -> str:
 def _repeat(
     spec: SweepSpec, span: Span, cell: "xr.Dataset", table: Mapping[str, Quantity]
 ) -> tuple[list[str], list[str]]:
-    """Run one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
+    """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
     differing, beyond = [], []
     for name, column in compute(spec, starts_of(spec, span)).items():
         new, old = column[0], cell[name].values[()]
@@ -177,7 +176,7 @@ def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, flo
         quantity, value = variables[name], exact[name]
         if np.isfinite(value):
             apart = abs(value - stored[name])
-            # a difference of tilts is nothing to be read in degrees
+            # a difference is compared with a tolerance, which is in SI
             says = (
                 f"the cell is off by {apart:.1e} {quantity.units}"
                 if np.isfinite(apart)
@@ -209,7 +208,7 @@ def _value(value: float, units: str) -> str:
 
 
 def _verdict(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield the lines that lead from a cell's measures to its verdict."""
+    """Yield the verdict of a cell and its reason."""
     yield f"verdict     {spec.model.variables['stability'].flag(stored['stability'])} by {spec.criterion}"
     yield f"because     {_reason(spec, start, stored)}"
 

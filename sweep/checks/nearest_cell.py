@@ -11,12 +11,12 @@ from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
 from sweep.request.words import unknown_word
 
-#: A value given for a parameter that does not vary has to be its value, to this relative distance.
+#: Relative tolerance of a value that is given for a parameter that does not vary.
 _EQUAL = 1e-9
 
 
 def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]:
-    """Return the place of a cell along each axis of a grid.
+    """Return the index of the nearest cell along each axis of a grid.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
 
 
 def _reach(axis: Array) -> tuple[float, float]:
-    """Return how far beyond its ends an axis speaks for its surroundings: half a step."""
+    """Return how far outside its ends a value still counts as inside: half a step at either end."""
     if axis.size == 1:
         slack = _EQUAL * abs(float(axis[0]))
         return slack, slack

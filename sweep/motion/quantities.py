@@ -1,4 +1,4 @@
-"""The quantities of a single motion: what a request of one may say, and the variables of its file."""
+"""The quantities of a single motion: the words of its request, and the variables of its file."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -25,9 +25,9 @@ def _positive(name: str, symbol: str, units: str, long_name: str, default: float
     )
 
 
-#: What a request of one motion may say in numbers.
+#: The words of a request for one motion whose values are numbers.
 MOTION_INPUTS: Mapping[str, Input] = table(
-    # the two precession rates that hold a tilt are a question of whole families of motions
+    # no words for the precession rate: which of its two steady values to take matters for sweeps only
     *(each if each.name == "roll_rate" else replace(each, words=()) for each in PARAMETERS.values()),
     _positive("mass", "m", "kg", "mass of the disk", 1.0),
     _positive("friction", r"\mu", "1", "friction coefficient of disk and plane", 0.5),
@@ -91,5 +91,5 @@ _ROWS = (
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 TRAJECTORY: Mapping[str, Quantity] = table(*_ROWS)
 
-#: The one dimension. Not called time: for that name CF's checkers want a calendar date.
+#: The only dimension. Not called time: CF checkers require a calendar date for that name.
 TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)

@@ -1,4 +1,4 @@
-"""Where a disk would slip or lift off: cells of an atlas with contact forces, for a friction coefficient."""
+"""Cells of an atlas with contact forces where the disk would slip or lift off, for a friction coefficient."""
 
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     missing = [name for name in CONTACT_VARIABLES if name not in dataset]
     if missing:
         raise RequestError(
-            f"This atlas holds no contact forces to hold friction={friction:g} against: {' and '.join(missing)} "
+            f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
             "are missing.",
             hint="Make it again with eulerdisk run SPEC contact=yes.",
             where=str(dataset.attrs["title"]),

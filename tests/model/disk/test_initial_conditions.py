@@ -181,7 +181,10 @@ def test_branches_are_compared(branches):
     assert {each.name for each in comparison.findings} == set(atlas.data_vars)
     for other, fields in (
         ("steady-fast", ["precession_rate", "steady-slow and steady-fast"]),
-        ("by precession", ["precession_rate", "steady-slow and -4.0:4.0:10", "roll_rate", "-8.0:8.0:10 and steady"]),
+        (
+            "by precession",
+            ["precession_rate", "steady-slow and -4.0:4.0:10", "roll_rate", "-8.0:8.0:10 and steady"],
+        ),
     ):
         with pytest.raises(RequestError) as refusal:
             compare(atlas, branches[other])
