@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import typer
+from critical_rates import critical_table
 from plot_regimes import save_regimes
 
 import sweep
@@ -12,7 +13,6 @@ from sweep.checks.verify import findings
 from sweep.commands.report import audit_line
 from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots
-from sweep.studies.critical_rates import critical_table
 
 PRESETS = ("rolling", "spinning", "circling")
 

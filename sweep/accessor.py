@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import xarray as xr
 
-from sweep.atlas.quantities import edge_names
+from sweep.atlas.cf_metadata import edge_names
 from sweep.errors import RequestError
 from sweep.model.quantity import STABLE, UNSTABLE
 
@@ -108,7 +108,7 @@ class Eulerdisk:
         RequestError
             If an axis has no value, or a value lies outside the atlas.
         """
-        from sweep.checks.nearest_cell import nearest_cell
+        from sweep.checks.explain import nearest_cell
 
         place = nearest_cell(self.spec, given)
         rows = [

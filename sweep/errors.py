@@ -21,38 +21,19 @@ class RequestError(Exception):
     #: Exit status of a command that ends with this error.
     status = 2
 
-    def __init__(self, message: str, hint: str = "", where: str | None = None, *older: str | None) -> None:
+    def __init__(self, message: str, hint: str = "", where: str | None = None) -> None:
         # All texts in args: an exception is pickled by its args, and workers send errors between processes.
-        super().__init__(message, hint, where, *older)
-        self._message, self._hint, self.where = message, hint, where
-        self._four = bool(older)
-        if older:
-            # the older form: what is wrong, the rule, what was given, what to do, and where
-            self.what, self.rule, self.given, self.do = message, hint, str(where), str(older[0])
-            self.where = older[1] if len(older) > 1 else None
-
-    @property
-    def message(self) -> str:
-        """What is wrong, what is allowed and what was given."""
-        return f"{self.what}: {self.rule}; got {self.given}." if self._four else self._message
-
-    @property
-    def hint(self) -> str:
-        """What to do; empty if there is nothing more to say."""
-        if not self._four:
-            return self._hint
-        return self.do if self.do.endswith("?") else f"{self.do}."
+        super().__init__(message, hint, where)
+        self.message, self.hint, self.where = message, hint, where
 
     def __str__(self) -> str:
         """Return the error as one line."""
         place = f"{self.where}: " if self.where else ""
         return f"{place}{self.message} {self.hint}".rstrip()
 
-    def at(self, where: str, given: str | None = None) -> Self:
+    def at(self, where: str) -> Self:
         """Return the same error at another place."""
-        if self._four:
-            return type(self)(self.what, self.rule, given or self.given, self.do, where)
-        return type(self)(self._message, self._hint, where)
+        return type(self)(self.message, self.hint, where)
 
 
 class StorageError(RequestError):

@@ -6,31 +6,18 @@ import pytest
 
 from sweep.errors import FailedBlocksError, RequestError, StoppedError, StorageError
 
-NEW = ("roll_rate must be finite; got nan.", "Write roll_rate=2.5.", "roll_rate")
-OLD = ("not a finite number", "a value is finite", "nan", "write roll_rate=2.5", "roll_rate")
+TEXTS = ("roll_rate must be finite; got nan.", "Write roll_rate=2.5.", "roll_rate")
 
 
 def test_an_error_is_one_line_of_place_message_and_hint():
     """Each part has its attribute; what is not given leaves no trace."""
-    error = RequestError(*NEW)
-    assert (error.message, error.hint, error.where) == NEW
+    error = RequestError(*TEXTS)
+    assert (error.message, error.hint, error.where) == TEXTS
     assert str(error) == "roll_rate: roll_rate must be finite; got nan. Write roll_rate=2.5."
     assert str(RequestError("tilt must be finite; got nan.")) == "tilt must be finite; got nan."
 
 
-def test_the_older_form_reads_the_same_way():
-    """Four texts and a place become a message and a hint, and keep their names."""
-    error = RequestError(*OLD)
-    assert str(error) == ("roll_rate: not a finite number: a value is finite; got nan. write roll_rate=2.5.")
-    assert (error.what, error.rule, error.given, error.do, error.where) == OLD
-    question = RequestError("unknown word", "known words", "rol", "did you mean roll?")
-    assert str(question).endswith("got rol. did you mean roll?")
-    assert RequestError(*OLD).at("tilt", "tilt=nan").given == "tilt=nan"
-    error.rule += " or steady"
-    assert "is finite or steady; got" in str(error)
-
-
-@pytest.mark.parametrize("texts", [NEW, OLD, NEW[:2], NEW[:1], OLD[:4]])
+@pytest.mark.parametrize("texts", [TEXTS, TEXTS[:2], TEXTS[:1]])
 @pytest.mark.parametrize(("kind", "status"), [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)])
 def test_an_error_is_sent_between_processes_and_placed(kind, status, texts):
     """A pickled error comes back with kind, text and status; `at` moves it and changes nothing else."""

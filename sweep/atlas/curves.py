@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.bisection import Brackets, bisected, verdicts
-from sweep.atlas.quantities import CURVES, POINTS
+from sweep.atlas.boundary import Brackets, bisected, verdicts
+from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.engine.grid import whole
 from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec

@@ -9,15 +9,16 @@ import numpy.typing as npt
 from sweep.atlas.boundary import edges
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
+    EDGES,
     Declaration,
     cell_declarations,
     coordinates,
     curve_declarations,
     edge_declarations,
+    edge_names,
     global_attributes,
 )
 from sweep.atlas.curves import Curves, curves
-from sweep.atlas.quantities import EDGES, edge_names
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError

@@ -10,11 +10,13 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from sweep.atlas.quantities import EDGES, curve_quantities, edge_quantities, point_quantities
+from sweep.atlas.cf_metadata import EDGES, curve_quantities, edge_quantities, point_quantities
 from sweep.checks.alignment import Pair, align
-from sweep.checks.borderline import Mask, endings_on_edge, verdicts_on_edge
-from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Array, Quantity, Tolerance
+from sweep.engine.compute import reach_and_scale
+from sweep.model.description import Starts
+from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Array, Quantity, Tolerance, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,7 +170,7 @@ def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
             yield quantity, ""
 
 
-def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> Mask:
+def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) -> Truths:
     """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
     if name.startswith(_CURVE):
         return np.full(pair.reference[name].shape, bool(np.any(ending | verdict)))
@@ -180,7 +182,7 @@ def _excused(name: str, axis: str, pair: Pair, ending: Mask, verdict: Mask) -> M
     return verdict if name == "stability" else ending
 
 
-def _compared(quantity: Quantity, pair: Pair, excused: Mask) -> Finding:
+def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
     new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
     if new.shape != old.shape:
         return _of_other_shape(quantity, new.shape, old.shape, excused)
@@ -206,7 +208,7 @@ def _compared(quantity: Quantity, pair: Pair, excused: Mask) -> Finding:
 
 
 def _of_other_shape(
-    quantity: Quantity, new: tuple[int, ...], reference: tuple[int, ...], excused: Mask
+    quantity: Quantity, new: tuple[int, ...], reference: tuple[int, ...], excused: Truths
 ) -> Finding:
     """Return the finding for curves of different numbers or lengths, which cannot be compared point by point."""
     count = excused.size if not excused.any() else 0
@@ -227,8 +229,8 @@ def _of_other_shape(
 def _worst(
     name: str,
     pair: Pair,
-    beyond: Mask,
-    gaps: Mask,
+    beyond: Truths,
+    gaps: Truths,
     distance: Array,
     allowed: Array,
 ) -> Cell | None:
@@ -294,3 +296,74 @@ def _different(
         for key in dict.fromkeys([*old, *new])
         if key not in leave and str(new.get(key, "")) != str(old.get(key, ""))
     }
+
+
+def endings_on_edge(pair: Pair) -> Truths:
+    """Return where the endings differ and a neighbour of the cell, in the reference, ended as the new atlas says.
+
+    Returns
+    -------
+    array of bool, shape of the grid
+        An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
+    """
+    new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
+    on_edge: Truths = (new != old) & _beside(new, old)
+    return on_edge
+
+
+def verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
+    """Return where the verdicts differ and the cell stands on the edge between them.
+
+    Parameters
+    ----------
+    pair : Pair
+    endings : array of bool, shape of the grid
+        `endings_on_edge`.
+
+    Returns
+    -------
+    array of bool, shape of the grid
+        With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion
+        lies between the departures of the two, or within the tolerance of the extremes from either. Where the ending
+        flips, the verdict that follows from it may flip too.
+    """
+    new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
+    decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
+    same_ending = pair.new["ending"].values == pair.reference["ending"].values
+    on_edge: Truths = (new != old) & (endings | (decided & same_ending & _at_limit(pair)))
+    return on_edge
+
+
+def _beside(new: npt.NDArray[np.integer], old: npt.NDArray[np.integer]) -> Truths:
+    """Return where a neighbour along any axis has, in `old`, the code that the cell has in `new`."""
+    found = np.zeros(new.shape, bool)
+    for axis in range(new.ndim):
+        for here, there in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            at = (slice(None),) * axis
+            found[(*at, here)] |= new[(*at, here)] == old[(*at, there)]
+    return found
+
+
+def _at_limit(pair: Pair) -> Truths:
+    model, starts = pair.spec.model, _starts(pair)
+    reaches = []
+    for atlas in (pair.new, pair.reference):
+        reach, scale = reach_and_scale(
+            pair.spec, starts, {name: atlas[name].values for name in model.extremes}
+        )
+        reaches.append(reach)
+    limit = np.nan_to_num(pair.spec.criterion.allowed(scale))
+    slack = model.variables[model.extremes[1]].tolerance.absolute
+    at: Truths = (np.minimum(*reaches) - slack <= limit) & (limit <= np.maximum(*reaches) + slack)
+    return at
+
+
+def _starts(pair: Pair) -> Starts:
+    """Return the starts of the cells of a pair, from its coordinates, in the shape of its grid."""
+    shape = pair.reference["ending"].shape
+    found = {}
+    for name in pair.reference.coords:
+        values = pair.reference[name]
+        along = [shape[i] if axis == name else 1 for i, axis in enumerate(pair.axes)]
+        found[str(name)] = np.broadcast_to(values.values.reshape(along if values.dims else ()), shape)
+    return found

@@ -85,11 +85,10 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the atlas: the variables of the audit of its model (`sweep.model.description.Audit`). A
-        cell agrees if its extremes lie within the tolerance that the atlas records, its period within what that
-        tolerance means for it, its ending and verdict are the exact ones, and its derived numbers follow from its
-        extremes. What depends on the integration in time (fall_time, energy_drift, tilt_error, steps, refinements) is
-        not checked.
+        On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
+        agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
+        means for it, its ending and verdict are the exact ones, and its derived numbers follow from its extremes. What
+        depends on the integration in time (fall_time, energy_drift, tilt_error, steps, refinements) is not checked.
 
     Raises
     ------
@@ -177,7 +176,11 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
             dataset,
             f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",
         )
+    # an older file has no coordinate for a parameter that was added later
+    later = {name for name in spec.fixed if spec.model.parameters[name].added_later}
     for each, values in coordinates(spec):
+        if each.name in later and each.name not in dataset:
+            continue
         if each.name not in dataset or not _same(dataset[each.name].values, values):
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     stored = {}

@@ -97,7 +97,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
 def _spec_of_file(path: Path) -> "SweepSpec":
     from sweep.atlas.dataset import spec_of
     from sweep.engine.compute import arithmetic_hash
-    from sweep.files.reading import opened
+    from sweep.files.netcdf import opened
 
     with opened(path) as dataset:
         spec = spec_of(dataset)

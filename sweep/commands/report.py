@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import found_edges, require, spec_of
-from sweep.atlas.quantities import edge_names
 from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
@@ -32,7 +32,7 @@ def describe(dataset: "xr.Dataset") -> str:
         f"grid        {_grid(spec)}",
         *_axis_lines(spec),
         f"fixed       {_fixed(dataset, spec)}",
-        f"criterion   unstable if {_unstable(spec)}",
+        f"criterion   unstable if {spec.criterion.unstable_if(spec.model)}",
         f"method      {spec.method}, {_settings(spec)}",
         "",
         *_counts(dataset, spec, "ending"),
@@ -180,12 +180,6 @@ def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
 
 def _coordinate(spec: SweepSpec) -> str:
     return spec.model.coordinate.replace("_", " ")
-
-
-def _unstable(spec: SweepSpec) -> str:
-    too_far = spec.criterion.in_words(spec.model.parameters[spec.model.coordinate])
-    lost = f", or {spec.model.lost_name}" if spec.model.lost_name else ""
-    return f"the {_coordinate(spec)} leaves its steady value by {too_far}{lost}"
 
 
 def _settings(spec: SweepSpec) -> str:

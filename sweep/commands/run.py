@@ -181,15 +181,18 @@ def warmup() -> None:
     """
     from sweep.atlas.dataset import run
     from sweep.model import registry
-    from sweep.model.kernel import cache_root, check_cache
+    from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
 
+    kernels: list[Kernel] = []
     for model in registry.every():
         for method in model.methods:
             began = time.perf_counter()
-            run(SweepSpec(model=model.name, method=method))
+            spec = SweepSpec(model=model.name, method=method)
+            run(spec)
+            kernels += model.kernels(spec)
             print(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
-    check_cache()
+    check_cache(kernels)
     print(f"cache  {cache_root()}")
 
 

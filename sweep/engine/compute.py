@@ -164,9 +164,10 @@ def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
 def arithmetic_hash(spec: SweepSpec) -> str:
     """Return the SHA-256 of the code that decides the bits of the cells of a spec: kernels, starts and axes."""
     model = spec.model
-    kernels = [kernel.module for kernel in model.kernels(spec)]
-    device = [_CUDA] if spec.device == "cuda" else []
-    return code_hash([*kernels, *device, *model.start_modules, *_AXES])
+    modules = [kernel.module for kernel in model.kernels(spec)]
+    modules += [_CUDA] if spec.device == "cuda" else []
+    modules += [type(model.exact).__module__] if spec.method == "exact" else []
+    return code_hash([*modules, *model.start_modules, *_AXES])
 
 
 def _integrator(model: Model, device: str) -> Callable[..., Any]:

@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import theory_lines
+from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.curves import without_curves
 from sweep.atlas.dataset import spec_named
-from sweep.atlas.quantities import EDGES, edge_names
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
 from sweep.model.description import FAILED, MISSING
@@ -139,7 +139,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     return Panel(
         title=spec.headline.partition(":")[0],
         caption=_caption(spec),
-        criterion=spec.criterion.label(model.parameters[model.coordinate]),
+        criterion=spec.criterion.label(model),
         line=_line(spec, control, up),
         x=x,
         y=y,
@@ -252,10 +252,7 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
 
 def _caption(spec: SweepSpec) -> str:
     """Return what counts as unstable, and the parameters that are the same in every cell and not zero."""
-    model = spec.model
-    label = spec.criterion.label(model.parameters[model.coordinate])
-    lost = f", or {model.lost_name}" if model.lost_name else ""
-    return f"unstable: {label.replace(' ', ' above ')}{lost}\n{fixed_parameters(spec)}"
+    return f"unstable: {spec.criterion.caption(spec.model)}\n{fixed_parameters(spec)}"
 
 
 def fixed_parameters(spec: SweepSpec) -> str:

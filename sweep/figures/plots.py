@@ -5,7 +5,7 @@ The same atlases give the same bytes of the file: it holds neither a time nor a 
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,12 +18,12 @@ from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.disk.friction import slipping
 from sweep.figures.drawing import STYLE, add_legend, colours, draw_map, draw_profile, draw_ratio
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
-from sweep.files.paths import FORMATS, check_format
+from sweep.files.paths import check_format
 from sweep.files.publish import published
+from sweep.model.disk.contact import slipping
 from sweep.model.quantity import Quantity
 
 if TYPE_CHECKING:
@@ -37,6 +37,13 @@ _WIDTH, _HEIGHT, _STRIP, _LEGEND, _BAR = 3.6, 3.2, 1.0, 1.1, 0.7
 _MOST_IN_ROW = 3
 
 _DOTS_PER_INCH = 200
+
+#: Format -> the metadata that would record the date and the program, each set to None to leave it out.
+_METADATA: Mapping[str, Mapping[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    "svg": {"Date": None, "Creator": None},
+}
 
 
 def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> Figure:
@@ -114,7 +121,7 @@ def save(drawn: Figure, path: str | Path) -> None:
             where=str(path),
         )
     with matplotlib.rc_context(STYLE), published(path) as unfinished:
-        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=FORMATS[ending])
+        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_METADATA[ending])
 
 
 def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.curves import without_curves
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
+from sweep.files.netcdf import loaded
 from sweep.files.paths import check_target
 from sweep.files.publish import published
-from sweep.files.reading import loaded
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,17 +67,18 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
     path = Path(path)
     if kind not in FORMATS:
         raise RequestError(
-            "unknown format", f"the formats are {', '.join(FORMATS)}", kind, "choose one of them", "--to"
+            f"There is no format {shown(kind)}; the formats are {', '.join(FORMATS)}.",
+            hint="Choose one of them.",
+            where="--to",
         )
     chosen = FORMATS[kind]
     if chosen.distribution is not None and find_spec(chosen.distribution) is None:
+        ready = [name for name, each in FORMATS.items() if each.distribution is None]
         raise RequestError(
-            f"{kind} needs {chosen.distribution}, which is not installed",
-            "; ".join(
-                f"{name} needs {each.distribution or 'nothing more'}" for name, each in FORMATS.items()
-            ),
-            f"--to {kind}",
-            "pip install 'eulerdisk[formats]'",
+            f"The format {kind} needs the package {chosen.distribution}, which is not installed; {', '.join(ready)} "
+            "needs nothing more.",
+            hint="Run `pip install 'eulerdisk[formats]'`, or choose another format.",
+            where="--to",
         )
     chosen.check(path, overwrite)
     chosen.write(dataset, path)
@@ -123,19 +124,15 @@ class _Zarr(Format):
             check_target(path, False)
         elif not overwrite:
             raise RequestError(
-                "the folder exists",
-                "what exists is not replaced by accident",
-                str(path),
-                "add --overwrite",
-                str(path),
+                "Nothing is written, because the folder exists; what exists is not replaced by accident.",
+                hint="To replace it, add --overwrite.",
+                where=str(path),
             )
         elif any(path.iterdir()) and not any((path / name).exists() for name in (".zgroup", "zarr.json")):
             raise RequestError(
-                "not a zarr store",
-                "only a zarr store is replaced by one",
-                str(path),
-                "give another name",
-                str(path),
+                "This folder is not a zarr store, and only a zarr store is replaced by one.",
+                hint="Give another name.",
+                where=str(path),
             )
 
     def write(self, dataset: "xr.Dataset", path: Path) -> None:
@@ -149,11 +146,9 @@ class _Zarr(Format):
             os.replace(unfinished, path)
         except OSError as problem:
             raise RequestError(
-                "the folder could not be written",
-                "there is room for it to the end",
-                str(problem),
-                "free some space, or give another name",
-                str(path),
+                f"The folder could not be written: {problem}.",
+                hint="Free some space, or give another name.",
+                where=str(path),
             ) from problem
         finally:
             if unfinished.exists():

@@ -2,17 +2,12 @@
 
 import os
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 
 from sweep.errors import RequestError
 
-#: Format of a figure -> the metadata that would record the date and the program, each set to None to leave it out.
-FORMATS: Mapping[str, Mapping[str, None]] = {
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    "svg": {"Date": None, "Creator": None},
-}
+#: Formats of figures, which are the endings of their names.
+FIGURE_FORMATS = ("png", "pdf", "svg")
 
 
 def check_format(path: str | Path) -> str:
@@ -24,13 +19,12 @@ def check_format(path: str | Path) -> str:
         If the name has another ending.
     """
     ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
+    if ending not in FIGURE_FORMATS:
         raise RequestError(
-            "not a format of figures",
-            f"a figure's name ends in one of {', '.join(f'.{each}' for each in FORMATS)}",
-            str(path),
-            f"write {Path(path).stem or 'figure'}.png",
-            str(path),
+            "The ending of this name is not a format of figures; the name of a figure ends in one of "
+            f"{', '.join(f'.{each}' for each in FIGURE_FORMATS)}.",
+            hint=f"Write {Path(path).stem or 'figure'}.png.",
+            where=str(path),
         )
     return ending
 
@@ -46,7 +40,7 @@ def check_atlas(path: str | Path) -> None:
     # os.path, because a pathlib.Path raises where the folder cannot be searched, or where the name is too long
     if not os.path.isfile(path):
         raise RequestError(
-            "no such file", "an atlas is a netCDF file", str(path), "check the path", str(path)
+            "There is no such file; an atlas is a netCDF file.", hint="Check the path.", where=str(path)
         )
 
 
@@ -69,26 +63,24 @@ def check_target(path: Path, overwrite: bool) -> None:
     # os.path for the same reason as in check_atlas
     if not os.path.isdir(folder):
         raise RequestError(
-            "no such folder",
-            "the output's folder exists",
-            str(folder),
-            f"`mkdir -p {shlex.quote(str(folder))}`",
-            where,
+            f"There is no such folder as {folder}; the folder of an output must exist.",
+            hint=f"Run `mkdir -p {shlex.quote(str(folder))}`, or give another output.",
+            where=where,
         )
     exists = os.path.exists(path)
     if exists and not os.path.isfile(path):
-        raise RequestError("not a file", "the output is a file", where, "give a file name", where)
+        raise RequestError(
+            "This is not a file, and the output must be one.", hint="Give a file name.", where=where
+        )
     if exists and not overwrite:
         raise RequestError(
-            "the file exists", "a finished file is not replaced by accident", where, "add --overwrite", where
+            "Nothing is written, because the file exists; a finished file is not replaced by accident.",
+            hint="To replace it, add --overwrite.",
+            where=where,
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise RequestError(
-            "the folder cannot be written",
-            "the output's folder is writable",
-            str(folder),
-            "choose another",
-            where,
+            f"The folder cannot be written: {folder}.", hint="Choose another folder.", where=where
         )
 
 
@@ -103,9 +95,7 @@ def check_apart(target: Path, *sources: Path) -> None:
     for source in sources:
         if os.path.exists(target) and os.path.samefile(target, source):
             raise RequestError(
-                "this would replace the atlas that is read",
-                "what is made of an atlas is another file",
-                str(target),
-                "give another name",
-                str(target),
+                "The output must be another file: this would replace the atlas that is read.",
+                hint="Give another name.",
+                where=str(target),
             )

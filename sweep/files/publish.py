@@ -89,7 +89,7 @@ def refusals(
     needed : callable
         Returns how many bytes are still to be written.
     kept : callable
-        Returns a sentence that says which results are kept, and where; an empty text if the same command cannot go on.
+        Returns a clause that says which results are kept, and where; an empty text if the same command cannot go on.
 
     Raises
     ------
@@ -107,25 +107,22 @@ def refusals(
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
     free = shutil.disk_usage(path.parent).free
     code = problem.errno if isinstance(problem, OSError) else _probe(path.parent, int(needed))
-    given = f"{problem}; {free / 1e6:.0f} MB are free" + (f"; {kept}" if kept else "")
     if code == errno.EFBIG:
-        what, do = "a file may not become that large", f"raise the limit (ulimit -f) to {needed / 1e6:.0f} MB"
+        wrong = "A file of this process may not become that large"
+        hint = f"Raise the limit (ulimit -f) to {needed / 1e6:.0f} MB"
     elif code in _NO_ROOM:
         missing = max(needed - (free if code == errno.ENOSPC else 0), 1e6)
-        what, do = "there is no room left", f"free about {missing / 1e6:.0f} MB"
+        wrong, hint = "There is no room left for the file", f"Free about {missing / 1e6:.0f} MB"
     elif code in (errno.EACCES, errno.EPERM, errno.EROFS):
-        what, do = (
-            "the file could not be written",
-            "give yourself the right to write there, or another name or folder",
-        )
+        wrong = "The file could not be written"
+        hint = "Get the right to write there, or give another name or folder"
     else:
-        what, do = "the file could not be written", "free some space, or give another name or folder"
+        wrong = "The file could not be written"
+        hint = "Free some space, or give another name or folder"
     return StorageError(
-        what,
-        "the folder takes new files, and has room for them to the end",
-        given,
-        f"{do}, and run the same command again" if kept else do,
-        str(path),
+        f"{wrong}: {problem}; {free / 1e6:.0f} MB are free" + (f", {kept}." if kept else "."),
+        hint=f"{hint}, and run the same command again." if kept else f"{hint}.",
+        where=str(path),
     )
 
 

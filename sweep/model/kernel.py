@@ -156,14 +156,14 @@ def cache_folder(modules: Iterable[str]) -> Path:
     return cache_root() / key
 
 
-def check_cache() -> None:
-    """Refuse a cache that holds nothing after the kernels have been used.
+def check_cache(kernels: Iterable[Kernel]) -> None:
+    """Refuse a cache that does not hold kernels after they have been used.
 
     Raises
     ------
     RequestError
     """
-    if next(cache_root().rglob("*.nbc"), None) is None:
+    if not all(any(cache_folder([kernel.module]).rglob("*.nbc")) for kernel in kernels):
         raise RequestError(
             f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, and "
             "NUMBA_DISABLE_JIT must not be set.",

@@ -16,8 +16,7 @@ from sweep.model.disk.tables import STEADY_ROLL
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion import dop853
-from sweep.motion.quantities import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY
-from sweep.motion.request import TrajectorySpec
+from sweep.motion.request import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY, TrajectorySpec
 from sweep.request.words import AUTOMATIC
 from sweep.version import __version__
 

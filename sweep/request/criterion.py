@@ -6,8 +6,9 @@ written, its verdict, the limit that theory and figures draw, and its words.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from sweep.errors import RequestError, shown
 from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity
 from sweep.request.values import read_number
+
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
 
 _DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
 _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
@@ -119,17 +123,56 @@ class Criterion:
         """
         raise NotImplementedError
 
-    def in_words(self, coordinate: Quantity) -> str:
-        """Return how far is too far, in words: ``more than 5 deg``."""
+    def too_far(self, coordinate: Quantity) -> str:
+        """Return how far the coordinate must not go, in words: ``5 deg``, ``10 times the perturbation``."""
         raise NotImplementedError
 
-    def label(self, coordinate: Quantity) -> str:
-        """Return the criterion as a figure says it: ``departure 5°``."""
+    def mark(self, coordinate: Quantity) -> str:
+        """Return the limit as a figure writes it: ``5°``."""
         raise NotImplementedError
 
-    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
-        """Return the limit of one cell in words, `allowed` in the unit of the coordinate."""
-        raise NotImplementedError
+    def unstable_if(self, model: Model) -> str:
+        """Return what makes a cell unstable, in words."""
+        lost = f", or {model.lost_name}" if model.lost_name else ""
+        limit = self.too_far(model.parameters[model.coordinate])
+        return f"the {_plain(model.coordinate)} leaves its steady value by more than {limit}{lost}"
+
+    def label(self, model: Model) -> str:
+        """Return the criterion as a figure names it: ``departure 5°``."""
+        return f"{self.kind} {self.mark(model.parameters[model.coordinate])}"
+
+    def caption(self, model: Model) -> str:
+        """Return what makes a cell unstable, as short as a figure says it."""
+        lost = f", or {model.lost_name}" if model.lost_name else ""
+        return f"{self.kind} above {self.mark(model.parameters[model.coordinate])}{lost}"
+
+    def reason(self, spec: "SweepSpec", stored: Mapping[str, float], reach: float, scale: float) -> str:
+        """Return why a cell that was computed has its verdict.
+
+        Parameters
+        ----------
+        spec : SweepSpec
+        stored : mapping of str to float
+            The variables of the cell.
+        reach, scale : float
+            How far it went from its undisturbed value, and the size of its perturbation, in the unit of the coordinate.
+        """
+        model, ending = spec.model, spec.model.endings.of(stored["ending"])
+        if ending.role == LOST:
+            return model.lost_in_words(spec, stored)
+        coordinate = model.parameters[model.coordinate]
+        far, name = coordinate.spell(reach, 6), _plain(model.coordinate)
+        limit = f"the {coordinate.spell(float(self.allowed(np.array(scale))), 6)} of the criterion"
+        if self.too_far(coordinate) != coordinate.spell(self.limit, 6):
+            limit += f" ({self.too_far(coordinate)}, {coordinate.spell(scale, 6)})"
+        if stored["stability"] == UNSTABLE:
+            return f"the {name} left its steady value by {far}, more than {limit}"
+        if stored["stability"] == STABLE:
+            return f"the {name} never leaves its steady value by more than {far}, at most {limit}; {ending.reason}"
+        return (
+            f"the {name} has left its steady value by {far}, at most {limit}, but the duration of "
+            f"{spec.duration:g} s {ending.reason}"
+        )
 
     def needs(self, model: Model) -> tuple[str, ...]:
         """Return the variables of an atlas from which the verdicts follow."""
@@ -196,17 +239,13 @@ class Departure(Criterion):
         """Return the limit."""
         return np.full(np.shape(scale), self.limit)
 
-    def in_words(self, coordinate: Quantity) -> str:
-        """Return how far is too far."""
-        return f"more than {coordinate.spell(self.limit, 6)}"
+    def too_far(self, coordinate: Quantity) -> str:
+        """Return the angle."""
+        return coordinate.spell(self.limit, 6)
 
-    def label(self, coordinate: Quantity) -> str:
-        """Return the criterion as a figure says it."""
-        return f"departure {coordinate.spell(self.limit, 4).replace(' deg', '°')}"
-
-    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
-        """Return the limit of one cell."""
-        return f"the {coordinate.spell(allowed, 6)} of the criterion"
+    def mark(self, coordinate: Quantity) -> str:
+        """Return the angle."""
+        return coordinate.spell(self.limit, 4).replace(" deg", "°")
 
 
 class Amplification(Criterion):
@@ -222,18 +261,13 @@ class Amplification(Criterion):
         """Return the multiple of the perturbation; NaN without one, for nothing is amplified there."""
         return np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
 
-    def in_words(self, coordinate: Quantity) -> str:
-        """Return how far is too far."""
-        return f"more than {self.limit:.6g} times the perturbation"
+    def too_far(self, coordinate: Quantity) -> str:
+        """Return the multiple."""
+        return f"{self.limit:.6g} times the perturbation"
 
-    def label(self, coordinate: Quantity) -> str:
-        """Return the criterion as a figure says it."""
-        return f"amplification {self.limit:.4g}"
-
-    def limit_in_words(self, allowed: float, coordinate: Quantity) -> str:
-        """Return the limit of one cell, and the perturbation that it is a multiple of."""
-        scale = coordinate.spell(allowed / self.limit, 6)
-        return f"the {coordinate.spell(allowed, 6)} of the criterion ({self.limit:g} times the perturbation, {scale})"
+    def mark(self, coordinate: Quantity) -> str:
+        """Return the multiple."""
+        return f"{self.limit:.4g}"
 
 
 _KINDS: dict[str, type[Criterion]] = {"departure": Departure, "amplification": Amplification}
@@ -245,3 +279,7 @@ def _unknown(text: str) -> RequestError:
         hint=f"Write {' or '.join(each.example for each in _KINDS.values())}.",
         where="criterion",
     )
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")

@@ -73,6 +73,7 @@ class SweepSpec:
     ----------
     model : Model
     axes : tuple of str
+    criterion : Criterion
 
     Raises
     ------
@@ -82,6 +83,13 @@ class SweepSpec:
 
     model: Model
     axes: tuple[str, ...]
+    criterion: Criterion
+    duration: float
+    tolerance: float
+    title: str
+    method: str
+    boundary: str
+    device: str
     _values: Mapping[str, Any]
 
     def __init__(self, **words: Any) -> None:
@@ -249,12 +257,11 @@ class SweepSpec:
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
         rows = _rows(self.model)
-        defaults = _defaults(self.model)
         words = {
             name: _to_json(value)
             for name, value in self._values.items()
             # older atlases do not mention what was added later: so their texts and fingerprints stay
-            if not (rows[name].added_later and value == defaults[name])
+            if not (rows[name].added_later and value == read_word(name, rows[name].default, self.model))
         }
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name

@@ -100,11 +100,10 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
     Journal.at(folder)
     if not folder.name.removesuffix(SUFFIX) or not folder.name.endswith(SUFFIX):
         raise RequestError(
-            "no name for the file",
-            f"the folder of OUT.nc is called OUT.nc{SUFFIX}",
-            folder.name,
-            f"rename it: `mv {shlex.quote(folder.name)} OUT.nc{SUFFIX}`",
-            str(folder),
+            f"The file takes its name from the folder of the run, which must be called OUT.nc{SUFFIX}; got "
+            f"{folder.name}.",
+            hint=f"Rename it: `mv {shlex.quote(folder.name)} OUT.nc{SUFFIX}`.",
+            where=str(folder),
         )
     path = folder.with_name(folder.name.removesuffix(SUFFIX))
     with claimed(path, overwrite):
@@ -114,17 +113,12 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
         sound, damaged = journal.verify()
         missing = journal.missing(sound)
         if missing:
+            set_aside = f" Damaged and set aside: {'; '.join(damaged[:10])}." if damaged else ""
             raise RequestError(
-                "blocks are missing",
-                "an atlas is assembled from all of its blocks",
-                "; ".join(
-                    [
-                        f"{len(missing)} of {len(journal.spans)} missing, the first is {missing[0]}",
-                        *(f"damaged and set aside: {each}" for each in damaged[:10]),
-                    ]
-                ),
-                "run the parts again that have not ended well; what is there is kept",
-                str(folder),
+                f"An atlas is assembled from all of its blocks; {len(missing)} of {len(journal.spans)} blocks are "
+                f"missing, the first is block {missing[0]}.{set_aside}",
+                hint="Run the parts again that did not end well; finished blocks are kept.",
+                where=str(folder),
             )
         with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
             return journal.spec, path, write_and_publish(journal, path)

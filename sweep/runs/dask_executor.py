@@ -38,11 +38,9 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
         import distributed  # noqa: F401 - only to see that it is there
     except ImportError as problem:
         raise RequestError(
-            "dask is not installed",
-            "--dask needs the package distributed",
-            str(problem),
-            "pip install 'eulerdisk[dask]', here and on the workers",
-            "--dask",
+            f"--dask needs the package distributed, which cannot be imported: {problem}.",
+            hint="Run `pip install 'eulerdisk[dask]'` here and on the workers.",
+            where="--dask",
         ) from problem
 
     def execute(journal: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[FinishedBlock]:
@@ -84,7 +82,11 @@ def compute_block(folder: str, fingerprint: str, number: int) -> int:
     journal = Journal.at(Path(folder))
     check_same_run(journal, journal.spec)
     if journal.manifest.fingerprint != fingerprint:
-        raise RequestError("another run", "workers see the folder of the run", folder, "share the folder")
+        raise RequestError(
+            "On this worker the folder holds another run than on the machine that has started it.",
+            hint="Share the folder of the output: all machines must see it at the same path.",
+            where=folder,
+        )
     with _KERNELS:
         use_threads(_threads())
         measured = measure_block(journal.spec, journal.spans[number])
@@ -112,11 +114,9 @@ def _connected(address: str) -> Any:
         return Client(address, timeout=_TIMEOUT, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
         raise RequestError(
-            "no dask scheduler answers",
-            "--dask takes the address of a running scheduler",
-            f"{address}: {problem}",
-            "start one with `dask scheduler`, and workers with `dask worker ADDRESS`",
-            "--dask",
+            f"--dask takes the address of a running dask scheduler, and none answers at {address}: {problem}.",
+            hint="Start one with `dask scheduler`, and workers with `dask worker ADDRESS`.",
+            where="--dask",
         ) from problem
 
 
@@ -144,11 +144,10 @@ def _computed(
             if future.status == "cancelled":
                 # by the end of the scheduler: this process cancels only after the loop
                 raise FailedBlocksError(
-                    "the dask scheduler has gone",
-                    "scheduler and workers stay until the run is done",
-                    f"{len(numbers_left)} of {len(numbers)} blocks were still asked for",
-                    "start them again, and run the same command again; finished blocks are kept",
-                    str(journal.folder),
+                    f"The dask scheduler has ended before the run: {len(numbers_left)} of {len(numbers)} blocks were "
+                    "not computed yet.",
+                    hint="Start scheduler and workers again, and run the same command again; finished blocks are kept.",
+                    where=str(journal.folder),
                 )
             number = numbers_left.pop(future.key)
             if future.status == "finished":
@@ -161,11 +160,10 @@ def _computed(
         # blocks that workers have begun are finished and kept
         client.cancel([future for future in futures if future.key in numbers_left])
     elif failed:
+        first = ", ".join(map(str, sorted(failed)[:10]))
         raise FailedBlocksError(
-            "the workers could not compute all blocks",
-            "a block is computed after three attempts at most",
-            f"{len(failed)} of {len(numbers)} blocks: {', '.join(map(str, sorted(failed)[:10]))}; "
-            f"{next(iter(failed.values()))!r}",
-            "mend the cause and run the same command again; finished blocks are kept",
-            str(journal.folder),
+            f"In three attempts each, the workers could not compute {len(failed)} of {len(numbers)} blocks ({first}); "
+            f"one of the errors is {next(iter(failed.values()))!r}.",
+            hint="Remove the cause and run the same command again; finished blocks are kept.",
+            where=str(journal.folder),
         )

@@ -1,11 +1,53 @@
-"""The interface of executors, which compute the missing blocks of a run; and the one that computes in this process."""
+"""The interface of executors, which compute the missing blocks of a run, and the one that computes in this process."""
 
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from typing import NamedTuple
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Final, NamedTuple, TypeVar
 
 from sweep.engine.compute import measure_block, use_threads
 from sweep.runs.journal import Columns, Journal
-from sweep.runs.prefetch import prefetch
+
+T = TypeVar("T")
+
+#: Items that are computed or wait to be taken: one in the making and one that is ready, so that neither side waits for
+#: the other where items differ in their cost.
+_AHEAD: Final = 2
+
+
+@contextmanager
+def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
+    """Give the items of a generator that runs in another thread, always the same one.
+
+    Parameters
+    ----------
+    items : generator
+
+    Raises
+    ------
+    BaseException
+        Whatever the generator raised, where the consumer takes its next item. When the consumer leaves early, the item
+        in the making is finished and dropped, and the generator is closed.
+    """
+    pool = ThreadPoolExecutor(max_workers=1)
+    ended = object()
+
+    def taken() -> Iterator[T]:
+        waiting: deque[Future[T | object]] = deque(pool.submit(next, items, ended) for _ in range(_AHEAD))
+        while (item := waiting.popleft().result()) is not ended:
+            waiting.append(pool.submit(next, items, ended))
+            yield item  # type: ignore[misc]  # only `ended` is no T
+            # while the next item is waited for, this one need not be in memory
+            del item
+
+    try:
+        yield taken()
+    finally:
+        # waits for the item in the making; then no thread uses the generator
+        pool.shutdown(cancel_futures=True)
+        items.close()
+
 
 #: Called with the number of cells that are computed and the number of all cells.
 Progress = Callable[[int, int], None]

@@ -81,11 +81,10 @@ class Journal:
             return cls(folder, Manifest.read(folder / MANIFEST))
         except OSError as problem:
             raise RequestError(
-                "not the folder of a run",
-                f"a run's folder is called OUT.nc.run and holds {MANIFEST}",
-                f"{problem.strerror}",
-                "prepare one: eulerdisk prepare SPEC -o OUT.nc",
-                str(folder),
+                f"This is not the folder of a run, which is called OUT.nc.run and holds a readable {MANIFEST}: "
+                f"{problem.strerror}.",
+                hint="Make one with `eulerdisk prepare SPEC -o OUT.nc`.",
+                where=str(folder),
             ) from problem
 
     def held(self) -> dict[int, list[Path]]:

@@ -80,11 +80,10 @@ def _opened(path: Path) -> int:
         return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as problem:
         raise RequestError(
-            "the run's folder cannot be written",
-            "who goes on with a run may write into its folder, and to its lock",
-            f"{path}: {problem.strerror}",
-            "let its owner go on with it, or give another output",
-            str(path.parent),
+            f"The folder of the run or its lock file cannot be written, which going on with a run needs: {path}: "
+            f"{problem.strerror}.",
+            hint="Let the owner of the folder go on with the run, or give another output.",
+            where=str(path.parent),
         ) from problem
 
 
@@ -99,7 +98,7 @@ def _owned(path: Path) -> Iterator[None]:
             holder = path.read_text(encoding="ascii", errors="replace").strip()
             if not _is_dead(holder):
                 raise _taken(
-                    path.parent, holder, f"; if that process is gone: `rm {shlex.quote(str(path))}`"
+                    path.parent, holder, f" If that process is gone, run `rm {shlex.quote(str(path))}`."
                 ) from None
             path.unlink(missing_ok=True)
     os.write(handle, _signature().encode("ascii", "replace"))
@@ -131,9 +130,7 @@ def _is_dead(holder: str) -> bool:
 
 def _taken(folder: Path, holder: str, more: str = "") -> RequestError:
     return RequestError(
-        "this output is being written",
-        "one run writes it at a time",
-        holder or "another process",
-        f"wait for it, stop it, or give another output{more}",
-        str(folder),
+        f"This output is being written by {holder or 'another process'}; one run writes it at a time.",
+        hint=f"Wait for that process, stop it, or give another output.{more}",
+        where=str(folder),
     )

@@ -74,14 +74,17 @@ class Manifest:
         return list(blocks(self.spec.size, self.block_cells))
 
     def differences(self, spec: SweepSpec) -> list[str]:
-        """Return why this program cannot go on with this run for `spec`: one text for each field that differs."""
+        """Return why this program cannot go on with this run for `spec`: one text for each field that differs.
+
+        The fields are the words of the spec, and what decides the bits of the run's own cells.
+        """
         there, here = (json.loads(each.canonical()) for each in (self.spec, spec))
         found = [
             f"{name}: {_text(self.spec, name)} there, {_text(spec, name)} here"
             for name in dict.fromkeys((*there, *here))
             if there.get(name) != here.get(name)
         ]
-        for name, value in arithmetic(spec).items():
+        for name, value in arithmetic(self.spec).items():
             before = self.arithmetic.get(name)
             if before != value:
                 found.append(f"{name}: {str(before)[:16]} there, {value[:16]} here")
@@ -125,11 +128,9 @@ class Manifest:
             return cls(spec, **({"fingerprint": ""} | content))
         except (ValueError, TypeError, KeyError, AttributeError, RequestError) as problem:
             raise RequestError(
-                "the manifest of this run is damaged, or of another version of this program",
-                "a manifest is as it was written",
-                str(problem),
-                f"use the version that began it, or start anew: {discard(path.parent)}",
-                str(path),
+                f"The manifest of this run is damaged, or of another version of this program: {problem}.",
+                hint=f"Go on with the version that began the run, or start anew after {discard(path.parent)}.",
+                where=str(path),
             ) from problem
 
 

@@ -19,11 +19,10 @@ from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
-from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op
+from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op, prefetch
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
-from sweep.runs.prefetch import prefetch
 
 
 def run_to_file(
@@ -187,11 +186,9 @@ def _write_and_publish(
         run_directory.publish_file(journal.folder, path, failures)
     except DamagedBlockError as problem:
         raise StorageError(
-            "a block was damaged after it had been verified",
-            "blocks stay as they were written",
-            str(problem),
-            "run the same command again; if it comes back, test the disk and the memory",
-            str(journal.folder),
+            f"A block was damaged after it had been verified: {problem}.",
+            hint="Run the same command again. If this comes back, test the disk and the memory.",
+            where=str(journal.folder),
         ) from problem
     finally:
         unfinished.unlink(missing_ok=True)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
 from sweep.engine import estimate
-from sweep.engine import estimate as calibrate
 from sweep.errors import RequestError
 from sweep.files.paths import check_target
 from sweep.files.publish import publish, publish_bytes, refusals, sync_folder
@@ -54,11 +53,10 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     found = unrecognised(folder)
     if found and not (folder / MANIFEST).exists():
         raise RequestError(
-            "the name of the run's folder is taken",
-            f"blocks are kept in a folder named like the file with {SUFFIX} at its end",
-            f"{folder} holds {', '.join(found[:5])}, which no run has made",
-            "give another name, or move that folder",
-            str(path),
+            f"A run keeps its blocks in a folder named like the file with {SUFFIX} at its end, and that name is taken: "
+            f"{folder} holds {', '.join(found[:5])}, which no run has made.",
+            hint="Give another name, or move that folder.",
+            where=str(path),
         )
     try:
         folder.mkdir(exist_ok=True)
@@ -66,11 +64,10 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
         # what keeps the folder from being made keeps the file from being written, and has a better name there
         check_target(path, overwrite)
         raise RequestError(
-            "the file could not be written",
-            "the folder takes a new folder beside the file",
-            f"{folder}: {problem.strerror}",
-            "give another name or folder",
-            str(path),
+            f"A run keeps its blocks in a folder beside the file, and that folder could not be made: {folder}: "
+            f"{problem.strerror}.",
+            hint="Give another name or folder.",
+            where=str(path),
         ) from problem
     with locked(folder):
         is_new = not (folder / MANIFEST).exists()
@@ -93,14 +90,16 @@ def begin_or_resume(
         If the folder holds another run, or the disk has not enough room.
     """
     if block_cells is not None and block_cells < 1:
-        raise RequestError("no block", "block_cells >= 1", str(block_cells), "leave it out", "block_cells")
+        raise RequestError(
+            f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
+        )
     if (folder / MANIFEST).exists():
         journal = Journal.at(folder)
         check_same_run(journal, spec)
         return journal
     made = created()
     estimate.check_room(path, estimate.run_bytes(spec))
-    cells = block_cells or calibrate.block_cells(spec, threads)
+    cells = block_cells or estimate.block_cells(spec, threads)
     with refusals(path):
         journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
         sync_folder(folder.parent)
@@ -118,11 +117,10 @@ def check_same_run(journal: Journal, spec: SweepSpec) -> None:
     differences = journal.manifest.differences(spec)
     if differences:
         raise RequestError(
-            "blocks of another run are there",
-            "a run goes on with the spec and the program that it was begun with",
-            "; ".join(differences),
-            f"give the same spec, another output, or discard the blocks: {discard(journal.folder)}",
-            str(journal.folder),
+            "The folder holds blocks of another run. A run goes on with the spec and the program that it was begun "
+            f"with; these differ: {'; '.join(differences)}.",
+            hint=f"Give the same spec or another output, or discard the blocks with {discard(journal.folder)}.",
+            where=str(journal.folder),
         )
 
 

@@ -7,8 +7,8 @@ import pytest
 import referee
 
 import sweep
-from sweep.atlas import bisection
-from sweep.atlas.bisection import Brackets, bisected
+from sweep.atlas import boundary
+from sweep.atlas.boundary import Brackets, bisected
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
@@ -38,7 +38,7 @@ def test_every_bracket_holds_its_change(monkeypatch):
     """A thousand brackets, upward and downward, end within 1e-9 of sqrt(2), and one call serves them all."""
     calls = []
     monkeypatch.setattr(
-        bisection, "judged", judged_by(lambda x: np.where(x < math.sqrt(2), UNSTABLE, STABLE), calls)
+        boundary, "judged", judged_by(lambda x: np.where(x < math.sqrt(2), UNSTABLE, STABLE), calls)
     )
     low, high = np.linspace(0.1, 1.4, 1000), np.linspace(1.5, 90.0, 1000)
     for given in (segments(low, high), segments(high, low, STABLE, UNSTABLE)):
@@ -57,7 +57,7 @@ def test_undecided_starts_stay_inside(monkeypatch):
     def rule(x):
         return np.where(x < 1.0, UNSTABLE, np.where(x > 1.1, STABLE, UNDECIDED))
 
-    monkeypatch.setattr(bisection, "judged", judged_by(rule))
+    monkeypatch.setattr(boundary, "judged", judged_by(rule))
     found = bisected(sweep.SweepSpec(), segments([0.0, 0.9, 0.99], [2.0, 7.0, 1.2]), 1e-6)
     assert (found.near < 1.0).all()
     assert (found.far > 1.1).all()
@@ -67,7 +67,7 @@ def test_undecided_starts_stay_inside(monkeypatch):
 
 def test_no_width_is_too_small(monkeypatch):
     """Where no number lies between the ends, the bisection stops: the ends are neighbours."""
-    monkeypatch.setattr(bisection, "judged", judged_by(lambda x: np.where(x < math.pi, UNSTABLE, STABLE)))
+    monkeypatch.setattr(boundary, "judged", judged_by(lambda x: np.where(x < math.pi, UNSTABLE, STABLE)))
     found = bisected(sweep.SweepSpec(), segments(1.0, 5.0), 1e-300)
     assert found.far[0] == math.pi
     assert found.near[0] == np.nextafter(math.pi, 0.0)

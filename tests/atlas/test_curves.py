@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 
 import sweep
-from sweep.atlas import bisection
+from sweep.atlas import boundary
+from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.curves import curves
-from sweep.atlas.quantities import CURVES, POINTS
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.figures import plots
@@ -32,7 +32,7 @@ def drawn(monkeypatch):
         def judge(given):
             return np.where(rule(given["tilt"], given["roll_rate"]), UNSTABLE, STABLE).astype(np.int8)
 
-        monkeypatch.setattr(bisection, "judged", lambda spec, given: judge(given))
+        monkeypatch.setattr(boundary, "judged", lambda spec, given: judge(given))
         tilt, rate = np.meshgrid(spec.tilt.array(), spec.roll_rate.array(), indexing="ij")
         return spec, curves(spec, judge({"tilt": tilt, "roll_rate": rate}), width)
 

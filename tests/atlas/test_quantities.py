@@ -2,7 +2,7 @@
 
 import pytest
 
-from sweep.atlas.quantities import EDGES, edge_names, edge_quantities, point_quantities
+from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities
 from sweep.model.disk.tables import PARAMETERS
 
 

@@ -6,8 +6,7 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
-from sweep.files.netcdf import save
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import open_atlas, save
 from sweep.model.disk.tables import VARIABLES
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file

@@ -14,7 +14,7 @@ import sweep
 from sweep.checks.explain import explain
 from sweep.cli import main
 from sweep.figures.disk import cell_plot
-from sweep.model.disk import linear_theory
+from sweep.model.disk import theory
 
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:7", tilt="0.01deg:40deg:6:log")
 KICKED = sweep.SweepSpec(
@@ -110,7 +110,7 @@ def test_linear_theory():
         (start(tilt=1e-5, precession_rate=5.0, alpha=1.0), ROLLING),
         (start(tilt_rate=1e-5, roll_rate=3.0), KICKED),
     ]:
-        reach = linear_theory.small_reach(spec, given, linear_theory.coefficient(spec, given))
+        reach = theory.small_reach(spec, given, theory.coefficient(spec, given))
         assert reach == pytest.approx(referee.extremes(referee.starts(**given)).peak[0], rel=1e-5)
     both = explain(sweep.run(ROLLING.replace(precession_rate=1.0)), {"roll_rate": 2, "tilt": "1deg"}).text
     assert "has no upright steady motion" in both

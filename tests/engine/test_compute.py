@@ -149,6 +149,7 @@ def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
     assert compute.available_threads() == threads
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     "words",
     [
@@ -172,6 +173,7 @@ def test_a_block_is_kept_without_what_follows_from_it(words):
         assert found[name].tobytes() == column.tobytes()
 
 
+@pytest.mark.compiled
 def test_method_and_options_decide_the_variables():
     """The exact method adds those of the reduction, contact=yes those of the contact; both together have both."""
     for words, more in (

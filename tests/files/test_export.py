@@ -107,7 +107,7 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
     for kind in ("csv", "zarr"):
         path = tmp_path / f"a.{kind}"
         export(atlas, path, kind)
-        with pytest.raises(RequestError, match="add --overwrite"):
+        with pytest.raises(RequestError, match=r"exists;.*add --overwrite"):
             export(atlas, path, kind)
         export(atlas, path, kind, overwrite=True)
     with pytest.raises(RequestError, match="not a zarr store"):

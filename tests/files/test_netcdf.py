@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 import sweep
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape
-from sweep.files.netcdf import regroup, save
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import open_atlas, regroup, save
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec

@@ -12,11 +12,11 @@ from sweep.files.publish import publish_bytes, published, refusals
 def test_no_right_is_not_no_room(tmp_path):
     """Where the right to write is missing, the user is not told to free space."""
     with (
-        pytest.raises(StorageError, match="give yourself the right to write there") as caught,
+        pytest.raises(StorageError, match="Get the right to write there") as caught,
         refusals(tmp_path / "a"),
     ):
         raise PermissionError(errno.EACCES, "Permission denied", "a.nc.run/blocks/000000.tmp")
-    assert "free some" not in str(caught.value)
+    assert "Free some" not in str(caught.value)
 
 
 def test_other_errors_of_the_program_pass():

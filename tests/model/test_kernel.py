@@ -17,6 +17,8 @@ import pytest
 import kernels
 from sweep.errors import RequestError
 from sweep.model import kernel
+from sweep.model.disk.exact import EXTREMES
+from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel, cache_folder, check_cache, code_hash, significant
 
 CHECKOUT = Path(kernels.__file__).parents[1]
@@ -320,11 +322,15 @@ def test_without_a_cache_the_kernel_is_compiled(tmp_path):
 
 
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
-    """After the kernels have been used, an empty cache means that they will be compiled each time: it is named."""
+    """If the kernels that were used are not kept, they will be compiled each time: the folder is named."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    with pytest.raises(RequestError, match=re.escape(str(tmp_path))) as caught:
-        check_cache()
-    assert "EULERDISK_CACHE_DIR" in caught.value.hint
-    (tmp_path / "key").mkdir()
-    (tmp_path / "key" / "a.nbc").write_bytes(b"")
-    check_cache()
+    used = [DISK.integrate, EXTREMES]
+    # what another version has kept is no use
+    folders = [tmp_path / "another version", *(cache_folder([each.module]) for each in used)]
+    for folder in folders:
+        with pytest.raises(RequestError, match=re.escape(str(tmp_path))) as caught:
+            check_cache(used)
+        assert "EULERDISK_CACHE_DIR" in caught.value.hint
+        folder.mkdir()
+        (folder / "a.nbc").write_bytes(b"")
+    check_cache(used)

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import pytest
 
 from sweep import RequestError, TrajectorySpec
-from sweep.motion.quantities import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
+from sweep.motion.request import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
 
 
 def test_words_are_read_in_si():

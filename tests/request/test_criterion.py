@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
 from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import ENDINGS, PARAMETERS
 from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE
 from sweep.request.criterion import Amplification, Criterion, Departure
+from sweep.request.spec import SweepSpec
 
 DEPARTURE = Criterion("departure", 0.1)
 AMPLIFICATION = Criterion("amplification", 10.0)
@@ -178,8 +180,34 @@ def test_the_limit_of_a_criterion():
     [("departure:5deg", ["5 deg"]), ("amplification:10", ["10 times", "perturbation"])],
 )
 def test_a_criterion_says_how_far_is_too_far(criterion, facts):
-    """In words angles are in degrees; the limit of a cell is said in the coordinate, with what it is a multiple of."""
-    tilt, made = PARAMETERS["tilt"], Criterion.parse(criterion)
-    assert all(fact in made.in_words(tilt) for fact in facts)
-    assert all(fact in made.limit_in_words(math.radians(5.0), tilt) for fact in ["5 deg", *facts])
-    assert made.kind in made.label(tilt)
+    """Everywhere the limit is said in degrees or as a multiple; figures name the kind, and say what else is lost."""
+    made = Criterion.parse(criterion)
+    assert all(fact in made.too_far(PARAMETERS["tilt"]) for fact in facts)
+    assert all(fact in made.unstable_if(DISK) for fact in ["tilt", "steady value", *facts, "the disk falls"])
+    assert made.kind in made.label(DISK)
+    assert all(part in made.caption(DISK) for part in (made.label(DISK).split()[-1], "the disk falls"))
+
+
+@pytest.mark.parametrize("criterion", ["departure:5deg", "amplification:10"])
+@pytest.mark.parametrize(
+    ("ending", "reach", "stability", "facts"),
+    [
+        (BOUNDED, 6.0, UNSTABLE, ["6 deg", "more than the 5 deg"]),
+        (BOUNDED, 4.0, STABLE, ["4 deg", "at most the 5 deg", "turning points"]),
+        (HORIZON, 4.0, UNDECIDED, ["4 deg", "at most the 5 deg", "300 s"]),
+        (FELL, 85.0, UNSTABLE, ["fall_tilt", "85 deg", "7 s"]),
+    ],
+)
+def test_a_criterion_gives_the_reason_of_a_verdict(criterion, ending, reach, stability, facts):
+    """How far the cell went, beside its limit, and what a multiple of the perturbation is a multiple of."""
+    stored = {"ending": ending, "stability": stability, "fall_time": 7.0}
+    # ten times half a degree are 5 deg
+    reason = Criterion.parse(criterion).reason(SweepSpec(), stored, math.radians(reach), math.radians(0.5))
+    assert all(fact in reason for fact in facts), reason
+    assert ("0.5 deg" in reason) == (criterion.startswith("amplification") and ending != FELL)
+
+
+@pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
+def test_verdicts_follow_from_what_a_criterion_needs(criterion):
+    """The ending and both extremes are enough: another criterion on an atlas needs no other variable."""
+    assert criterion.needs(DISK) == ("ending", "tilt_min", "tilt_max")

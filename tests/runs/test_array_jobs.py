@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from sweep.errors import StoppedError
-from sweep.files.netcdf import AtlasWriter
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import AtlasWriter, open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor
 from sweep.runs.locks import locked
@@ -110,17 +109,17 @@ def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkey
 @pytest.mark.parametrize(
     ("line", "match"),
     [
-        ("block --run a.nc.run --part 0/3", "not a part"),
-        ("block --run a.nc.run --part 4/3", "not a part"),
-        ("block --run a.nc.run --part x", "not a part"),
+        ("block --run a.nc.run --part 0/3", "1 <= I <= N; got 0/3"),
+        ("block --run a.nc.run --part 4/3", "1 <= I <= N; got 4/3"),
+        ("block --run a.nc.run --part x", "1 <= I <= N; got x"),
         ("block --run elsewhere --part 1/3", "not the folder of a run"),
-        ("assemble a.nc.run", "blocks are missing"),
+        ("assemble a.nc.run", "5 of 5 blocks are missing"),
         ("assemble elsewhere", "not the folder of a run"),
         (
             f"run {WORDS} alpha=0.7 criterion=departure:1deg -o a.nc",
             r"alpha: 0.5 there, 0.7 here; criterion: ",
         ),
-        (f"prepare {WORDS} --block-cells 0 -o b.nc", "no block"),
+        (f"prepare {WORDS} --block-cells 0 -o b.nc", "at least one cell; got 0"),
         ("info missing.nc --partial b.nc", "no unfinished run"),
     ],
 )
@@ -148,7 +147,8 @@ def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
     name = spoilt(tmp_path / "a.nc.run")
     status, _, err = command("assemble a.nc.run")
     assert status == 2
-    assert f"1 of 4 missing, the first is 0; damaged and set aside: {name}" in err
+    assert "1 of 4 blocks are missing, the first is block 0. Damaged and set aside: " in err
+    assert name in err
     assert command("block --run a.nc.run --part 1/1")[0] == 0
     name = spoilt(tmp_path / "a.nc.run")
     status, _, err = command("block --run a.nc.run --part 1/1")
@@ -164,7 +164,7 @@ def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypat
     shutil.copytree(tmp_path / "a.nc.run", tmp_path / "a copy")
     status, _, err = command("assemble 'a copy'")
     assert status == 2
-    assert "no name for the file" in err
+    assert "got a copy." in err
     assert "`mv 'a copy' OUT.nc.run`" in err
     monkeypatch.chdir(tmp_path / "a.nc.run")
     assert command("assemble .")[0] == 0

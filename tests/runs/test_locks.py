@@ -73,7 +73,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
     monkeypatch.setattr(fcntl, "flock", unsupported)
     with locked(tmp_path):
         assert (tmp_path / "owner").is_file()
-        with pytest.raises(RequestError, match=rf"process {os.getpid()} on .*rm .*owner"), locked(tmp_path):
+        with pytest.raises(RequestError, match=rf"process {os.getpid()} on .*`rm .*owner`"), locked(tmp_path):
             pass
         with locked(tmp_path, shared=True):
             pass
@@ -99,7 +99,7 @@ def test_a_run_of_another_user(tmp_path, monkeypatch, code):
     monkeypatch.setattr("sweep.runs.locks.os.open", refuse)
     with (
         pytest.raises(
-            RequestError, match=rf"folder cannot be written.*{os.strerror(code)}.*let its owner"
+            RequestError, match=rf"cannot be written.*{os.strerror(code)}.*Let the owner"
         ) as caught,
         locked(tmp_path),
     ):

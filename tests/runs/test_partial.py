@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sweep.engine.compute import compute, measure_block
+from sweep.engine.grid import starts_of
 from sweep.errors import RequestError
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, manifest
 from sweep.runs.partial import describe, write_partial
@@ -33,7 +34,7 @@ def test_what_there_is_can_be_read(begun, tmp_path):
     """Every variable of the atlas is there, whatever the method; cells of missing blocks have no numbers."""
     spec, path = begun.manifest.spec, tmp_path / "p.nc"
     assert write_partial(begun.folder, path) == (3, 12)
-    columns = compute(spec, begun.spans[1])
+    columns = compute(spec, starts_of(spec, begun.spans[1]))
     with open_atlas(path) as part:
         assert set(columns) <= set(part.data_vars)
         for name, column in columns.items():

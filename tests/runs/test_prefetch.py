@@ -2,10 +2,11 @@
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sweep.runs.prefetch import prefetch
+from sweep.runs.executor import prefetch
 
 
 def test_the_items_in_order_from_one_other_thread():
@@ -59,42 +60,55 @@ def test_an_exception_arrives_where_its_item_would_be_taken(problem):
 
 
 @pytest.mark.parametrize("problem", [ValueError("a defect"), KeyboardInterrupt()])
-def test_leaving_early_closes_the_generator(problem):
+def test_leaving_early_closes_the_generator(monkeypatch, problem):
     """An exception of the consumer passes; the item in the making is finished, no other begun, the thread ended."""
-    made, closed = [], []
+    begun, finished, closed, threads = [], [], [], []
+    # item 1 is in the making from the time when the consumer leaves until the items that wait are cancelled
+    in_the_making, cancelled = threading.Event(), threading.Event()
+
+    class Pool(ThreadPoolExecutor):
+        def shutdown(self, **how):
+            super().shutdown(**{**how, "wait": False})
+            cancelled.set()
+            super().shutdown()
 
     def items():
+        threads.append(threading.current_thread())
         try:
             for i in range(1000):
-                made.append(i)
-                time.sleep(0.2 * i)
+                begun.append(i)
+                if i == 1:
+                    in_the_making.set()
+                    assert cancelled.wait(60)
+                finished.append(i)
                 yield i
         finally:
             closed.append(True)
 
-    before = threading.active_count()
-
     def consume():
         with prefetch(items()) as taken:
             next(taken)
+            assert in_the_making.wait(60)
             raise problem
 
+    monkeypatch.setattr("sweep.runs.executor.ThreadPoolExecutor", Pool)
     with pytest.raises(type(problem)):
         consume()
     assert closed == [True]
-    assert made == [0, 1]
-    assert threading.active_count() == before
+    assert begun == finished == [0, 1]
+    assert not any(each.is_alive() for each in threads)
 
 
 def test_stages_in_a_row():
     """One prefetch inside another ends as cleanly, whether it is used up or left."""
+    closed, threads = [], []
 
     def numbers():
+        threads.append(threading.current_thread())
         yield from range(50)
 
-    closed = []
-
     def squares():
+        threads.append(threading.current_thread())
         try:
             with prefetch(numbers()) as inner:
                 for i in inner:
@@ -107,4 +121,5 @@ def test_stages_in_a_row():
     with prefetch(squares()) as taken:
         assert next(taken) == 0
     assert closed == [True, True]
-    assert threading.active_count() == 1 or not [t for t in threading.enumerate() if "ThreadPool" in t.name]
+    assert len(set(threads)) == 4
+    assert not any(each.is_alive() for each in threads)

@@ -12,10 +12,9 @@ from sweep.engine import estimate
 from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError, StorageError
 from sweep.files import paths, publish
-from sweep.files.netcdf import save
-from sweep.files.reading import open_atlas
+from sweep.files.netcdf import open_atlas, save
 from sweep.request.spec import SweepSpec
-from sweep.runs import executor, run, run_directory
+from sweep.runs import executor, run
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -122,14 +121,14 @@ def test_the_final_name_appears_last(path):
 def test_an_existing_file_is_not_replaced_by_accident(path):
     """Without overwrite an existing file is refused before anything is computed; with it, it is replaced."""
     path.write_bytes(b"old")
-    text = refused("the file exists", run_to_file, SPEC, path)
+    text = refused("the file exists;", run_to_file, SPEC, path)
     assert text.startswith(f"{path}: ")
     assert "--overwrite" in text
     assert path.read_bytes() == b"old"
     run_to_file(SPEC, path, overwrite=True)
     with open_atlas(path) as read:
         assert read.sizes == {"tilt": 20}
-        refused("the file exists", save, read, path)
+        refused("the file exists;", save, read, path)
 
 
 def test_targets_that_are_no_files(tmp_path):
@@ -143,8 +142,8 @@ def test_targets_that_are_no_files(tmp_path):
         ("missing/x.nc", "no such folder"),
         ("file/x.nc", "no such folder"),
         ("y" * 300 + "/x.nc", "no such folder"),
-        ("y" * 300, "could not be written"),
-        ("y" * 254, "could not be written"),
+        ("y" * 300, "could not be made"),
+        ("y" * 254, "could not be made"),
     ]:
         refused(what, run_to_file, SPEC, tmp_path / name, overwrite=True)
     assert sorted(tmp_path.iterdir()) == before
@@ -162,10 +161,10 @@ def test_a_disk_that_is_too_small(path, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
     monkeypatch.setattr(executor, "measure_block", None)
-    monkeypatch.setattr(run_directory.calibrate, "block_cells", None)
+    monkeypatch.setattr(estimate, "block_cells", None)
     large = SPEC.replace(tilt="1deg:5deg:20000")
     text = refused("does not fit on the disk", run_to_file, large, path)
-    assert "1.0 MB free" in text
+    assert "1.0 MB are free" in text
     assert list(path.parent.iterdir()) == []
     estimate.check_room(path, 0.9e6)
 

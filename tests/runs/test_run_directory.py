@@ -15,9 +15,7 @@ def test_a_folder_with_other_files_is_not_taken(tmp_path):
     mine = tmp_path / "a.nc.run" / "mine.txt"
     mine.parent.mkdir()
     mine.write_text("years of work")
-    with pytest.raises(
-        RequestError, match=r"name of the run's folder is taken.*mine\.txt, which no run has made"
-    ):
+    with pytest.raises(RequestError, match=r"that name is taken.*mine\.txt, which no run has made"):
         run_to_file(SPEC, tmp_path / "a.nc")
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [mine]
 

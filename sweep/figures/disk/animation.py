@@ -17,7 +17,7 @@ from sweep.figures.disk.motion_plots import poses_at
 from sweep.figures.drawing import STYLE
 from sweep.files.publish import published
 from sweep.model.quantity import Array
-from sweep.motion.quantities import TIME
+from sweep.motion.request import TIME
 from sweep.runs.executor import Progress
 
 if TYPE_CHECKING:

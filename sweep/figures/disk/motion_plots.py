@@ -13,7 +13,7 @@ from matplotlib.font_manager import FontProperties
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.drawing import STYLE
 from sweep.model.quantity import Array
-from sweep.motion.quantities import TIME, TRAJECTORY
+from sweep.motion.request import TIME, TRAJECTORY
 from sweep.motion.small_oscillations import LinearMotion, linear_motion
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from sweep.figures.drawing import HALO, INK, STYLE, add_legend, hatch, name_regi
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_scaled_axis, set_scale
 from sweep.model.disk.model import DISK
-from sweep.model.disk.saddle_node import saddle_node_rates
+from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Values
 from sweep.request.spec import SweepSpec

@@ -88,7 +88,7 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     """
     model, scale = spec.model, spec.model.perturbation(spec, starts)
     stored_reach, exact_reach = model.reach(spec, starts, stored), model.reach(spec, starts, exact)
-    exact_stability = spec.criterion.verdict(ENDINGS, exact, exact_reach, scale)
+    exact_stability = _verdict(spec, exact, exact_reach, scale)
     allowed = spec.tolerance + np.nan_to_num(exact["tilt_error"])
     difference = _tilt_difference(spec, stored, exact, allowed)
     period_difference = stored["nutation_period"] - exact["nutation_period"]
@@ -97,7 +97,7 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     marginal = _margin(spec, exact, exact_reach, scale) <= allowed
     follows = _follows(spec, starts, stored, stored_reach, scale)
     same_ending = at_rest | _endings_agree(spec, stored, exact)
-    same_verdict = at_rest | _verdicts_agree(stored, exact_stability)
+    same_verdict = at_rest | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
     # each line overrides those before it
     code = np.where(stored["ending"] == ENDINGS.code("horizon"), WITHIN, AGREES)
     code = np.where(marginal & ~(same_ending & same_verdict), MARGINAL, code)
@@ -152,11 +152,11 @@ def _period_allowance(exact: Columns, allowed: Array) -> Array:
 
 def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
     """Return where all values that follow from the start, the extremes and the ending do follow from them."""
-    peak = np.maximum(np.abs(stored["tilt_min"]), np.abs(stored["tilt_max"]))
+    derived = _derived(stored, reach, scale)
+    peak, amplification = derived["peak_tilt"], derived["amplification"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        amplification = np.where(scale > 0.0, reach / scale, np.nan)
         rounding = _ROUNDING * amplification + _TILT_ROUNDING / scale
-    verdict = stored["stability"] == spec.criterion.verdict(ENDINGS, stored, reach, scale)
+    verdict = stored["stability"] == _verdict(spec, stored, reach, scale)
     follows: Truths = (
         _same(stored["peak_tilt"], peak, 0.0)
         & _same(stored["amplification"], amplification, rounding)
@@ -221,6 +221,26 @@ def _with_failed_cells(
         code = np.where(cells_apart, np.where(follows, name, CONTRADICTORY), code)
     code = np.where(impossible != refused, ENDING_DIFFERS, code)
     return np.where(stored["ending"] == ENDINGS.code("not_computed"), NOT_COMPUTED, code)
+
+
+def _verdict(spec: "SweepSpec", measured: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
+    given = {**measured, **_derived(measured, reach, scale)}
+    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, given, reach, scale)
+    return verdict
+
+
+def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
+    """Variables that follow from the extremes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {
+            "peak_tilt": np.maximum(np.abs(measured["tilt_min"]), np.abs(measured["tilt_max"])),
+            "amplification": np.where(scale > 0.0, reach / scale, np.nan),
+        }
+
+
+def _decidable(spec: "SweepSpec") -> bool:
+    """Whether the reduction knows all that the criterion needs: it knows no duration and no fall time."""
+    return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
 
 
 def _fell(measured: Columns) -> Truths:

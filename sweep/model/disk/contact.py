@@ -1,10 +1,17 @@
-"""Where rolling without slipping is believable: what the motion of each cell asks of the contact."""
+"""Contact forces: their extremes along the motions of cells, and where a disk would slip or lift off."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kernels.disk import arrays
+from sweep.errors import RequestError
 from sweep.model.description import Columns, Starts
+from sweep.model.disk.tables import CONTACT_VARIABLES
 from sweep.model.kernel import Kernel
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CONTACT_EXTREMES = Kernel("kernels.disk.contact", "contact_extremes")
 
@@ -28,3 +35,31 @@ def contact_columns(starts: Starts, measured: Columns) -> Columns:
     extremes = np.empty((len(arrays.CONTACT), rows.shape[1]))
     CONTACT_EXTREMES.load()(rows, tilts, extremes)
     return dict(zip(arrays.CONTACT, extremes, strict=True))
+
+
+def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
+    """Return which cells need more than a friction coefficient, or lift off: array of bool on the grid of the atlas.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas, or a selection from one.
+    friction : float
+        Friction coefficient of disk and plane.
+
+    Raises
+    ------
+    RequestError
+        If the atlas holds no contact forces.
+    """
+    missing = [name for name in CONTACT_VARIABLES if name not in dataset]
+    if missing:
+        raise RequestError(
+            f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
+            "are missing.",
+            hint="Make it again with eulerdisk run SPEC contact=yes.",
+            where=str(dataset.attrs["title"]),
+        )
+    least_force, needed = (dataset[name] for name in CONTACT_VARIABLES)
+    found: xr.DataArray = (least_force <= 0.0) | (needed > friction)
+    return found.rename(f"slips or lifts off at friction {friction:g}")

@@ -61,7 +61,8 @@ class ExactReduction:
     def needed(self, spec: "SweepSpec") -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
         rate = computed_rate(spec)
-        return (*audit.MEASURES, rate) if rate else audit.MEASURES
+        needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
+        return tuple(dict.fromkeys(needed))
 
     def check(self, spec: "SweepSpec", starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
         """Hold stored cells against the reduction; see `sweep.model.disk.audit.check`."""

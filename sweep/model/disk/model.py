@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels.disk import arrays
 from sweep.model.description import Columns, Model, Starts, Words
-from sweep.model.disk import initial_conditions, linear_theory, tables, theory
+from sweep.model.disk import initial_conditions, tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
 from sweep.model.disk.exact import EXTREMES, ExactReduction
 from sweep.model.kernel import Kernel
@@ -143,7 +143,7 @@ class Disk(Model):
         self, spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        return linear_theory.in_words(spec, start, stored)
+        return theory.in_words(spec, start, stored)
 
 
 DISK = Disk()

@@ -1,9 +1,12 @@
-"""Where theory puts the boundary of stability: the analytic lines, and the line that a criterion predicts.
+"""What theory says of the disk without time stepping: edges of stability, folds of the potential, small oscillations.
 
 No time stepping. Along any motion of the disk the two scaled rates s and o are linear combinations of two fixed
 functions of the tilt (Chaplygin 1897), so what a start must have to turn back at a given tilt is a closed expression.
 """
 
+import math
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +15,12 @@ from kernels.disk.steady import (
     critical_precession_rate_squared,
     critical_roll_rate_squared,
     marginal_precession_rates,
+    stability_coefficient,
+    steady_roll_rate,
 )
 from sweep.model.description import Starts
 from sweep.model.disk.initial_conditions import circling, perturbation
+from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 
 if TYPE_CHECKING:
@@ -198,3 +204,133 @@ def _legendre(u: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
         solutions.append((total, slope))
     (even, even_slope), (odd, odd_slope) = solutions
     return even, odd, even_slope, odd_slope
+
+
+#: Nodes on the curve; between them it is interpolated, to 4e-8 of the rate.
+_NODES = 4000
+
+#: The curve's ends: where the disk only rolls (0) and where it only spins (1), k = 0 upright.
+_UPRIGHT = 1e-7
+
+#: No steady motion with k = 0 is steeper, whatever its alpha.
+_STEEPEST = np.radians(20.0)
+
+
+def saddle_node_rates(tilt: Array, axis: str, alpha: float) -> Array:
+    """Return the rate at which the potential of a disk that only rolls, or only spins, changes from two wells to one.
+
+    Parameters
+    ----------
+    tilt : array, shape (n,)
+        Tilt of the start [rad], inside +-90 deg.
+    axis : {"roll_rate", "precession_rate"}
+        The rate that the start has; the other one is zero.
+    alpha : float
+        Mass distribution [1].
+
+    Returns
+    -------
+    array, shape (n,)
+        Rate over sqrt(gravity/radius): below it there are two wells, above it one.
+
+    Notes
+    -----
+    The rate of the tilt does not matter: it is no constant of the potential.
+    """
+    zero, one = np.zeros_like(tilt), np.ones_like(tilt)
+    s0, o0 = (one, zero) if axis == "roll_rate" else (np.sin(tilt), np.cos(tilt))
+    s, o = carried_rates(tilt, zero, s0, o0, alpha * one)
+    direction, size = _curve(alpha)
+    found: Array = np.interp(np.arctan2(np.abs(o), np.abs(s)), direction, size) / np.hypot(s, o)
+    return found
+
+
+@lru_cache(maxsize=8)
+def _curve(alpha: float) -> tuple[Array, Array]:
+    """The curve of folds in polar coordinates of (s, o) at upright: angle, increasing from 0 to pi/2, and radius."""
+    steepest = _steepest(alpha)
+    # the two branches meet at the steepest tilt like the sides of a parabola
+    tilt = steepest * (1.0 - np.linspace(0.0, np.sqrt(1.0 - _UPRIGHT), _NODES) ** 2)
+    one = np.ones_like(tilt)
+    branches = []
+    for precession in marginal_precession_rates(tilt, 0.0, alpha, one, one):
+        roll = steady_roll_rate(tilt, precession, alpha, one, one)
+        rates = roll + precession * np.sin(tilt), precession * np.cos(tilt)
+        branches.append(carried_rates(tilt, 0.0 * tilt, *rates, alpha * one))
+    (slow_s, slow_o), (fast_s, fast_o) = branches
+    s, o = np.concatenate((slow_s[::-1], fast_s)), np.concatenate((slow_o[::-1], fast_o))
+    known = np.isfinite(s) & np.isfinite(o)
+    return np.arctan2(np.abs(o[known]), np.abs(s[known])), np.hypot(s[known], o[known])
+
+
+def _steepest(alpha: float) -> float:
+    """The steepest tilt [rad] of a steady motion with k = 0, by bisection; at 1e-12 rad below it there is one."""
+    low, high = _UPRIGHT, float(_STEEPEST)
+    while high - low > 1e-12:
+        middle = 0.5 * (low + high)
+        exists = np.isfinite(marginal_precession_rates(np.array([middle]), 0.0, alpha, 1.0, 1.0)[1][0])
+        low, high = (middle, high) if exists else (low, middle)
+    return low
+
+
+_DISK = ("alpha", "radius", "gravity")
+
+
+def in_words(spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+    """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
+    if not all(np.isfinite(list(start.values()))):
+        return
+    if not circling(spec) and start["roll_rate"] and start["precession_rate"]:
+        yield "linear      no prediction: a disk that rolls and precesses at once has no upright steady motion"
+        return
+    k = coefficient(spec, start)
+    if not math.isfinite(k):
+        yield "linear      no prediction: the squares of these rates overflow"
+        return
+    if k <= 0.0:
+        growth = math.sqrt(-k)
+        speed = (
+            f"a small tilt doubles every {math.log(2.0) / growth:.4g} s" if growth else "a small tilt grows"
+        )
+        yield f"linear      unstable: k = {k:.6g} rad2 s-2 < 0, {speed} until it is no longer small"
+        return
+    period = 2.0 * math.pi / math.sqrt(k)
+    measured = stored["nutation_period"]
+    beside = f" (the cell has {measured:.6g} s)" if np.isfinite(measured) else ""
+    yield f"linear      stable: k = {k:.6g} rad2 s-2 > 0, small oscillations of period {period:.6g} s{beside}"
+    reach = small_reach(spec, start, k)
+    if reach is not None:
+        yield f"            that leave the steady tilt by {_angle(reach)}"
+
+
+def coefficient(spec: "SweepSpec", start: Mapping[str, float]) -> float:
+    """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
+    tilt = start["tilt"] if circling(spec) else 0.0
+    rates = np.array([start["precession_rate"], start["roll_rate"]])
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(stability_coefficient(tilt, *rates, *(start[name] for name in _DISK)))
+
+
+def small_reach(spec: "SweepSpec", start: Mapping[str, float], k: float) -> float | None:
+    """Return the largest departure [rad] that linear theory predicts for a stable cell; None for mixed starts.
+
+    Notes
+    -----
+    A kick e swings out by e/sqrt(k). A release from the tilt t swings, about a steady motion that the release itself
+    has changed, out to t (1 + 2/(r-1)) rolling and t (3 + 4/(r-1)) spinning, r = (rate / critical rate)^2.
+    """
+    if circling(spec) or start["tilt"] == 0.0:
+        return abs(start["tilt_rate"]) / math.sqrt(k)
+    if start["tilt_rate"] != 0.0:
+        return None
+    if start["roll_rate"]:
+        r = start["roll_rate"] ** 2 / float(critical_roll_rate_squared(*(start[name] for name in _DISK)))
+        return abs(start["tilt"]) * (1.0 + 2.0 / (r - 1.0))
+    r = start["precession_rate"] ** 2 / float(
+        critical_precession_rate_squared(*(start[name] for name in _DISK))
+    )
+    return abs(start["tilt"]) * (3.0 + 4.0 / (r - 1.0))
+
+
+def _angle(value: float) -> str:
+    return PARAMETERS["tilt"].spell(value, 6)

@@ -3,7 +3,7 @@ import pytest
 
 import sweep
 from sweep.figures import panels, plots
-from sweep.figures.disk.friction import slipping
+from sweep.model.disk.contact import slipping
 
 pytestmark = pytest.mark.compiled
 

@@ -8,8 +8,8 @@ from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.figures.disk.regimes import NAMES, figure, regimes
 from sweep.model.disk.model import DISK
-from sweep.model.disk.saddle_node import saddle_node_rates
 from sweep.model.disk.tables import PARAMETERS
+from sweep.model.disk.theory import saddle_node_rates
 from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled

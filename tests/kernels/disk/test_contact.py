@@ -11,7 +11,7 @@ from kernel_runner import flow
 from kernels.disk import contact
 from kernels.disk import equations as disk
 from kernels.disk.arrays import CONTACT, CONTACT_FRICTION_NEEDED, CONTACT_LEAST_NORMAL_FORCE
-from sweep.engine import compiled
+from sweep.model.disk.contact import CONTACT_EXTREMES
 
 TILTS = st.floats(-1.4, 1.4)
 RATES = st.floats(-20.0, 20.0)
@@ -95,7 +95,7 @@ def test_forces_are_recorded_only_where_there_is_a_motion():
     starts = referee.starts(tilt=[0.1, 0.1, 0.1], roll_rate=[3.0, 3.0, 3.0])
     tilts = np.array([[np.nan, 0.1, -0.1], [np.nan, 0.1, 0.1]])
     extremes = np.zeros((len(CONTACT), 3))
-    compiled.contact_extremes()(starts, tilts, extremes)
+    CONTACT_EXTREMES.load()(starts, tilts, extremes)
     assert np.isnan(extremes[:, 0]).all()
     assert (extremes[CONTACT_LEAST_NORMAL_FORCE, 1:] > 0.9).all()
     assert (extremes[CONTACT_FRICTION_NEEDED, 1:] > 0.0).all()

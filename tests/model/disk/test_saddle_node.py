@@ -5,8 +5,8 @@ from auditing import ENDINGS
 from scipy.integrate import solve_ivp
 
 from sweep.model.disk.model import DISK
-from sweep.model.disk.saddle_node import saddle_node_rates
 from sweep.model.disk.tables import PARAMETERS
+from sweep.model.disk.theory import saddle_node_rates
 from sweep.request.spec import SweepSpec
 
 ALPHAS = (0.05, 0.5, 1.0)

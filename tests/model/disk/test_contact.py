@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from sweep.schema import CONTACT_VARIABLES
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.explain import explain
+from sweep.model.disk.tables import CONTACT_VARIABLES
 
 
 def circling_atlas():

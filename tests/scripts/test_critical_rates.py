@@ -3,10 +3,10 @@
 import re
 
 import pytest
+from critical_rates import critical_table
 
 import sweep
 from sweep.request.spec import SweepSpec
-from sweep.studies.critical_rates import critical_table
 
 pytestmark = pytest.mark.compiled
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kernels.disk.steady import critical_precession_rate_squared, critical_roll_rate_squared
+from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import spec_of
-from sweep.atlas.quantities import edge_names
 
 if TYPE_CHECKING:
     import xarray as xr

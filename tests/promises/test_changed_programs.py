@@ -1,0 +1,91 @@
+"""An unfinished run is continued by a program that computes the same bits, and refused by one that might not."""
+
+import re
+
+import pytest
+import xarray as xr
+from source_copy import SourceCopy
+
+from sweep.request.spec import SweepSpec
+from sweep.runs import array_jobs
+from sweep.runs.run import run_to_file
+
+WORDS = ["roll_rate=2:4:4", "tilt=1deg"]
+SPECS = {
+    "rk4": SweepSpec.from_words("rolling", WORDS),
+    "contact": SweepSpec.from_words("rolling", [*WORDS, "contact=yes"]),
+    "exact": SweepSpec.from_words("rolling", [*WORDS, "method=exact"]),
+}
+
+#: What no bit of an rk4 run depends on: comments, docstrings, the version, and kernels that the run does not use.
+HARMLESS = [
+    ("kernels/disk/rk4.py", "# a division would cost a tenth of the step", "# another comment"),
+    (
+        "kernels/lanes/schedule.py",
+        "The functions of the model are those of",
+        "The functions of a model are those of",
+    ),
+    (
+        "sweep/model/disk/initial_conditions.py",
+        "perturbation in a start, in rad.",
+        "perturbation in a start [rad].",
+    ),
+    ("sweep/version.py", '__version__ = "', '__version__ = "99.'),
+    ("kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
+    ("kernels/disk/contact.py", "_TILT_STEP, _FEWEST = 0.01,", "_TILT_STEP, _FEWEST = 0.02,"),
+    ("sweep/figures/scales.py", "SQUEEZED = 20.0", "SQUEEZED = 30.0"),
+]
+
+#: What decides the bits of a run: the equations, the starts, the values of an axis, the kernels of method and options.
+DECISIVE = [
+    (
+        "rk4",
+        "kernels/disk/equations.py",
+        "0.5 * alpha, 1.0 / (1.0 + alpha)",
+        "0.6 * alpha, 1.0 / (1.0 + alpha)",
+    ),
+    ("rk4", "sweep/model/disk/initial_conditions.py", "np.sqrt(2.0 *", "np.sqrt(3.0 *"),
+    ("rk4", "sweep/request/axes.py", "return np.linspace(", "return np.geomspace("),
+    ("contact", "kernels/disk/contact.py", "_TILT_STEP, _FEWEST = 0.01,", "_TILT_STEP, _FEWEST = 0.02,"),
+    ("exact", "kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
+]
+
+
+def computed(folder, spec, parts):
+    """Prepare a run of two blocks with the program that is tested, and compute the parts 1 to `parts` of 2."""
+    folder.mkdir()
+    journal = array_jobs.prepare(spec, folder / "a.nc", block_cells=2)
+    for part in range(1, parts + 1):
+        assert array_jobs.compute_part(journal.folder, part, 2) == (0, 1)
+
+
+def test_what_decides_no_bit_may_change(tmp_path):
+    """The changed program makes the file of the blocks that are there, with every bit of an undisturbed run."""
+    # all blocks, so that the changed program need not compile its kernels: that the run is its own it finds out before
+    computed(tmp_path / "run", SPECS["rk4"], 2)
+    copy = SourceCopy(tmp_path / "copy")
+    for file, before, after in HARMLESS:
+        copy.edit(file, before, after)
+    done = copy.command(f"run rolling {' '.join(WORDS)} -o a.nc", tmp_path / "run")
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+    assert "going on: 2 of 2 blocks are there, 0 to compute" in done.stderr
+    run_to_file(SPECS["rk4"], tmp_path / "whole.nc")
+    with xr.open_dataset(tmp_path / "run" / "a.nc") as found, xr.open_dataset(tmp_path / "whole.nc") as whole:
+        assert "99." in found.attrs["source"]
+        assert found.attrs["kernel_hash"] == whole.attrs["kernel_hash"]
+        for name, variable in whole.variables.items():
+            assert found[name].values.tobytes() == variable.values.tobytes(), name
+
+
+@pytest.mark.parametrize(("kind", "file", "before", "after"), DECISIVE, ids=[each[1] for each in DECISIVE])
+def test_what_decides_the_bits_may_not_change(tmp_path, kind, file, before, after):
+    """With status 2, the code is named as what differs, and nothing is computed or removed."""
+    computed(tmp_path / "run", SPECS[kind], 1)
+    kept = sorted((tmp_path / "run").rglob("*"))
+    copy = SourceCopy(tmp_path / "copy")
+    copy.edit(file, before, after)
+    done = copy.command("block --run a.nc.run --part 2/2", tmp_path / "run")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert re.search(r"these differ: arithmetic_hash: \w+ there, \w+ here\.", done.stderr)
+    assert "discard the blocks with `rm -r a.nc.run`" in done.stderr
+    assert sorted((tmp_path / "run").rglob("*")) == kept

@@ -1,0 +1,134 @@
+"""Files outlive versions: atlases of version 0.1 serve a program whose disk has one parameter more.
+
+The files in tests/promises/older were made by version 0.1.0 with SOURCE_DATE_EPOCH=1700000000:
+`eulerdisk run rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log` and
+`eulerdisk run circling precession_rate=0.5:4:6 tilt=5deg,10deg contact=yes method=exact`.
+"""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from source_copy import CHECKOUT, SourceCopy
+
+import sweep
+from sweep.atlas.dataset import spec_of
+from sweep.checks.compare import compare
+
+OLDER = Path(__file__).parent / "older"
+
+#: What the version with one parameter more does with the older files, in one process.
+LINES = [
+    "info rolling-0.1.nc",
+    "info circling-0.1.nc",
+    "plot rolling-0.1.nc circling-0.1.nc -o both.png",
+    "boundary rolling-0.1.nc",
+    "boundary circling-0.1.nc --criterion departure:1deg",
+    "export circling-0.1.nc --to csv -o circling.csv",
+    "run --from rolling-0.1.nc -o rolling.nc",
+    "run --from circling-0.1.nc -o circling.nc",
+    "compare rolling.nc rolling-0.1.nc",
+    "compare circling.nc circling-0.1.nc",
+    "verify rolling-0.1.nc",
+    "verify circling-0.1.nc --write audit.nc",
+    "explain rolling-0.1.nc roll_rate=2.5 tilt=1deg",
+    "explain circling-0.1.nc precession_rate=2 tilt=5deg",
+    "run --from rolling-0.1.nc viscosity=0,1 -o axis.nc",
+    "run rolling roll_rate=2:3:8 tilt=1deg viscosity=0.5 -o one.nc",
+    "compare one.nc rolling-0.1.nc",
+]
+
+_COMMANDS = """
+import contextlib, io, json, shlex, sys
+from sweep.cli import main
+
+ends = {}
+for line in json.loads(sys.argv[1]):
+    out, err, sys.argv = io.StringIO(), io.StringIO(), ["eulerdisk", *shlex.split(line)]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except BaseException as end:
+            status = end.code if isinstance(end, SystemExit) else repr(end)
+    ends[line] = [status, out.getvalue(), err.getvalue()]
+print(json.dumps(ends))
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with the older files, and what the newer version makes of them."""
+    folder = tmp_path_factory.mktemp("older")
+    for path in OLDER.iterdir():
+        shutil.copy(path, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def ends(folder):
+    """Return how each of `LINES` ended under the newer version: status, output, messages."""
+    # always in the same place, so that its kernels are found in the cache of the test run before
+    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "one-parameter-more")
+    copy.edit("kernels/disk/arrays.py", '"radius", "gravity")', '"radius", "gravity", "viscosity")')
+    copy.edit("kernels/disk/arrays.py", "RADIUS, GRAVITY = range", "RADIUS, GRAVITY, VISCOSITY = range")
+    copy.edit(
+        "sweep/model/disk/tables.py",
+        '"gravity > 0", positive),\n)',
+        '"gravity > 0", positive),\n'
+        '    Input("viscosity", r"\\eta", "1", "viscosity of the air", GRID, default=0.0, added_later=True),\n)',
+    )
+    done = copy.python("-c", _COMMANDS, json.dumps(LINES), folder=folder)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def lines_of(word):
+    """Return the lines of one command."""
+    return [line for line in LINES if line.startswith(word)]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("line", [line for line in LINES if line != "compare one.nc rolling-0.1.nc"])
+def test_an_older_atlas_serves_every_command(ends, line):
+    """Read, plotted, exported, repeated, compared, verified, explained: each command ends well."""
+    status, out, err = ends[line]
+    assert status == 0, err
+    assert "Traceback" not in out + err
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["rolling", "circling"])
+def test_the_older_atlas_is_the_newer_one(folder, ends, name):
+    """Repeated from the file, every cell is the same, and so are the words and the fingerprint of the request."""
+    assert ends[f"compare {name}.nc {name}-0.1.nc"][1].startswith("the same: ")
+    assert "verified: " in "".join(out for line, (_, out, _) in ends.items() if f"verify {name}" in line)
+    with xr.open_dataset(OLDER / f"{name}-0.1.nc") as older, xr.open_dataset(folder / f"{name}.nc") as newer:
+        for word in ("sweep_spec", "sweep_fingerprint"):
+            assert newer.attrs[word] == older.attrs[word]
+        assert set(newer.variables) - set(older.variables) == {"viscosity"}
+        assert newer["viscosity"].item() == 0.0
+
+
+@pytest.mark.compiled
+def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
+    """It is an axis like any other; with another value than its default, a request is another one."""
+    with xr.open_dataset(folder / "axis.nc") as found, xr.open_dataset(OLDER / "rolling-0.1.nc") as older:
+        assert dict(found.sizes) == {**older.sizes, "viscosity": 2}
+        for side in (0, 1):
+            part = found["tilt_max"].isel(viscosity=side, drop=True)
+            xr.testing.assert_allclose(part, older["tilt_max"])
+    status, _, err = ends["compare one.nc rolling-0.1.nc"]
+    assert status == 2
+    assert re.search(r"viscosity.*0\.5.*0\.0", err)
+
+
+@pytest.mark.parametrize("name", ["rolling", "circling"])
+def test_this_version_computes_the_older_atlas(name):
+    """Read by this version, the request has its fingerprint, and its atlas passes the regression check."""
+    with sweep.open_atlas(OLDER / f"{name}-0.1.nc") as older:
+        spec = spec_of(older)
+        assert spec.fingerprint() == older.attrs["sweep_fingerprint"]
+        assert compare(sweep.run(spec), older).same
