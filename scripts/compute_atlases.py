@@ -63,8 +63,8 @@ def make(folder: Path) -> None:
     except OSError as problem:
         raise sweep.RequestError(
             f"The output must be a folder, or a folder that can be made; {problem.strerror or problem}.",
-            "Give another name, as in: scripts/atlas -o atlas-out.",
-            str(folder),
+            hint="Give another name, as in: scripts/atlas -o atlas-out.",
+            where=str(folder),
         ) from problem
 
 

@@ -1,4 +1,4 @@
-"""The critical rates that atlases have measured, beside the analytic limits: a table for people."""
+"""A table of the critical rates that atlases have measured, with the analytic limits."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING

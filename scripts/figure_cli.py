@@ -1,4 +1,4 @@
-"""What the scripts that draw have in common: the option for their figure, and how they refuse a request."""
+"""The command line of the scripts that draw: the option for the figure, and exit statuses."""
 
 import argparse
 import sys
@@ -17,8 +17,8 @@ def figure_parser(description: str | None, default: str) -> argparse.ArgumentPar
     return parser
 
 
-def drive(main: Callable[[], None]) -> None:
-    """Run a script: a request that cannot be met ends it with a message and the status of its kind."""
+def run_script(main: Callable[[], None]) -> None:
+    """Run the main function of a script; a refused request ends it with a message and the exit status of the error."""
     try:
         main()
     except sweep.RequestError as error:

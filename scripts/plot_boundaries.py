@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from figure_cli import drive, figure_parser
+from figure_cli import figure_parser, run_script
 
 import sweep
 from sweep.figures import plots
@@ -22,4 +22,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    drive(main)
+    run_script(main)

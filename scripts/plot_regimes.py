@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from figure_cli import drive, figure_parser
+from figure_cli import figure_parser, run_script
 
 import sweep
 from sweep.figures import plots
-from sweep.figures.disk import regimes as regimemap
+from sweep.figures.disk import regimes
 from sweep.files.paths import check_format
 
 #: Preset -> its rate and the values of that rate [rad/s]: up to 1.6 times the critical one.
@@ -27,7 +27,7 @@ def save_regimes(path: Path) -> None:
                 **{rate: values}, tilt=_TILTS, tilt_rate=rate_of_tilt, method="exact", title=f"{name}, {push}"
             )
             datasets.append(sweep.run(spec))
-    plots.save(regimemap.figure(datasets), path)
+    plots.save(regimes.figure(datasets), path)
 
 
 def main() -> None:
@@ -38,4 +38,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    drive(main)
+    run_script(main)

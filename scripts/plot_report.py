@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from figure_cli import drive
+from figure_cli import run_script
 
 import sweep
 from sweep.figures import plots
@@ -58,4 +58,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    drive(main)
+    run_script(main)

@@ -1,1 +1,1 @@
-"""What an atlas is held against: the exact reduction, another atlas, and the words that explain one cell."""
+"""Checks of atlases: against the exact reduction, against a reference atlas, and of one cell in detail."""

@@ -1,4 +1,4 @@
-"""Two atlases brought onto one grid, or refused with the reason why they cannot be compared."""
+"""Align two atlases on one grid, or refuse them with the reason why they cannot be compared."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,10 +15,10 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Settings that say how the measures of a cell were reached; all others decide what they mean.
+#: Settings that change the errors of the measures of a cell and not their meaning.
 _STEPPING = ("step", "tolerance")
 
-#: Options that say what is recorded or how, and not what is meant.
+#: Options that change neither the measures of a cell nor their meaning.
 _PRESENTATION = ("title", "boundary", "device")
 
 
@@ -26,9 +26,8 @@ _PRESENTATION = ("title", "boundary", "device")
 class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
-    `cut` names the axes of which either atlas has lost a part, `other_steps` the settings of the integration that
-    differ, `boundaries` the two ways in which the boundary was looked for. `spec` is that of the reference, on the
-    whole of its grid.
+    `cut` names the axes of which only a part is common, `other_steps` the settings of the integration that differ,
+    `boundaries` holds the option ``boundary`` of both. `spec` is that of the reference, with its whole grid.
     """
 
     new: "xr.Dataset"
@@ -42,18 +41,18 @@ class Pair:
 
 
 def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
-    """Bring two atlases onto the cells that both have.
+    """Select the cells that two atlases have in common.
 
     Parameters
     ----------
     new, reference : xarray.Dataset
     common : bool
-        Whether a part of the grid will do.
+        Whether the grids may differ.
 
     Raises
     ------
     RequestError
-        If they speak of different motions or criteria, or their grids differ.
+        If they are of different motions or criteria, or their grids differ.
     """
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)

@@ -1,7 +1,7 @@
-"""Two atlases side by side: do they say the same? The regression check.
+"""The regression check: compare an atlas with a reference.
 
-Decisions (endings, verdicts) have to be equal, measures within the tolerances of the tables, and missing where missing.
-A cell exactly on an edge may be decided either way by the last bit: such flips are counted apart.
+Decisions (endings, verdicts) must be equal, measures must agree within the tolerances of the tables, and a value that
+is missing in one must be missing in the other. In a borderline cell the last bit decides: such flips are counted apart.
 """
 
 import math
@@ -21,14 +21,14 @@ from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Arra
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Attributes of a variable that its numbers mean nothing without.
+#: Attributes of a variable that give its numbers their meaning.
 _MEANING = ("units", "flag_values", "flag_meanings")
 
-#: How the names begin of what follows from the verdicts: curves have neither row nor cell.
+#: Prefixes of the variables that follow from the verdicts; curves have dimensions of their own.
 _CURVE = "curve_"
 _MEASURED = ("boundary_", _CURVE)
 
-#: Attributes of an atlas that `align` has compared, word by word.
+#: Attributes of an atlas whose contents `align` has compared.
 _COMPARED = ("sweep_spec", "sweep_fingerprint")
 
 
@@ -44,10 +44,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class Finding:
-    """What is to be said of one variable.
+    """The comparison of one variable.
 
-    `different` counts the values beyond the tolerance, `on_edge` those that flip on an edge; `largest` is the
-    largest absolute difference among all values that both have, in the units of the variable.
+    `different` counts the values beyond the tolerance, `on_edge` those that differ because a borderline cell flipped;
+    `largest` is the largest absolute difference among all values that both have, in the units of the variable.
     """
 
     name: str
@@ -63,12 +63,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The outcome of a comparison: `same` if no value differs, except on an edge."""
+    """The result of a comparison: `same` if no value differs, except because of borderline cells."""
 
     cells: int
     common: bool
     findings: tuple[Finding, ...]
-    #: attribute -> (new, reference): how the two were made and are worded; they may differ
+    #: attribute -> (new, reference): when, by what and in which words they were made; these may differ
     provenance: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -94,7 +94,7 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     new, reference : xarray.Dataset
         Atlases, as `sweep.run` or `sweep.open_atlas` returns them.
     common : bool
-        Compare the cells that both have; otherwise the grids have to be the same.
+        Compare only the cells that both have; otherwise the grids must be the same.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         if reason:
             notes.append(f"{name} is not compared: {reason}")
         elif name not in pair.new or name not in pair.reference:
-            findings.append(_absence(quantity, pair))
+            findings.append(_missing(quantity, pair))
         else:
             excused = _excused(name, axis, pair, edge_of_ending, edge_of_verdict)
             findings.append(_compared(quantity, pair, excused))
@@ -129,7 +129,7 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
 
 
 def _left_out(name: str, axis: str, pair: Pair) -> str:
-    """Return why a variable is not to be compared, or nothing."""
+    """Return why a variable is not compared; empty if it is."""
     along = pair.cut.intersection(pair.axes if name.startswith(_CURVE) else [axis])
     if along:
         return f"only a part of {', '.join(sorted(along))} is common"
@@ -145,13 +145,13 @@ def _left_out(name: str, axis: str, pair: Pair) -> str:
 
 
 def _is_effort(name: str, pair: Pair) -> bool:
-    """Whether a variable tells of the run rather than of the motion, its errors and its work."""
+    """Whether a variable describes the integration (its errors and its work) and not the motion."""
     quantity = pair.spec.model.variables.get(name)
     return quantity is not None and quantity.tolerance in (ERROR_GAUGE, STEP_COUNT)
 
 
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
-    """Yield what an atlas of this kind may hold, with the axis along which it was looked for, if there is one."""
+    """Yield the quantities that either atlas holds; an edge of the boundary with the axis that it lies on."""
     held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
     model = pair.spec.model
     for name, quantity in {**model.cell_variables(pair.spec), **model.parameters}.items():
@@ -171,12 +171,12 @@ def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
 
 
 def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) -> Truths:
-    """Which values may differ because a cell flips on an edge: the flag itself, or what follows from the flag."""
+    """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
     if name.startswith(_CURVE):
         return np.full(pair.reference[name].shape, bool(np.any(ending | verdict)))
     if axis:
         along = pair.axes.index(axis)
-        # the bracket moves with the verdict that flips; theory's lines know of no cell
+        # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
         moved = np.any(ending | verdict, axis=along)
         return moved if name.startswith("boundary_") else np.zeros_like(moved)
     return verdict if name == "stability" else ending
@@ -185,7 +185,7 @@ def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) 
 def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
     new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
     if new.shape != old.shape:
-        return _misshapen(quantity, new.shape, old.shape, excused)
+        return _of_other_shape(quantity, new.shape, old.shape, excused)
     distance = np.abs(new.astype(np.float64) - old.astype(np.float64))
     allowed = quantity.tolerance.absolute + quantity.tolerance.relative * np.abs(old.astype(np.float64))
     gaps = np.isnan(new) != np.isnan(old)
@@ -207,10 +207,10 @@ def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
     )
 
 
-def _misshapen(
+def _of_other_shape(
     quantity: Quantity, new: tuple[int, ...], reference: tuple[int, ...], excused: Truths
 ) -> Finding:
-    """Say that two variables cannot be laid side by side: more or fewer curves, or points of them."""
+    """Return the finding for curves of different numbers or lengths, which cannot be compared point by point."""
     count = excused.size if not excused.any() else 0
     note = f"{math.prod(new)} values, in the reference {math.prod(reference)}"
     return Finding(
@@ -234,7 +234,7 @@ def _worst(
     distance: Array,
     allowed: Array,
 ) -> Cell | None:
-    """Return the cell to look at: one that is beyond its tolerance if there is one, else the furthest apart."""
+    """Return the cell with the largest difference over its tolerance; a value that is missing in one counts as most."""
     excess = np.where(allowed > 0.0, distance / np.where(allowed > 0.0, allowed, 1.0), distance)
     excess = np.where(gaps, np.inf, np.nan_to_num(excess))
     if not beyond.any() and not excess.any():
@@ -254,7 +254,7 @@ def _worst(
     return Cell(where, new, reference, ", ".join(words) or "the only one")
 
 
-def _absence(quantity: Quantity, pair: Pair) -> Finding:
+def _missing(quantity: Quantity, pair: Pair) -> Finding:
     side, held = ("reference", pair.new) if quantity.name in pair.new else ("new", pair.reference)
     size = held[quantity.name].size
     return Finding(
@@ -279,7 +279,7 @@ def _other_meaning(name: str, pair: Pair) -> str:
 
 
 def _provenance(pair: Pair) -> dict[str, tuple[str, str]]:
-    """Return the attributes in which the two files differ: when, by what and in which words they were made."""
+    """Return the attributes in which the two differ: when, by what and in which words they were made."""
     found = _different(pair.new.attrs, pair.reference.attrs, _COMPARED)
     for name in pair.reference.variables:
         if name in pair.new.variables:
@@ -304,7 +304,7 @@ def endings_on_edge(pair: Pair) -> Truths:
     Returns
     -------
     array of bool, shape of the grid
-        An ending changes where a gauge meets its limit (time, tolerance, fall_tilt), and that is between cells.
+        An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
     """
     new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
     on_edge: Truths = (new != old) & _beside(new, old)
@@ -323,9 +323,9 @@ def verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
     Returns
     -------
     array of bool, shape of the grid
-        With the same ending, stable and unstable may change places where the criterion's limit lies between the
-        departures of the two atlases, or within the tolerance of the tilts from both. Where the ending flips, so may
-        the verdict that follows from it.
+        With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion
+        lies between the departures of the two, or within the tolerance of the extremes from either. Where the ending
+        flips, the verdict that follows from it may flip too.
     """
     new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
     decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
@@ -359,7 +359,7 @@ def _at_limit(pair: Pair) -> Truths:
 
 
 def _starts(pair: Pair) -> Starts:
-    """Return the starts of the cells of a pair, as far as its coordinates say them, in the shape of its grid."""
+    """Return the starts of the cells of a pair, from its coordinates, in the shape of its grid."""
     shape = pair.reference["ending"].shape
     found = {}
     for name in pair.reference.coords:

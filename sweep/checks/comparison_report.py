@@ -1,16 +1,16 @@
-"""How the comparison of two atlases is told: in words for a person, in JUnit's XML for a CI server."""
+"""The report of a comparison: in words for a person, in JUnit XML for a CI server."""
 
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from sweep.checks.compare import Comparison, Finding
 
-#: Longer values of an attribute are cut in the words; the JSON has them whole.
+#: Characters of an attribute that the words show; the JSON has all.
 _SHOWN = 60
 
 
 def plain(text: str) -> str:
-    """Return a text of a file as a line may show it: what does not print (and XML may not hold) is escaped."""
+    """Return a text with all that does not print escaped: XML may not hold it, and a terminal may obey it."""
     return "".join(
         each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
     )

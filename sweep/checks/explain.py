@@ -1,6 +1,6 @@
-"""One cell of an atlas explained: what is stored, whether it can be repeated, what is exact, and why the verdict.
+"""Explain one cell of an atlas: what is stored, whether a new run repeats it, what is exact, and why this verdict.
 
-The run is repeated from the file alone: its spec says which start, which step and which criterion.
+The cell is computed again from the file alone: its spec gives the start, the step and the criterion.
 """
 
 import textwrap
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 _WIDTH = 118
 
-#: What is said of a cell that has not been computed.
-_NOTHING = ("repeated    nothing to repeat: the cell has not been computed",)
+_NOT_REPEATED = ("repeated    nothing to repeat: the cell has not been computed",)
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     Raises
     ------
     RequestError
-        If the atlas is not whole, or no cell is meant.
+        If it is only a part of an atlas, or the values do not name one of its cells.
     """
     spec = spec_of(dataset)
     place = nearest_cell(spec, given)
@@ -89,7 +88,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         "",
         *_stored(spec, stored),
         "",
-        *(_repeated(spec, dataset, differing, beyond) if computed else _NOTHING),
+        *(_repeated(spec, dataset, differing, beyond) if computed else _NOT_REPEATED),
         *_exact(spec, exact, stored),
         "",
         *model.expectation(spec, start, stored),
@@ -108,7 +107,7 @@ def _folded(line: str) -> str:
 def _repeat(
     spec: SweepSpec, span: Span, cell: "xr.Dataset", table: Mapping[str, Quantity]
 ) -> tuple[list[str], list[str]]:
-    """Run one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
+    """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
     differing, beyond = [], []
     for name, column in compute(spec, starts_of(spec, span)).items():
         new, old = column[0], cell[name].values[()]
@@ -179,7 +178,7 @@ def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, flo
         quantity, value = variables[name], exact[name]
         if np.isfinite(value):
             apart = abs(value - stored[name])
-            # a difference of tilts is nothing to be read in degrees
+            # a difference is compared with a tolerance, which is in SI
             says = (
                 f"the cell is off by {apart:.1e} {quantity.units}"
                 if np.isfinite(apart)
@@ -211,7 +210,7 @@ def _value(value: float, units: str) -> str:
 
 
 def _verdict(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield the lines that lead from a cell's measures to its verdict."""
+    """Yield the verdict of a cell and its reason."""
     yield f"verdict     {spec.model.variables['stability'].flag(stored['stability'])} by {spec.criterion}"
     yield f"because     {_reason(spec, start, stored)}"
 
@@ -241,12 +240,12 @@ def _reach_and_scale(
     return reach_and_scale(spec, starts, measured)
 
 
-#: A value given for a parameter that does not vary has to be its value, to this relative distance.
+#: Relative tolerance of a value that is given for a parameter that does not vary.
 _EQUAL = 1e-9
 
 
 def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]:
-    """Return the place of a cell along each axis of a grid.
+    """Return the index of the nearest cell along each axis of a grid.
 
     Parameters
     ----------
@@ -307,7 +306,7 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
 
 
 def _reach(axis: Array) -> tuple[float, float]:
-    """Return how far beyond its ends an axis speaks for its surroundings: half a step."""
+    """Return how far outside its ends a value still counts as inside: half a step at either end."""
     if axis.size == 1:
         slack = _EQUAL * abs(float(axis[0]))
         return slack, slack

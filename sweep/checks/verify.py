@@ -1,4 +1,4 @@
-"""Every cell of an atlas against the exact reduction: the same starts, no time stepping, an independent way."""
+"""Compare every cell of an atlas with the exact reference of its model: the same starts, without time stepping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,24 +18,24 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: So many cells that disagree are named.
+#: Number of disagreeing cells that are named.
 _MOST_NAMED = 5
 
-#: What another machine's logarithm may change in an axis.
+#: Relative tolerance of an axis: the logarithm in a range differs in its last bits between processors.
 _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Findings:
-    """An audit in numbers.
+    """Counts and statistics of an audit.
 
     Parameters
     ----------
     counts : mapping of str to int
         Each flag of the audit to its number of cells.
     agreeing, disagreeing, missing : int
-        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed; what
-        remains one of the two has nothing to say of.
+        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
+        others are unresolved or invalid, in the atlas or in the reference.
     tilt : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
         none.
@@ -75,7 +75,7 @@ class Findings:
 
 
 def verify(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Hold every cell of an atlas against the exact extremes, period and verdict.
+    """Compare every cell of an atlas with its exact extremes, period and verdict.
 
     Parameters
     ----------
@@ -88,13 +88,13 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
         On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
         means for it, its ending and verdict are the exact ones, and its derived numbers follow from its extremes. What
-        needs a history in time (fall_time, energy_drift, tilt_error, steps, refinements) is not looked at.
+        depends on the integration in time (fall_time, energy_drift, tilt_error, steps, refinements) is not checked.
 
     Raises
     ------
     RequestError
-        If its model has no exact reference, or the atlas has not the variables that are needed, cannot be read, is a
-        part, or is not that of its spec.
+        If its model has no exact reference, or the atlas lacks a variable that is needed, cannot be read, is only a
+        part of an atlas, or does not have the coordinates of its spec.
     """
     import xarray as xr
 
@@ -123,7 +123,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def findings(audited: "xr.Dataset") -> Findings:
-    """Return an audit in numbers."""
+    """Return the counts and statistics of an audit, as from `verify`."""
     audit = _audit_of(audited)
     codes = audited["audit"].values
     flags = audit.variables["audit"].flags or {}
@@ -154,7 +154,7 @@ def _audit_of(audited: "xr.Dataset") -> Audit:
 def _reference(spec: SweepSpec) -> ExactReference:
     if spec.model.exact is None:
         raise RequestError(
-            f"The model {spec.model.name} has no exact reference, which verify holds an atlas against.",
+            f"The model {spec.model.name} has no exact reference to verify an atlas with.",
             hint="Compare with an atlas of a smaller tolerance instead: eulerdisk compare.",
         )
     return spec.model.exact

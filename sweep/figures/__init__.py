@@ -1,1 +1,1 @@
-"""Datasets to matplotlib figures and animations. Never imported by `sweep` itself."""
+"""Figures and animations of datasets, by matplotlib. `import sweep` does not import this package."""

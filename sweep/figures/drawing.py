@@ -1,4 +1,4 @@
-"""How a panel is drawn on axes of matplotlib: map, strip or profile, boundary, lines of theory, words."""
+"""Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, names and legend."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from sweep.model.quantity import Array, Quantity, Truths
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: How every figure of this package looks.
+#: matplotlib settings of every figure of this package.
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -40,7 +40,7 @@ STYLE: Any = {
     "svg.hashsalt": "eulerdisk",
 }
 
-#: Points of the measured boundary that are drawn: more would be one thick line.
+#: Largest number of points of the measured boundary that are drawn: more would merge into a thick line.
 MOST_POINTS = 24
 
 INK = "black"
@@ -67,21 +67,21 @@ _VERDICTS: dict[str, dict[str, Any]] = {
     "undecided": {"marker": "x"},
 }
 
-#: Below the axes, where the labels end [in].
+#: Distance [in] of the legend below the axes: there the labels end.
 _BELOW = 0.5
 
-#: A place for a word is sought on a raster of so many points a side; the word is so many times wider than high.
+#: Side of the raster of points on which a place for a word is sought, and width over height of the word.
 _RASTER, _WORD = 80, 4.0
 
-#: Points of the raster are looked for this many times between two corners of a line.
+#: Samples between two corners of a line, to find the points of the raster that it covers.
 _DENSE = 20
 
-#: A word has a place where it is this many points of the raster away from the next region or line.
+#: Least distance [points of the raster] between the middle of a word and the next region or line.
 _ROOM = 2.4
 
 
 def colours() -> ListedColormap:
-    """Return the colours of the peak tilt: even to the eye, safe for the colour-blind, light where it is small."""
+    """Return the colour map of the peak tilt: perceptually uniform, colour-blind safe, light for small tilts."""
     return ListedColormap(colormaps["viridis_r"](np.linspace(0.0, 0.86, 256)), name="peak_tilt")
 
 
@@ -108,7 +108,7 @@ def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
 
 
 def draw_ratio(axes: "Axes", panel: Panel) -> None:
-    """Draw the boundary over the analytic line: what a map is too coarse to show."""
+    """Draw the ratio of the boundary to the analytic line, which a map is too coarse to show."""
     axes.axhline(1.0, **_LINES["analytic"])
     for edge in panel.edges:
         _draw_points(axes, edge.name, edge.x, edge.ratio, edge.ratio_error)
@@ -119,7 +119,7 @@ def draw_ratio(axes: "Axes", panel: Panel) -> None:
 
 
 def draw_profile(axes: "Axes", panel: Panel) -> None:
-    """Draw a panel of one axis: the peak tilt with the verdicts, the boundary upright."""
+    """Draw a panel of one axis: the peak tilt with the verdicts, and the boundary as vertical lines."""
     peak = np.where(panel.no_result, np.nan, panel.peak)
     axes.plot(panel.x.values, peak, color="0.6", zorder=1)
     for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
@@ -143,7 +143,7 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
 
 
 def _ratio_ends(panel: Panel) -> tuple[float, float]:
-    """Return the ends of a strip: about the nearer half of the boundary, where it runs along the line."""
+    """Return the ends of a strip: they show the part of the boundary that lies nearest to the line, about 60 %."""
     low = np.concatenate([edge.ratio - edge.ratio_error[0] for edge in panel.edges])
     high = np.concatenate([edge.ratio + edge.ratio_error[1] for edge in panel.edges])
     window = np.clip(1.5 * np.nanquantile(np.maximum(1.0 - low, high - 1.0), 0.6), 0.005, 0.5)
@@ -155,7 +155,7 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
     several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
     lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
     if panel.joined:
-        # slow and fast edge are one curve: out along one, back along the other
+        # both edges are one curve: out along one, back along the other
         (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
         lines = [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
     for edge in panel.edges:
@@ -190,7 +190,7 @@ def _draw_points(axes: "Axes", edge: str, x: Array, y: Array, error: Array, labe
 
 
 def _draw_outline(axes: "Axes", panel: Panel) -> None:
-    """Draw the borders of the unstable cells, for a map whose boundary no control and no line can show."""
+    """Draw the borders of the unstable cells, for a map without a boundary along an axis and a line of theory."""
     assert panel.y is not None
     x, y, unstable = panel.x.borders, panel.y.borders, dict(panel.verdicts())["unstable"]
     rows, columns = np.nonzero(unstable[:, 1:] != unstable[:, :-1])
@@ -202,7 +202,7 @@ def _draw_outline(axes: "Axes", panel: Panel) -> None:
 
 
 def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
-    """Hatch cells: one path made of a rectangle for every run of cells in a column."""
+    """Hatch cells, with one path: a rectangle for every run of cells in a column."""
     if not cells.any():
         return
     assert panel.y is not None
@@ -221,9 +221,23 @@ def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) ->
 def name_regions(
     axes: "Axes", panel: Panel, regions: Iterable[tuple[str, Truths]], lines: int = 1, width: float = _WORD
 ) -> list[str]:
-    """Write the name of each region where it has most room: a map must be clear without colours.
+    """Write the name of each region where it has most room, so that a map can be read without colours.
 
-    Names have that many lines, and are so many times wider than a line is high. Returned are those that had no room.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    panel : Panel
+    regions : iterable of (str, array of bool)
+        Name and cells of each region.
+    lines : int
+        Lines of each name.
+    width : float
+        Width of a name over the height of a line.
+
+    Returns
+    -------
+    list of str
+        The names that had no room.
     """
     left_out = []
     assert panel.y is not None
@@ -251,7 +265,7 @@ def name_regions(
 
 
 def _covered(axes: "Axes") -> Truths:
-    """Return the points of the raster that a line runs through or a word covers."""
+    """Return the points of the raster that a line or a word covers, shape (_RASTER, _RASTER)."""
     covered = np.zeros((_RASTER, _RASTER), dtype=bool)
     for line in axes.get_lines():
         corners = (axes.transData + axes.transAxes.inverted()).transform(line.get_xydata()) * _RASTER
@@ -267,7 +281,7 @@ def _covered(axes: "Axes") -> Truths:
 
 
 def _name_line(axes: "Axes", panel: Panel, line: Array) -> None:
-    """Write the formula on an analytic line that is level and in the map."""
+    """Write the formula beside an analytic line that is horizontal and inside the map."""
     assert panel.y is not None
     low, high = panel.y.ends
     if np.isfinite(line).all() and np.ptp(line) <= 1e-9 * abs(line[0]) and low < line[0] < high:
@@ -299,7 +313,7 @@ def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
 
 
 def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
-    """Explain what `axes` shows below `lowest`, where nothing can be covered."""
+    """Put the legend of `axes` below `lowest`, where it covers nothing; `caption` is its title."""
     handles, labels = axes.get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
     # the measurement first

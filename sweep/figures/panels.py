@@ -1,4 +1,4 @@
-"""What a panel of a figure shows: an atlas turned into the arrays, labels and words that are drawn."""
+"""The contents of a panel: the arrays, labels and words that are drawn of an atlas."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,19 +20,19 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Points on a line of theory: enough that a curve looks smooth whatever the grid.
+#: Points on a line of theory: a curve looks smooth, whatever the grid.
 _FINE = 400
 
-#: Where the lines of motions start that exist only away from zero of the coordinate, but end there.
+#: First value of the coordinate on lines that end at zero, where their motions do not exist.
 _NEAR_ZERO = 1e-6
 
-#: Fixed parameters in a line of the caption: more would be wider than the panel.
+#: Largest number of fixed parameters in a line of the caption: more would be wider than the panel.
 _MOST_IN_LINE = 4
 
 
 @dataclass(frozen=True)
 class Edge:
-    """One edge of the unstable band: as measured, with its bracket, and the two lines of theory.
+    """One edge of the unstable band: measured, with its bracket, and both lines of theory.
 
     `x`, `measured` and `error`, shape (2, n), have a value for every column that has an edge; `fine_x`, `critical` and
     `predicted` one for every point of a smooth line, or a single one where the rate is the only axis. The ratios are
@@ -87,7 +87,7 @@ class Panel:
 
     @property
     def has_ratio(self) -> bool:
-        """Whether a map has a measured boundary to hold against an analytic line."""
+        """Whether a map has a measured boundary and an analytic line to compare it with."""
         return self.y is not None and any(np.isfinite(edge.ratio).any() for edge in self.edges)
 
     def verdicts(self) -> tuple[tuple[str, Truths], ...]:
@@ -166,7 +166,13 @@ def _line(spec: SweepSpec, control: str | None, up: Scale) -> str:
 
 
 def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
-    """Return the spec of what is left of an atlas, and refuse what is not a line or a map."""
+    """Return the spec of an atlas or of a selection from one.
+
+    Raises
+    ------
+    RequestError
+        If it has no axis or more than two.
+    """
     dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) > 2:
         raise RequestError(
@@ -183,7 +189,7 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
 
 
 def _names(dataset: "xr.Dataset", control: str | None) -> tuple[str, str | None]:
-    """(x, y): the control that has a boundary goes up, else the first axis of the atlas does."""
+    """Return the names of the x and y axis: y is the control that has a boundary, else the first axis of the atlas."""
     dims = [str(name) for name in dataset["ending"].dims]
     if len(dims) == 1:
         return dims[0], None
@@ -232,7 +238,7 @@ def _edges(
 
 
 def _spread(low: Array, middle: Array, high: Array) -> Array:
-    """Error bars, shape (2, n): squares turn the ends of a bracket round where rates are negative."""
+    """Return error bars, shape (2, n): squaring swaps the ends of a bracket where rates are negative."""
     ends = np.sort([low, high], axis=0)
     return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
 
@@ -245,14 +251,14 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
 
 
 def _caption(spec: SweepSpec) -> str:
-    """What counts as unstable, and the parameters that are the same in every cell and not zero."""
+    """Return what counts as unstable, and the parameters that are the same in every cell and not zero."""
     return f"unstable: {spec.criterion.caption(spec.model)}\n{fixed_parameters(spec)}"
 
 
 def fixed_parameters(spec: SweepSpec) -> str:
     """Return the parameters that are the same in every cell and not zero, in mathtext."""
     parts = []
-    # what the system is made of stands before its start, which is zero by default
+    # the system before its start: parameters of the start are zero by default
     for name in sorted(spec.fixed, key=lambda name: spec.model.parameters[name].default == 0.0):
         fixed, quantity = getattr(spec, name), spec.model.parameters[name]
         if fixed != 0.0:

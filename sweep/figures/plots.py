@@ -1,6 +1,6 @@
 """Figures of atlases: stability maps with the measured boundary, the analytic line and the predicted one.
 
-A figure is a pure function of its atlases, and its file a pure function of the figure: no clock, no random names.
+The same atlases give the same bytes of the file: it holds neither a time nor a random name.
 """
 
 import os
@@ -54,12 +54,12 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
     datasets : sequence of xarray.Dataset
         Atlases of one axis or two, or selections from atlases, one panel each.
     friction : float, optional
-        Friction coefficient: cells where the disk would need more, or lift off, are hatched.
+        Friction coefficient: cells where the disk would need more, or would lift off, are hatched.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas; pyplot knows nothing of it.
+        On an Agg canvas, not registered with pyplot.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
 
 
 def _norm(panels: Sequence[Panel]) -> LogNorm:
-    """Return one scale of colours for all panels."""
+    """Return the colour scale of all panels."""
     peaks = np.concatenate([np.where(each.no_result, np.nan, each.peak).ravel() for each in panels])
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
     low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)

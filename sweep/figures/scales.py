@@ -1,4 +1,4 @@
-"""The axes of a panel: parameters in the units of their labels, controls squared, and how matplotlib shows them."""
+"""The axes of a panel: parameters in the units of their labels, controls squared; and their ticks in matplotlib."""
 
 import math
 from dataclasses import dataclass, replace
@@ -98,7 +98,7 @@ def _borders(values: Array) -> Array:
 
 
 def _powers(units: str) -> list[tuple[str, int]]:
-    """Return the units of CF's spelling with their powers: ``rad s-1`` is rad to 1, s to -1."""
+    """Return each unit of a CF units string with its power: ``rad s-1`` gives (rad, 1) and (s, -1)."""
     split = (word.rstrip("-0123456789") for word in units.split())
     return [(name, int(word[len(name) :] or 1)) for name, word in zip(split, units.split(), strict=True)]
 
@@ -110,9 +110,9 @@ def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
 
 
 def add_scaled_axis(axes: "Axes", which: str, scale: Scale, unit: tuple[float, str]) -> None:
-    """Add the axis in units of the system on the other side: the same scale, as the two are proportional.
+    """Add a second axis on the other side, on which the same values are pure numbers.
 
-    `unit` is what the values are multiplied with, and its name in mathtext.
+    `unit` holds the factor of the values and its name in mathtext (`Model.scaled_square`).
     """
     other = axes.twinx() if which == "y" else axes.twiny()
     _apply_scale(other, which, scale, unit[0])
@@ -132,12 +132,12 @@ def _apply_scale(axes: "Axes", which: str, scale: Scale, factor: float) -> None:
     getattr(axes, f"set_{which}lim")(factor * low, factor * high)
 
 
-def set_log_ticks(axis: "Axis", reach: float) -> None:
-    """Put plain numbers on a logarithmic axis whose ends have the ratio `reach`."""
-    if reach < _EVEN:
+def set_log_ticks(axis: "Axis", ratio: float) -> None:
+    """Put plain numbers on a logarithmic axis whose ends have the ratio `ratio`."""
+    if ratio < _EVEN:
         axis.set_major_locator(MaxNLocator(5))
     else:
-        axis.set_major_locator(LogLocator(subs=(1.0,) if reach > _POWERS else (1.0, 2.0, 5.0), numticks=10))
+        axis.set_major_locator(LogLocator(subs=(1.0,) if ratio > _POWERS else (1.0, 2.0, 5.0), numticks=10))
     axis.set_major_formatter(FuncFormatter(_plain_number))
     axis.set_minor_formatter(NullFormatter())
 

@@ -1,1 +1,1 @@
-"""One motion in time, by the kernels or by scipy, and the linear theory beside it."""
+"""Single motions in time, by the kernels or by SciPy, and linear theory for comparison."""

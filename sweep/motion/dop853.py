@@ -1,4 +1,4 @@
-"""The same motion by SciPy's DOP853, from the textbook equations: what the engine's own method is compared with."""
+"""One motion by SciPy's DOP853, from the textbook equations: the independent method that RK4 is compared with."""
 
 import math
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ def integrate(start: Array, fall_tilt: float, times: Array) -> tuple[Array, floa
     def fall(_: float, y: Array) -> float:
         return abs(float(y[0])) - fall_tilt
 
-    fall.terminal = True  # type: ignore[attr-defined]  # scipy's way to say so
+    fall.terminal = True  # type: ignore[attr-defined]  # read by solve_ivp
     first = np.concatenate([start[:4], np.zeros(5)])
     try:
         with np.errstate(over="raise", invalid="raise"):

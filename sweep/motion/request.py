@@ -1,4 +1,4 @@
-"""The request for one motion: a start, for how long, and what the contact can bear.
+"""The request for one motion: its start, its duration, and the friction coefficient of the contact.
 
 The words of a sweep, each with one number::
 
@@ -41,9 +41,9 @@ def _positive(name: str, symbol: str, units: str, long_name: str, default: float
     )
 
 
-#: What a request of one motion may say in numbers.
+#: The words of a request for one motion whose values are numbers.
 MOTION_INPUTS: Mapping[str, Input] = table(
-    # the two precession rates that hold a tilt are a question of whole families of motions
+    # no words for the precession rate: which of its two steady values to take matters for sweeps only
     *(each if each.name == "roll_rate" else replace(each, words=()) for each in PARAMETERS.values()),
     _positive("mass", "m", "kg", "mass of the disk", 1.0),
     _positive("friction", r"\mu", "1", "friction coefficient of disk and plane", 0.5),
@@ -107,7 +107,7 @@ _ROWS = (
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 TRAJECTORY: Mapping[str, Quantity] = table(*_ROWS)
 
-#: The one dimension. Not called time: for that name CF's checkers want a calendar date.
+#: The only dimension. Not called time: CF checkers require a calendar date for that name.
 TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)
 
 
@@ -115,10 +115,10 @@ _NAMES = (*MOTION_INPUTS, *MOTION_WORDS)
 #: Words of a sweep only, for suggestions.
 _ELSEWHERE = {name: "run" for name in names(DISK) if name not in _NAMES}
 
-#: A sample takes 180 bytes: more than these is no trajectory but a mistake.
+#: A sample takes 180 bytes: a request for more than 1.8 GB is taken for a mistake.
 _MOST_SAMPLES = 10**7
 
-#: Samples of a motion whose request does not say how many; one that turns fast gets more (`motion.trajectory`).
+#: Samples of a motion with interval=auto; a motion that turns fast gets more (`sweep.motion.trajectory`).
 _SAMPLES = 1000
 
 
@@ -148,7 +148,7 @@ class TrajectorySpec:
 
     @classmethod
     def read(cls, **words: Any) -> Self:
-        """Return the request that words spell: text with units, or numbers in SI.
+        """Return the request of these words: text with units, or numbers in SI.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class TrajectorySpec:
 
     @property
     def times(self) -> "np.ndarray[Any, np.dtype[np.float64]]":
-        """Times of the samples [s], shape (n,): from 0 to the duration, evenly, both included; or the first guess."""
+        """Times of the samples [s], shape (n,): evenly from 0 to the duration; with interval=auto the first guess."""
         return np.linspace(0.0, self.duration, self._intervals() + 1)
 
     def canonical(self) -> str:

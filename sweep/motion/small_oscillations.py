@@ -1,4 +1,4 @@
-"""Linear theory of one motion: the tilt as an oscillation, or a growth, about the start, and the path that follows."""
+"""Linear theory of one motion: the tilt oscillates, or grows, about its start; and the path that follows from it."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from sweep.model.quantity import Array
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """What linear theory says of a motion at given times.
+    """A motion by linear theory, at given times.
 
     `coefficient` is k [rad2/s2] of d'' + k d = 0: sqrt(k) is the frequency of the nutation, sqrt(-k) the rate of its
     growth. `tilt` [rad] and the contact point `x`, `y` [m] have the shape of the times.
@@ -67,7 +67,7 @@ def _driven(k: float, acceleration: float, rate: float, times: Array) -> Array:
         return rate * times + 0.5 * acceleration * times**2
     root = math.sqrt(abs(k))
     with np.errstate(over="ignore"):
-        # a growth that leaves the range of floats has left the range of linear theory long before
+        # linear theory fails long before a growing tilt overflows
         swing = np.sin(root * times) if k > 0.0 else np.sinh(root * times)
         turn = 1.0 - np.cos(root * times) if k > 0.0 else 1.0 - np.cosh(root * times)
         return acceleration / k * turn + rate / root * swing

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from kernels.disk import arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from kernels.disk.steady import steady_roll_rate
 from sweep.atlas.cf_metadata import COMPRESSION, CONTENT, CONVENTIONS, ascii_text, created
@@ -28,18 +29,18 @@ FORMAT = 1
 _MODULE = "kernels.disk.trajectory"
 _TRAJECTORY, _DERIVED = Kernel(_MODULE, "trajectory"), Kernel(_MODULE, "derived")
 
-#: Step times the fastest frequency of the state: the report's motions are then within 1e-9 of the exact ones.
-_PACE = 0.005
+#: Step times the fastest frequency of the state: the motions of docs/report.md are then within 1e-9 of the exact ones.
+_RELATIVE_STEP = 0.005
 
-#: Energy that the engine's own step may lose, relative; beyond, the motion is integrated again with half the step.
+#: Largest relative energy drift with an automatic step; beyond it, the motion is integrated again with half the step.
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
 
-#: Angle [rad] that heading and roll angle may go on between two samples, where the request leaves their number open:
-#: a path drawn through such samples is within half a per cent of its radius. Samples at most, then.
+#: With interval=auto: the angle [rad] by which heading and roll angle may change between two samples, so that a path
+#: drawn through the samples is within half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
 
-#: Parameters that stand beside the variables as scalars; the start is the first sample.
+#: Parameters that the file holds as scalar coordinates; the start is the first sample.
 _FIXED = ("alpha", "radius", "gravity", "mass", "friction")
 
 _SUMMARY = (
@@ -58,7 +59,7 @@ def simulate(
     spec : TrajectorySpec, optional
         The request; if not given, it is read from `words`.
     command : str
-        What the user ran, for the history.
+        The command of the user, for the attribute history.
     **words
         As in `TrajectorySpec.read`, for example ``roll_rate=3, tilt_rate="1deg/s", duration="10s"``.
 
@@ -89,21 +90,12 @@ def simulate(
 
 
 def _start(spec: TrajectorySpec) -> Array:
-    roll_rate = spec.roll_rate
-    if roll_rate == STEADY_ROLL:
-        roll_rate = float(
-            steady_roll_rate(spec.tilt, spec.precession_rate, spec.alpha, spec.radius, spec.gravity)
+    values = {name: getattr(spec, name) for name in arrays.PARAMETERS}
+    if spec.roll_rate == STEADY_ROLL:
+        values["roll_rate"] = steady_roll_rate(
+            spec.tilt, spec.precession_rate, spec.alpha, spec.radius, spec.gravity
         )
-    numbers = (
-        spec.tilt,
-        spec.tilt_rate,
-        spec.precession_rate,
-        roll_rate,
-        spec.alpha,
-        spec.radius,
-        spec.gravity,
-    )
-    return np.array(numbers, dtype=np.float64)
+    return np.array(list(values.values()), dtype=np.float64)
 
 
 def _integrated(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
@@ -114,21 +106,21 @@ def _integrated(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array
 
 def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
     """Return times close enough together for the fastest turn that samples show."""
-    turns = np.abs(np.diff(samples[4:6])).max(initial=0.0)
+    turns = np.abs(np.diff(samples[[arrays.HEADING, arrays.ROLL_ANGLE]])).max(initial=0.0)
     count = min((times.size - 1) * max(1.0, turns / _TURN), _MOST_SAMPLES)
     return np.linspace(0.0, spec.duration, math.ceil(count) + 1)
 
 
 def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
-    """Samples as in `dop853.integrate`, with a step that keeps the energy."""
-    samples = np.empty((9, times.size))
+    """Return samples and fall time as `dop853.integrate` does, with a step that keeps the energy."""
+    samples = np.empty((len(arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
     for refinement in range(_MOST_REFINEMENTS + 1):
-        settings = np.array([step, _PACE / 2**refinement, spec.fall_tilt])
+        settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
             continue
-        drift = np.abs(_derived(start, samples[:, :filled])[1]).max()
+        drift = np.abs(_derived(start, samples[:, :filled])[arrays.DERIVED_ENERGY_DRIFT]).max()
         if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
     raise RequestError(
@@ -139,8 +131,8 @@ def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, fl
 
 
 def _derived(start: Array, samples: Array) -> Array:
-    results = np.empty((8, samples.shape[1]))
-    _DERIVED.load()(start, np.ascontiguousarray(samples[:4]), results)
+    results = np.empty((len(arrays.DERIVED), samples.shape[1]))
+    _DERIVED.load()(start, np.ascontiguousarray(samples[: len(arrays.STATE)]), results)
     return results
 
 

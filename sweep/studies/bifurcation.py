@@ -1,4 +1,4 @@
-"""The steady motions that share a motion's two constants, and where the contact point drifts: no time, then little.
+"""The steady motions that share the two constants of a motion, and the drift of the contact point in one period.
 
 Scaled as in the kernels: time in units of sqrt(R/g), s = roll rate + precession rate * sin(tilt), o = precession rate *
 cos(tilt). The constants c1, c2 of a motion are its s and o as it would pass upright (Chaplygin 1897). Diagrams in the
@@ -103,7 +103,7 @@ def _stiffness(s: Array, o: Array, tilt: Array, alpha: float) -> Array:
 
 @dataclass(frozen=True)
 class Drift:
-    """What a nutation period does to the contact point, shape (n,): it turns the path and moves it on.
+    """The change of heading and contact point in one nutation period, shape (n,).
 
     `turn` [rad] is how far the heading has gone, `advance` [R] the distance between the contact points at the two ends.
     Period after period this is a rotation about a fixed centre: the contact point stays in a ring whose middle circle,

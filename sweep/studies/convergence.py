@@ -1,6 +1,6 @@
-"""The critical rate from integrations alone: boundaries of ever stricter criteria, extrapolated.
+"""The critical rate from integrations alone: boundaries of stricter and stricter criteria, extrapolated.
 
-No analytic value enters. The boundary for a kick e is a power series in e^2, and for vanishing kicks one in the square
+No analytic value is used. The boundary for a kick e is a power series in e^2, and for vanishing kicks one in the square
 of the criterion's angle, or in one over the square of its amplification.
 """
 
@@ -13,7 +13,7 @@ from sweep.atlas.dataset import run
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
 
-#: Where the boundary is looked for, in units of sqrt(g/R): no narrower than the cells of any atlas.
+#: Ends and number of the rates where the boundary is sought, in units of sqrt(g/R).
 _SEARCHED = (0.3, 1.5, 13)
 
 #: Kicks [1] over sqrt(g/R), and over the cube of the angle or of one over the amplification: small beside the limit.

@@ -1,4 +1,4 @@
-"""Steady motions of an atlas: growth rates and nutation frequencies from trajectories, beside linear theory."""
+"""Growth rates and nutation frequencies of steady motions, measured from trajectories and by linear theory."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -108,7 +108,7 @@ def marginal_curve(
     coefficient : float
         k [s-2]; 0 for the boundary of stability.
     count : int
-        Tilts at which the curve is looked for; it bends back and is followed closely there.
+        Number of tilts at which the curve is sought; they are close together where it bends back.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def marginal_curve(
         `tilt` [rad], `precession_rate`, `roll_rate` [rad/s], from the rolling end at upright over the largest tilt to
         the spinning end, and `faster`: whether the precession is the faster of the two that the roll rate has.
     """
-    # close together where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and a little for k > 0
+    # close together where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and a little more for k > 0
     bend = np.linspace(17.0, 20.0, count)
     tilt = np.radians(np.sort(np.concatenate((np.geomspace(1e-4, 30.0, count), bend))))
     slow, fast = marginal_precession_rates(tilt, coefficient, alpha, radius, gravity)

@@ -1,1 +1,1 @@
-"""What is particular to the disk: pictures and films of its motion, its regimes, and where it would slip."""
+"""Figures of the disk alone: pictures and films of its motion, its regimes, and where it would slip."""

@@ -23,26 +23,26 @@ from sweep.runs.executor import Progress
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Ending of the name -> frames per second. A gif shows hundredths of a second only, and every frame costs it much.
+#: File name extension -> frames per second. A gif counts time in hundredths of a second, and its frames are large.
 _RATES = {"mp4": 25, "gif": 20}
 
-#: Frames at most; a longer motion is shown faster than it is, and the clock in the picture says so.
+#: Largest number of frames: a longer motion is shown faster than real time. The picture shows the time of the motion.
 _MOST_FRAMES = 600
 
-#: Size of the picture [in] and its dots: even numbers of dots, as mp4 wants them.
+#: Size of the picture [in] and dots per inch: mp4 requires even numbers of dots.
 _WIDTH, _HEIGHT, _DOTS_PER_INCH = 6.4, 4.8, 100
 
-#: A path that stays within so many radii is seen whole; along a longer one the camera follows the disk.
+#: Extent of a path, in radii, up to which all of it is in the picture; along a longer one the camera follows the disk.
 _WHOLE = 6.0
 
 
 def check_format(path: str | Path) -> str:
-    """Return the format that a film's name asks for: mp4 or gif.
+    """Return the format of a film from its file name: mp4 or gif.
 
     Raises
     ------
     RequestError
-        If the name has another ending, or is that of an mp4 and there is no ffmpeg.
+        If the name has another extension, or it is mp4 and there is no ffmpeg.
     """
     ending = Path(path).suffix.lower().removeprefix(".")
     name = Path(path).stem or "disk"
@@ -112,7 +112,7 @@ def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple
     centre = np.array([*at, 0.7 * pose.radius])
     camera = Camera.on(centre, size)
     draw_floor(axes, camera, centre, 2.0 * size, pose.radius)
-    # what lies behind the camera cannot be projected, and what is far from the scene is not seen
+    # points behind the camera cannot be projected, and points far from the scene are not in the picture
     near = np.hypot(passed[0] - at[0], passed[1] - at[1]) < 2.0 * size
     draw_trace(
         axes, camera, np.where(near, passed[0], np.nan), np.where(near, passed[1], np.nan), linewidth=1.6
@@ -144,7 +144,7 @@ def _gif(frames: Iterator[Array], path: Path) -> None:
 def _mp4(frames: Iterator[Array], path: Path) -> None:
     size = f"{round(_WIDTH * _DOTS_PER_INCH)}x{round(_HEIGHT * _DOTS_PER_INCH)}"
     raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", size, "-framerate", str(_RATES["mp4"])]
-    # yuv420p, because many players know nothing else; the name has no ending, so the container is named
+    # yuv420p, because many players support no other; the container is named because the temporary name has no extension
     made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
@@ -153,7 +153,7 @@ def _mp4(frames: Iterator[Array], path: Path) -> None:
             for frame in frames:
                 encoder.stdin.write(frame.tobytes())
         except BrokenPipeError:
-            pass  # ffmpeg has given up: it says why below
+            pass  # ffmpeg has ended: its message is read below
         except BaseException:
             encoder.kill()
             raise

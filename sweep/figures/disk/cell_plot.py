@@ -1,4 +1,4 @@
-"""The figure of one cell: its tilt over time, with what the atlas and its criterion say, and its path on the plane."""
+"""The figure of one cell: its tilt over time with the extremes and the limit of the criterion, and its path."""
 
 import math
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ from sweep.motion.trajectory import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Of a motion that returns, this many periods are drawn.
+#: Number of nutation periods that are drawn.
 _PERIODS = 3.0
 
 _SAMPLES = 2000
@@ -27,7 +27,7 @@ _SAMPLES = 2000
 #: Width and height [in]: a journal's page is 7 wide.
 _SIZE = (7.0, 2.9)
 
-#: Okabe and Ito's blue and vermilion: apart for the colour-blind, and in grey.
+#: Okabe and Ito's blue and vermilion: the colour-blind can tell them apart, and so can readers of a grey print.
 _MOTION, _LIMIT = "#0072B2", "#D55E00"
 
 
@@ -41,13 +41,13 @@ def figure(explanation: Explanation) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas. The curve is what `sweep.simulate` makes of the start; the extremes drawn are those of the
+        On an Agg canvas. The curve is the motion of the start by `sweep.simulate`; the extremes drawn are those of the
         atlas.
 
     Raises
     ------
     RequestError
-        If the cell has no motion, or one that cannot be followed.
+        If the cell has no motion, or one that cannot be integrated.
     """
     motion = _motion(explanation)
     with matplotlib.rc_context(STYLE):
@@ -80,10 +80,10 @@ def _motion(explanation: Explanation) -> "xr.Dataset":
 
 
 def _shown_time(explanation: Explanation) -> float:
-    """Return how long [s] to follow a motion: some periods, or until it falls."""
+    """Return the time [s] that is drawn of a motion: some periods, or until it falls."""
     stored, exact, duration = explanation.stored, explanation.exact, explanation.spec.duration
     if math.isfinite(stored.get("fall_time", math.nan)):
-        # a little longer: the fall itself ends the curve
+        # a little longer, because the fall itself ends the curve
         return 1.01 * stored["fall_time"]
     # a cell that time ended, or that was not computed, has a period all the same
     known = (each["nutation_period"] for each in (stored, exact) if math.isfinite(each["nutation_period"]))

@@ -1,7 +1,7 @@
-"""The disk in three dimensions: where its points are, how a camera sees them, and how they are drawn.
+"""Draw the disk in three dimensions: the positions of its points, and their projection by a camera.
 
-A pinhole camera of its own instead of a 3-D toolkit: true perspective with equal axes, and the right order of drawing
-for nothing. The camera is above the plane and the disk too, so nothing on the floor ever hides the disk.
+A pinhole camera instead of a 3-D toolkit: true perspective with equal axes. Camera and disk are above the plane, so
+nothing on the floor hides the disk: the floor is drawn first.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from sweep.model.quantity import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Faces of the disk, towards and away from its axis: apart for the colour-blind, and light and dark in grey.
+#: Colours of the two faces of the disk: the colour-blind can tell them apart, and one is light and one dark in grey.
 _FACES = ("#f4c95d", "#5a86b8")
 _RIM, _PAINT, TRACE, _FLOOR = "#222222", "#c8380a", "#c8380a", "0.86"
 
 _CORNERS = 96
 
-#: Distance of the camera over the radius of the scene: near enough to see the perspective.
+#: Distance of the camera over the radius of the scene: near enough for a visible perspective.
 _DISTANCE = 3.4
 
 
@@ -38,7 +38,7 @@ class Pose:
     radius: float
 
     def _frame(self) -> tuple[Array, Array, Array]:
-        """Centre; unit vectors from it down to the contact point, and along the track."""
+        """Return the centre, and unit vectors from it to the contact point and along the track."""
         across = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
         along = np.array([-np.sin(self.heading), np.cos(self.heading), 0.0])
         down = -(np.sin(self.tilt) * across + np.cos(self.tilt) * np.array([0.0, 0.0, 1.0]))
@@ -53,19 +53,19 @@ class Pose:
     def painted(self) -> Array:
         """Centre and rim end of the painted radius, shape (2, 3); it points to the plane at roll angle 0."""
         centre, down, along = self._frame()
-        # the lowest point of a disk that rolls ahead goes backwards, seen from the centre
+        # relative to the centre, the lowest point of a disk that rolls forwards moves backwards
         direction = np.cos(self.roll_angle) * down - np.sin(self.roll_angle) * along
         return np.array([centre, centre + self.radius * direction])
 
     def faces(self, eye: Array) -> bool:
-        """Whether an eye sees the face on the side of cross(down, along)."""
+        """Return whether the face on the side of cross(down, along) is visible from a point `eye`."""
         centre, down, along = self._frame()
         return bool(np.cross(down, along) @ (eye - centre) > 0.0)
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera: where it stands and what it looks at, shape (3,) each."""
+    """A pinhole camera: its position and the point that it is directed at, shape (3,) each."""
 
     eye: Array
     target: Array
@@ -111,7 +111,7 @@ def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) ->
 
 
 def draw_disk(axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0) -> None:
-    """Draw the disk with its shadow and its painted radius; `strength` below 1 lets it fade."""
+    """Draw the disk with its shadow and its painted radius; `strength` below 1 is fainter."""
     rim = pose.rim()
     axes.fill(
         *camera.project(rim * [1.0, 1.0, 0.0]).T, color="0.3", alpha=0.18 * strength, linewidth=0, zorder=1

@@ -1,4 +1,4 @@
-"""Figures of single motions: tilt, path, momentum and forces beside linear theory, and a picture of the disk."""
+"""Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk."""
 
 import math
 from collections.abc import Sequence
@@ -24,14 +24,15 @@ _MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.1}
 _THEORY: dict[str, Any] = {"color": "#c8380a", "linewidth": 1.3, "linestyle": (0, (4, 2))}
 _OTHER: dict[str, Any] = {"color": "#2b6ca3", "linewidth": 1.1, "linestyle": (0, (1, 1))}
 
-#: Linear theory is drawn until its tilt is so many times the largest of the motion: then it has nothing more to say.
+#: Linear theory is drawn until its tilt is this many times the largest tilt of the motion.
 _SEEN = 1.15
 
-#: A path so many times longer than wide is drawn with two scales.
+#: A path that is this many times longer than wide is drawn with different scales on its axes.
 _THIN = 8.0
 
-#: Positions of the disk in a picture at most, so many radii apart at least, out of so many moments.
-_STROBES, _APART, _MOMENTS = 7, 1.7, 120
+#: Positions of the disk in a picture: their largest number, their least distance in radii, and the number of moments
+#: from which they are chosen.
+_SNAPSHOTS, _APART, _MOMENTS = 7, 1.7, 120
 
 _FINE = 4000
 
@@ -50,7 +51,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
 
 
 def tilt_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
-    """Draw the tilt of motions in time, one panel each, with what linear theory says."""
+    """Draw the tilt of motions in time, one panel each, with linear theory."""
     return _side_by_side(datasets, draw_tilt)
 
 
@@ -122,7 +123,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the normal force over the weight, and the friction coefficient needed beside the one there is."""
+    """Draw the normal force over the weight, the friction coefficient that is needed, and that of the contact."""
     times, weight = dataset[TIME.name].values, float(dataset["mass"] * dataset["gravity"])
     needed, friction = dataset["friction_needed"].values, float(dataset["friction"])
     axes.plot(times, dataset["normal_force"].values / weight, label="normal force / weight", **_MOTION)
@@ -140,7 +141,7 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the disk in perspective at moments evenly spaced in time, with the trace of the contact point."""
     x, y = dataset["contact_x"].values, dataset["contact_y"].values
     radius = float(dataset["radius"])
-    poses = _strobes(dataset)
+    poses = _snapshots(dataset)
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
     camera = Camera.on(centre, reach + radius, _azimuth(x, y))
@@ -164,7 +165,7 @@ def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
 
 
 def _azimuth(x: Array, y: Array) -> float:
-    """Azimuth [deg] from which a long path runs across the picture and a little into it."""
+    """Return the azimuth [deg] from which a long path runs across the picture and a little into it."""
     spread = np.cov(np.stack([x, y])) if np.ptp(x) + np.ptp(y) > 0.0 else np.eye(2)
     values, vectors = np.linalg.eigh(spread)
     if values[1] < 4.0 * max(values[0], 1e-12):
@@ -173,13 +174,13 @@ def _azimuth(x: Array, y: Array) -> float:
 
 
 def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
-    """Middle of a path, and half the side of the square that holds it with a margin."""
+    """Return the middle of a path, and half the side of the square around it with a margin."""
     reach = 0.55 * max(np.ptp(x), np.ptp(y), 1e-9)
     return (0.5 * float(x.min() + x.max()), 0.5 * float(y.min() + y.max())), float(reach)
 
 
 def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
-    """Return the motion of linear theory, as long as it is worth showing, and its times."""
+    """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times."""
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
     linear = linear_motion(start_of(dataset), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
@@ -190,22 +191,22 @@ def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
 
 
 def _circle(dataset: "xr.Dataset") -> str:
-    """The radius of the circle of a steady motion, in words; nothing for any other."""
-    start = start_of(dataset)
-    if start[2] * start[3] == 0.0 or np.ptp(dataset["tilt"].values) > 1e-6:
+    """Return the radius of the circle of a steady motion, as part of a label; empty for any other motion."""
+    precession_rate, roll_rate = (float(dataset[name][0]) for name in ("precession_rate", "roll_rate"))
+    if precession_rate * roll_rate == 0.0 or np.ptp(dataset["tilt"].values) > 1e-6:
         return ""
-    radius = float(f"{abs(start[5] * start[3] / start[2]):.5g}")
+    radius = float(f"{abs(float(dataset['radius']) * roll_rate / precession_rate):.5g}")
     return rf", $R|\dot\phi_0/\dot\psi_0| = ${TRAJECTORY['contact_x'].spell(radius)}"
 
 
-def _strobes(dataset: "xr.Dataset") -> list[Pose]:
-    """Positions of the disk that do not cover each other, the last one last."""
+def _snapshots(dataset: "xr.Dataset") -> list[Pose]:
+    """Return positions of the disk that do not cover each other, in the order of time, with the final one."""
     kept: list[Pose] = []
     for pose in reversed(poses_at(dataset, np.linspace(0.0, float(dataset[TIME.name][-1]), _MOMENTS))):
         apart = all(math.hypot(pose.x - each.x, pose.y - each.y) >= _APART * pose.radius for each in kept)
         if apart:
             kept.append(pose)
-    some = np.linspace(0, len(kept) - 1, min(len(kept), _STROBES)).round().astype(int)
+    some = np.linspace(0, len(kept) - 1, min(len(kept), _SNAPSHOTS)).round().astype(int)
     return [kept[i] for i in some[::-1]]
 
 

@@ -1,6 +1,6 @@
 """The map of regimes: how many wells the potential of each start has, and whether its motion crosses upright.
 
-All of it from the exact reduction: of an atlas only its starts are looked at.
+Both follow from the exact reduction: of an atlas only its starts are used.
 """
 
 from collections.abc import Sequence
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Name of each regime: of one well and of two, on one side of upright and across it.
+#: Names of the regimes: one or two wells, on one side of upright or across it.
 NAMES = ("one well\none side", "one well\ncrosses", "two wells\none side", "two wells\ncrosses")
 
-#: Size of a panel [in], axes and what stands below them.
+#: Size of a panel [in]: width and height of the axes, height of the legend.
 _WIDTH, _HEIGHT, _LEGEND = 3.6, 3.0, 0.85
 
-#: Panels side by side: rows of a pair compare best.
+#: Panels in a row.
 _IN_ROW = 2
 
-#: Okabe and Ito's blue and orange in two strengths: hue tells the wells, strength the crossing, also in grey.
+#: Okabe and Ito's blue and orange in two strengths: the hue shows the wells, the strength the crossing, also in grey.
 _COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
 _FALLS: dict[str, Any] = {"facecolor": "0.92", "hatch": "...."}
 _SEPARATRIX = "#b3261e"
@@ -55,8 +55,8 @@ _FINE = 400
 class Regimes:
     """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
 
-    `regime` is an index of `NAMES`, -1 where the disk falls or the reduction says nothing (`fell`, `unknown`);
-    `lost` names the endings of the latter. `separatrix` is the saddle of the potential minus the energy, NaN where
+    `regime` is an index of `NAMES`, -1 where the disk falls (`fell`) or the reduction has no result (`unknown`); `lost`
+    names the endings of the latter. `separatrix` is the saddle of the potential minus the energy, NaN where
     there is no saddle. `folds` are curves in the units of the scales.
     """
 
@@ -214,7 +214,7 @@ def _draw(axes: "Axes", each: Regimes) -> None:
 
 
 def _explain(axes: "Axes", regions: list[str]) -> None:
-    """Put regions that are too small for their names into the legend."""
+    """Add the regions that are too small for their names to the legend."""
     for name in regions:
         look = (
             {"facecolor": _COLOURS[NAMES.index(name)]} if name in NAMES else {"edgecolor": "0.25", **_FALLS}
@@ -223,7 +223,7 @@ def _explain(axes: "Axes", regions: list[str]) -> None:
 
 
 def _draw_separatrix(axes: "Axes", each: Regimes) -> None:
-    """Draw where a motion just reaches the saddle of its potential."""
+    """Draw the separatrix: where a motion just reaches the saddle of its potential."""
     panel = each.panel
     assert panel.y is not None
     known = each.separatrix[np.isfinite(each.separatrix)]

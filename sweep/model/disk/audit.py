@@ -1,4 +1,4 @@
-"""Cells of an atlas held against the exact reduction: the same starts, no time stepping, an independent way."""
+"""Compare cells of an atlas with the exact reduction, which has the same starts and no time stepping."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -57,20 +57,20 @@ AUDIT = Audit(
     period=("period_difference", "exact_period", "period_share"),
 )
 
-#: What an extreme tilt may be off by changes the period by about the same share of the width of the swing, and the
-#: passage of a saddle by that over the separatrix. RK4 also keeps time less well than energy.
+#: An error of an extreme tilt changes the period by about its ratio to the width of the swing, and near a saddle by its
+#: ratio to the separatrix. RK4 also keeps time less well than energy.
 #: Measured over 33000 random motions at tolerances from 1e-10 to 1e-2: at most 0.21 of what these allow.
 _PERIOD_FACTOR, _PERIOD_FLOOR = 2.0, 3e-6
 
-#: Both turning points are passed within one period; the rest is for its error.
+#: Both turning points are passed within one period; the rest allows for the error of the period.
 _MOST_PERIODS = 1.01
 
-#: What another machine's logarithms and square roots may change: relative in what is computed, absolute in a tilt.
+#: Differences of logarithms and square roots between processors: relative, and absolute in a tilt [rad].
 _ROUNDING, _TILT_ROUNDING = 1e-12, 1e-15
 
 
 def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) -> dict[str, npt.NDArray[Any]]:
-    """Hold stored cells against the exact reduction.
+    """Compare stored cells with the exact reduction.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     stored : mapping of str to array, shape (n,)
         `MEASURES` as the atlas has them, and the rate that each cell computed, if there is one.
     exact : mapping of str to array, shape (n,)
-        What the exact reduction says of the same starts (`sweep.model.disk.exact`).
+        The measures of the same starts by the exact reduction (`sweep.model.disk.exact`).
 
     Returns
     -------
@@ -93,22 +93,22 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     difference = _tilt_difference(spec, stored, exact, allowed)
     period_difference = stored["nutation_period"] - exact["nutation_period"]
     period_share = np.abs(period_difference) / _period_allowance(exact, allowed)
-    calm = _calm(stored, exact, allowed)
+    at_rest = _at_rest(stored, exact, allowed)
     marginal = _margin(spec, exact, exact_reach, scale) <= allowed
     follows = _follows(spec, starts, stored, stored_reach, scale)
-    same_ending = calm | _endings_agree(spec, stored, exact)
-    same_verdict = calm | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
-    # each line overrules those before it
+    same_ending = at_rest | _endings_agree(spec, stored, exact)
+    same_verdict = at_rest | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
+    # each line overrides those before it
     code = np.where(stored["ending"] == ENDINGS.code("horizon"), WITHIN, AGREES)
     code = np.where(marginal & ~(same_ending & same_verdict), MARGINAL, code)
     code = np.where(follows, code, CONTRADICTORY)
     code = np.where(marginal | same_verdict, code, VERDICT_DIFFERS)
     code = np.where(period_share > 1.0, PERIOD_DIFFERS, code)
     code = np.where(marginal | same_ending, code, ENDING_DIFFERS)
-    # a difference that is no number is no agreement
+    # written so that NaN differs
     code = np.where(difference <= allowed, code, EXTREMES_DIFFER)
     return {
-        "audit": _set_apart(code, stored, exact, follows).astype(np.int8),
+        "audit": _with_failed_cells(code, stored, exact, follows).astype(np.int8),
         "tilt_difference": difference,
         "period_difference": period_difference,
         "period_share": period_share,
@@ -122,10 +122,11 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
 
 
 def _tilt_difference(spec: "SweepSpec", stored: Columns, exact: Columns, allowed: Array) -> Array:
-    """Larger difference of the two extremes.
+    """Return the larger difference [rad] of the two extremes.
 
-    A run that time ended need only lie inside the exact extremes. Where the motion grazes fall_tilt one of the two
-    may say that it fell, and so show only what came before: then one need only lie inside the other.
+    A run that time ended need only lie inside the exact extremes. Where a peak is within the tolerance of fall_tilt,
+    the atlas or the reduction may end with a fall and hold only the extremes before it: then the extremes of one need
+    only lie inside those of the other.
     """
     low, high = stored["tilt_min"] - exact["tilt_min"], stored["tilt_max"] - exact["tilt_max"]
     inside = np.maximum(0.0, np.maximum(-low, high))
@@ -140,7 +141,7 @@ def _tilt_difference(spec: "SweepSpec", stored: Columns, exact: Columns, allowed
 
 
 def _period_allowance(exact: Columns, allowed: Array) -> Array:
-    """How far [s] a period may be from the exact one."""
+    """Return how far [s] a period may be from the exact one."""
     width = exact["tilt_max"] - exact["tilt_min"]
     with np.errstate(divide="ignore"):
         lingering = np.nan_to_num(1.0 / np.abs(exact["separatrix"]), nan=0.0, posinf=np.inf)
@@ -150,7 +151,7 @@ def _period_allowance(exact: Columns, allowed: Array) -> Array:
 
 
 def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
-    """Whether the numbers that follow from the start, the extremes and the ending do follow from them."""
+    """Return where all values that follow from the start, the extremes and the ending do follow from them."""
     derived = _derived(stored, reach, scale)
     peak, amplification = derived["peak_tilt"], derived["amplification"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -170,10 +171,10 @@ def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, s
 
 
 def _margin(spec: "SweepSpec", exact: Columns, reach: Array, scale: Array) -> Array:
-    """How near [rad] the motion comes to where its verdict or its ending would change.
+    """Return how near [rad] the motion comes to where its verdict or its ending would change.
 
-    Zero for a fall, of which the reduction knows no turning point: an atlas that says otherwise has to agree in its
-    extremes, and these then are within the tolerance of fall_tilt.
+    Zero for a fall, for which the reduction has no turning point: an atlas with another ending must agree in its
+    extremes, which are then within the tolerance of fall_tilt.
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
     limit = np.nan_to_num(spec.criterion.allowed(scale))
@@ -181,7 +182,7 @@ def _margin(spec: "SweepSpec", exact: Columns, reach: Array, scale: Array) -> Ar
 
 
 def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths:
-    """Whether endings are the same, or time may have ended the run before."""
+    """Return where endings are the same, or time may have ended the run first."""
     too_long = spec.duration > _MOST_PERIODS * exact["nutation_period"]
     open_ = (stored["ending"] == ENDINGS.code("horizon")) & ~too_long
     agree: Truths = open_ | (stored["ending"] == exact["ending"])
@@ -189,22 +190,24 @@ def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths
 
 
 def _verdicts_agree(stored: Columns, exact: npt.NDArray[Any]) -> Truths:
-    """Whether verdicts are the same, or a run that time ended leaves open what the reduction decides."""
+    """Return where verdicts are the same, or a run that time ended is undecided."""
     open_ = (stored["ending"] == ENDINGS.code("horizon")) & (stored["stability"] == UNDECIDED)
     agree: Truths = open_ | (stored["stability"] == exact)
     return agree
 
 
-def _calm(stored: Columns, exact: Columns, allowed: Array) -> Truths:
-    """Whether a motion within the tolerance of rest is taken for steady by one of the two."""
-    calm = (ENDINGS.code("bounded"), ENDINGS.code("steady"))
-    both = np.isin(stored["ending"], calm) & np.isin(exact["ending"], calm)
+def _at_rest(stored: Columns, exact: Columns, allowed: Array) -> Truths:
+    """Return where the swing is within the tolerance, so that it may count as bounded or as steady."""
+    either = (ENDINGS.code("bounded"), ENDINGS.code("steady"))
+    both = np.isin(stored["ending"], either) & np.isin(exact["ending"], either)
     found: Truths = both & (exact["tilt_max"] - exact["tilt_min"] <= allowed)
     return found
 
 
-def _set_apart(code: npt.NDArray[Any], stored: Columns, exact: Columns, follows: Truths) -> npt.NDArray[Any]:
-    """Cells that one of the two has nothing to say of."""
+def _with_failed_cells(
+    code: npt.NDArray[Any], stored: Columns, exact: Columns, follows: Truths
+) -> npt.NDArray[Any]:
+    """Return the codes with those of cells that the atlas or the reduction could not compute."""
     no_period = (exact["ending"] == ENDINGS.code("bounded")) & np.isnan(exact["nutation_period"])
     impossible, refused = (
         exact["ending"] == ENDINGS.code("invalid"),

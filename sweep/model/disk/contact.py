@@ -1,4 +1,4 @@
-"""Where rolling without slipping is believable: what each motion asks of the contact, and where that is too much."""
+"""Contact forces: their extremes along the motions of cells, and where a disk would slip or lift off."""
 
 from typing import TYPE_CHECKING
 
@@ -55,7 +55,7 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     missing = [name for name in CONTACT_VARIABLES if name not in dataset]
     if missing:
         raise RequestError(
-            f"This atlas holds no contact forces to hold friction={friction:g} against: {' and '.join(missing)} "
+            f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
             "are missing.",
             hint="Make it again with eulerdisk run SPEC contact=yes.",
             where=str(dataset.attrs["title"]),

@@ -277,15 +277,15 @@ _DISK = ("alpha", "radius", "gravity")
 
 
 def in_words(spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield what linear theory predicts for a cell, from its start and its stored measures [SI]."""
+    """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
     if not all(np.isfinite(list(start.values()))):
         return
     if not circling(spec) and start["roll_rate"] and start["precession_rate"]:
-        yield "linear      nothing to say: a disk that rolls and precesses at once has no upright steady motion"
+        yield "linear      no prediction: a disk that rolls and precesses at once has no upright steady motion"
         return
     k = coefficient(spec, start)
     if not math.isfinite(k):
-        yield "linear      nothing to say: the squares of such rates are beyond all numbers"
+        yield "linear      no prediction: the squares of these rates overflow"
         return
     if k <= 0.0:
         growth = math.sqrt(-k)
@@ -312,7 +312,7 @@ def coefficient(spec: "SweepSpec", start: Mapping[str, float]) -> float:
 
 
 def small_reach(spec: "SweepSpec", start: Mapping[str, float], k: float) -> float | None:
-    """Return the largest departure [rad] that linear theory expects of a stable cell; None for mixed starts.
+    """Return the largest departure [rad] that linear theory predicts for a stable cell; None for mixed starts.
 
     Notes
     -----
