@@ -1,7 +1,7 @@
 """Align two atlases on one grid, or refuse them with the reason why they cannot be compared."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -57,12 +57,11 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
-    places = {
-        name: _matches(_values(specs[0], name), _values(specs[1], name), specs[0].model.parameters[name])
-        for name in axes
-    }
+    values = {name: (_values(specs[0], name), _values(specs[1], name)) for name in axes}
+    places = {name: _matches(*both, specs[0].model.parameters[name]) for name, both in values.items()}
+    cut = frozenset(name for name in axes if any(places[name][0].size < each.size for each in values[name]))
     if not common:
-        _check_same_grid(specs, axes, places)
+        _check_same_grid(specs, axes, cut)
     empty = [name for name, (left, _) in places.items() if not left.size]
     if empty:
         raise RequestError(
@@ -73,21 +72,15 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         _part(dataset, axes, {name: both[side] for name, both in places.items()})
         for side, dataset in enumerate((new, reference))
     ]
-    cut = {
-        name
-        for name, both in places.items()
-        for spec, i in zip(specs, both, strict=True)
-        if i.size < len(_values(spec, name))
-    }
     return Pair(
-        parts[0],
-        parts[1],
-        specs[1],
-        axes,
-        frozenset(cut),
-        tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
-        (specs[0].boundary, specs[1].boundary),
-        tuple(
+        new=parts[0],
+        reference=parts[1],
+        spec=specs[1],
+        axes=axes,
+        cut=cut,
+        other_steps=tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
+        boundaries=(specs[0].boundary, specs[1].boundary),
+        notes=tuple(
             f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
         ),
     )
@@ -106,45 +99,33 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
     for name, quantity in new.model.parameters.items():
         values = getattr(new, name), getattr(reference, name)
         # a parameter that each cell computes for itself is a word
-        if any(isinstance(value, str) for value in values):
-            fields += [name] if values[0] != values[1] else []
-        elif (
-            name not in (*new.axes, *reference.axes)
-            and not _same(np.array(values[0]), np.array(values[1]), quantity).all()
-        ):
+        words = any(isinstance(value, str) for value in values)
+        fixed = name not in (*new.axes, *reference.axes)
+        if (words and values[0] != values[1]) or (not words and fixed and not _same(*values, quantity)):
             fields.append(name)
     if fields:
-        given = ", ".join(f"{name} ({getattr(new, name)} and {getattr(reference, name)})" for name in fields)
         raise RequestError(
             "The two atlases cannot be compared: they must be of the same system, starts, criterion and method, and "
-            f"they differ in {given}.",
+            f"they differ in {_in_words(fields, new, reference)}.",
             hint="Compare with an atlas of the same request (run --from makes one); against exact values, use "
             "eulerdisk verify.",
         )
 
 
-def _check_same_grid(
-    specs: tuple[SweepSpec, SweepSpec],
-    axes: tuple[str, ...],
-    places: dict[str, tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]],
-) -> None:
-    fields = [
-        name
-        for name in axes
-        if any(i.size < len(_values(spec, name)) for spec, i in zip(specs, places[name], strict=True))
-        or any(name not in spec.axes for spec in specs)
-    ]
+def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], cut: frozenset[str]) -> None:
+    fields = [name for name in axes if name in cut or any(name not in spec.axes for spec in specs)]
     if not fields and specs[0].axes != specs[1].axes:
         fields = ["axes"]
     if fields:
-        given = ", ".join(
-            f"{name} ({getattr(specs[0], name)} and {getattr(specs[1], name)})" for name in fields
-        )
         raise RequestError(
             "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "
-            f"order, and they differ in {given}.",
+            f"order, and they differ in {_in_words(fields, *specs)}.",
             hint="Add --common to compare the cells that both have.",
         )
+
+
+def _in_words(fields: list[str], new: SweepSpec, reference: SweepSpec) -> str:
+    return ", ".join(f"{name} ({getattr(new, name)} and {getattr(reference, name)})" for name in fields)
 
 
 def _values(spec: SweepSpec, name: str) -> Array:
@@ -152,12 +133,8 @@ def _values(spec: SweepSpec, name: str) -> Array:
     return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
 
 
-def _same(left: Array, right: Array, quantity: Quantity) -> npt.NDArray[np.bool_]:
-    tolerance = quantity.tolerance
-    near: npt.NDArray[np.bool_] = np.abs(left - right) <= tolerance.absolute + tolerance.relative * np.abs(
-        right
-    )
-    return near
+def _same(left: Any, right: Any, quantity: Quantity) -> Any:
+    return np.isclose(left, right, rtol=quantity.tolerance.relative, atol=quantity.tolerance.absolute)
 
 
 def _matches(

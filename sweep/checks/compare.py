@@ -4,7 +4,6 @@ Decisions (endings, verdicts) must be equal, measures must agree within the tole
 is missing in one must be missing in the other. In a borderline cell the last bit decides: such flips are counted apart.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,6 @@ import numpy.typing as npt
 from sweep.atlas.cf_metadata import EDGES, curve_quantities, edge_quantities, point_quantities
 from sweep.checks.alignment import Pair, align
 from sweep.engine.compute import reach_and_scale
-from sweep.model.description import Starts
 from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Array, Quantity, Tolerance, Truths
 
 if TYPE_CHECKING:
@@ -106,68 +104,51 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
     """
     pair = align(new, reference, common=common)
-    edge_of_ending = endings_on_edge(pair)
-    edge_of_verdict = verdicts_on_edge(pair, edge_of_ending)
+    ending = _endings_on_edge(pair)
+    verdict = _verdicts_on_edge(pair, ending)
     findings, notes = [], []
     for quantity, axis in _quantities(pair):
         name = quantity.name
-        reason = _left_out(name, axis, pair)
-        if reason:
+        if reason := _left_out(quantity, axis, pair):
             notes.append(f"{name} is not compared: {reason}")
         elif name not in pair.new or name not in pair.reference:
-            findings.append(_missing(quantity, pair))
+            side, held = ("reference", pair.new) if name in pair.new else ("new", pair.reference)
+            missing = np.ones(held[name].shape, bool)
+            findings.append(_finding(quantity, missing, ~missing, f"the {side} atlas does not have it"))
         else:
-            excused = _excused(name, axis, pair, edge_of_ending, edge_of_verdict)
-            findings.append(_compared(quantity, pair, excused))
-    return Comparison(
-        pair.reference["ending"].size,
-        common,
-        tuple(findings),
-        _provenance(pair),
-        (*pair.notes, *notes),
-    )
+            findings.append(_compared(quantity, pair, _excused(name, axis, pair, ending, verdict)))
+    cells = pair.reference["ending"].size
+    return Comparison(cells, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
 
 
-def _left_out(name: str, axis: str, pair: Pair) -> str:
+def _left_out(quantity: Quantity, axis: str, pair: Pair) -> str:
     """Return why a variable is not compared; empty if it is."""
-    along = pair.cut.intersection(pair.axes if name.startswith(_CURVE) else [axis])
+    along = pair.cut.intersection(pair.axes if quantity.name.startswith(_CURVE) else [axis])
     if along:
         return f"only a part of {', '.join(sorted(along))} is common"
-    if name.startswith(_MEASURED) and pair.boundaries[0] != pair.boundaries[1]:
+    if quantity.name.startswith(_MEASURED) and pair.boundaries[0] != pair.boundaries[1]:
         return f"boundary differs: {' and '.join(pair.boundaries)}"
-    if _is_effort(name, pair) and pair.other_steps:
-        return f"{', '.join(pair.other_steps)} differ"
-    if _is_effort(name, pair) and pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get(
-        "kernel_hash"
-    ):
-        return "the kernels differ"
+    # errors and work of the integration belong to its steps and its kernels, not to the motion
+    if quantity.tolerance in (ERROR_GAUGE, STEP_COUNT):
+        if pair.other_steps:
+            return f"{', '.join(pair.other_steps)} differ"
+        if pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
+            return "the kernels differ"
     return ""
-
-
-def _is_effort(name: str, pair: Pair) -> bool:
-    """Whether a variable describes the integration (its errors and its work) and not the motion."""
-    quantity = pair.spec.model.variables.get(name)
-    return quantity is not None and quantity.tolerance in (ERROR_GAUGE, STEP_COUNT)
 
 
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
     """Yield the quantities that either atlas holds; an edge of the boundary with the axis that it lies on."""
-    held = {str(name) for atlas in (pair.new, pair.reference) for name in atlas.data_vars}
     model = pair.spec.model
-    for name, quantity in {**model.cell_variables(pair.spec), **model.parameters}.items():
-        if name in held:
-            yield quantity, ""
+    known = [(each, "") for each in (*model.cell_variables(pair.spec).values(), *model.parameters.values())]
     for axis in pair.axes:
         for edge in EDGES:
-            for name, quantity in edge_quantities(model.parameters[axis], edge).items():
-                if name in held:
-                    yield quantity, axis
-    for name, quantity in {
-        **curve_quantities(),
-        **point_quantities(model.parameters, pair.spec.axes),
-    }.items():
-        if name in held:
-            yield quantity, ""
+            known += [(each, axis) for each in edge_quantities(model.parameters[axis], edge).values()]
+    known += [(each, "") for each in curve_quantities().values()]
+    known += [(each, "") for each in point_quantities(model.parameters, pair.spec.axes).values()]
+    for quantity, axis in known:
+        if quantity.name in pair.new.data_vars or quantity.name in pair.reference.data_vars:
+            yield quantity, axis
 
 
 def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) -> Truths:
@@ -185,7 +166,9 @@ def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) 
 def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
     new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
     if new.shape != old.shape:
-        return _of_other_shape(quantity, new.shape, old.shape, excused)
+        # curves of different numbers or lengths cannot be compared point by point
+        note = f"{new.size} values, in the reference {old.size}"
+        return _finding(quantity, np.ones_like(excused), excused, note)
     distance = np.abs(new.astype(np.float64) - old.astype(np.float64))
     allowed = quantity.tolerance.absolute + quantity.tolerance.relative * np.abs(old.astype(np.float64))
     gaps = np.isnan(new) != np.isnan(old)
@@ -194,45 +177,34 @@ def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
     if note:
         beyond = np.ones_like(beyond)
     known = distance[~np.isnan(distance)]
-    return Finding(
-        quantity.name,
-        quantity.units,
-        beyond.size,
-        int((beyond & ~excused).sum()),
-        int((beyond & excused).sum()),
-        float(known.max()) if known.size else 0.0,
-        _worst(quantity.name, pair, beyond & ~excused, gaps, distance, allowed),
-        quantity.tolerance,
-        note,
-    )
+    largest = float(known.max()) if known.size else 0.0
+    worst = _worst(quantity.name, pair, beyond & ~excused, gaps, distance, allowed)
+    return _finding(quantity, beyond, excused, note, largest, worst)
 
 
-def _of_other_shape(
-    quantity: Quantity, new: tuple[int, ...], reference: tuple[int, ...], excused: Truths
+def _finding(
+    quantity: Quantity,
+    beyond: Truths,
+    excused: Truths,
+    note: str,
+    largest: float = 0.0,
+    worst: Cell | None = None,
 ) -> Finding:
-    """Return the finding for curves of different numbers or lengths, which cannot be compared point by point."""
-    count = excused.size if not excused.any() else 0
-    note = f"{math.prod(new)} values, in the reference {math.prod(reference)}"
     return Finding(
-        quantity.name,
-        quantity.units,
-        excused.size,
-        count,
-        excused.size - count,
-        0.0,
-        None,
-        quantity.tolerance,
-        note,
+        name=quantity.name,
+        units=quantity.units,
+        values=beyond.size,
+        different=int((beyond & ~excused).sum()),
+        on_edge=int((beyond & excused).sum()),
+        largest=largest,
+        worst=worst,
+        tolerance=quantity.tolerance,
+        note=note,
     )
 
 
 def _worst(
-    name: str,
-    pair: Pair,
-    beyond: Truths,
-    gaps: Truths,
-    distance: Array,
-    allowed: Array,
+    name: str, pair: Pair, beyond: Truths, gaps: Truths, distance: Array, allowed: Array
 ) -> Cell | None:
     """Return the cell with the largest difference over its tolerance; a value that is missing in one counts as most."""
     excess = np.where(allowed > 0.0, distance / np.where(allowed > 0.0, allowed, 1.0), distance)
@@ -252,22 +224,6 @@ def _worst(
     )
     new, reference = (None if np.isnan(value) else value for value in values)
     return Cell(where, new, reference, ", ".join(words) or "the only one")
-
-
-def _missing(quantity: Quantity, pair: Pair) -> Finding:
-    side, held = ("reference", pair.new) if quantity.name in pair.new else ("new", pair.reference)
-    size = held[quantity.name].size
-    return Finding(
-        quantity.name,
-        quantity.units,
-        size,
-        size,
-        0,
-        0.0,
-        None,
-        quantity.tolerance,
-        f"the {side} atlas does not have it",
-    )
 
 
 def _other_meaning(name: str, pair: Pair) -> str:
@@ -298,34 +254,22 @@ def _different(
     }
 
 
-def endings_on_edge(pair: Pair) -> Truths:
+def _endings_on_edge(pair: Pair) -> Truths:
     """Return where the endings differ and a neighbour of the cell, in the reference, ended as the new atlas says.
 
-    Returns
-    -------
-    array of bool, shape of the grid
-        An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
+    An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
     """
     new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
     on_edge: Truths = (new != old) & _beside(new, old)
     return on_edge
 
 
-def verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
+def _verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
     """Return where the verdicts differ and the cell stands on the edge between them.
 
-    Parameters
-    ----------
-    pair : Pair
-    endings : array of bool, shape of the grid
-        `endings_on_edge`.
-
-    Returns
-    -------
-    array of bool, shape of the grid
-        With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion
-        lies between the departures of the two, or within the tolerance of the extremes from either. Where the ending
-        flips, the verdict that follows from it may flip too.
+    With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion lies
+    between the departures of the two, or within the tolerance of the extremes from either. Where the ending flips
+    (`endings`), the verdict that follows from it may flip too.
     """
     new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
     decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
@@ -345,25 +289,17 @@ def _beside(new: npt.NDArray[np.integer], old: npt.NDArray[np.integer]) -> Truth
 
 
 def _at_limit(pair: Pair) -> Truths:
-    model, starts = pair.spec.model, _starts(pair)
+    model, ending = pair.spec.model, pair.reference["ending"]
+    starts = {
+        str(name): values.broadcast_like(ending).transpose(*pair.axes).values
+        for name, values in pair.reference.coords.items()
+    }
     reaches = []
     for atlas in (pair.new, pair.reference):
-        reach, scale = reach_and_scale(
-            pair.spec, starts, {name: atlas[name].values for name in model.extremes}
-        )
+        measured = {name: atlas[name].values for name in model.extremes}
+        reach, scale = reach_and_scale(pair.spec, starts, measured)
         reaches.append(reach)
     limit = np.nan_to_num(pair.spec.criterion.allowed(scale))
     slack = model.variables[model.extremes[1]].tolerance.absolute
     at: Truths = (np.minimum(*reaches) - slack <= limit) & (limit <= np.maximum(*reaches) + slack)
     return at
-
-
-def _starts(pair: Pair) -> Starts:
-    """Return the starts of the cells of a pair, from its coordinates, in the shape of its grid."""
-    shape = pair.reference["ending"].shape
-    found = {}
-    for name in pair.reference.coords:
-        values = pair.reference[name]
-        along = [shape[i] if axis == name else 1 for i, axis in enumerate(pair.axes)]
-        found[str(name)] = np.broadcast_to(values.values.reshape(along if values.dims else ()), shape)
-    return found

@@ -18,16 +18,11 @@ def plain(text: str) -> str:
 
 def in_words(comparison: Comparison) -> str:
     """Return the report of a comparison: the outcome, a line per variable, its worst cell, and what made the files."""
-    return "\n".join(
-        [
-            _outcome(comparison),
-            "",
-            *_table(comparison),
-            *(f"not judged: {note}" for note in comparison.notes),
-            "",
-            *_provenance(comparison),
-        ]
-    )
+    lines = [_outcome(comparison), ""]
+    for finding in comparison.findings:
+        lines += _lines(finding)
+    lines += [f"not judged: {note}" for note in comparison.notes]
+    return "\n".join([*lines, "", *_provenance(comparison)])
 
 
 def to_junit(comparison: Comparison, name: str) -> str:
@@ -61,14 +56,8 @@ def _outcome(comparison: Comparison) -> str:
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
     apart = f"; {edge} on an edge flipped, which is no disagreement" if edge else ""
-    if names:
-        return f"DIFFERENT in {', '.join(names)}: {cells}{apart}"
-    return f"the same: {cells}{apart}"
-
-
-def _table(comparison: Comparison) -> Iterator[str]:
-    for finding in comparison.findings:
-        yield from _lines(finding)
+    outcome = f"DIFFERENT in {', '.join(names)}" if names else "the same"
+    return f"{outcome}: {cells}{apart}"
 
 
 def _lines(finding: Finding) -> Iterator[str]:

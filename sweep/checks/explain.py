@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 _WIDTH = 118
 
-_NOT_REPEATED = ("repeated    nothing to repeat: the cell has not been computed",)
-
 
 @dataclass(frozen=True)
 class Explanation:
@@ -79,29 +77,36 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
     computed = model.endings.of(stored["ending"]).role != MISSING
     differing, beyond = _repeat(spec, span, cell, table) if computed else ([], [])
-    if dataset.attrs.get("kernel_hash") != arithmetic_hash(spec):
+    made = str(dataset.attrs.get("kernel_hash", "unknown"))
+    kernels = "the same kernels"
+    if made != arithmetic_hash(spec):
         # other kernels make other errors with other work
         beyond = [name for name in beyond if table[name].tolerance not in (ERROR_GAUGE, STEP_COUNT)]
+        kernels = f"other kernels than those of the file ({made[:12]})"
+    repeated = "nothing to repeat: the cell has not been computed"
+    if computed:
+        repeated = f"from the file alone, with {kernels}: {_agreement(differing, beyond)}"
     lines = [
         *_where(spec, place, given),
         *_start(spec, start),
         "",
         *_stored(spec, stored),
         "",
-        *(_repeated(spec, dataset, differing, beyond) if computed else _NOT_REPEATED),
+        f"repeated    {repeated}",
         *_exact(spec, exact, stored),
         "",
         *model.expectation(spec, start, stored),
         *_lines(dataset, spec, start, place),
         "",
-        *_verdict(spec, start, stored),
+        f"verdict     {measures['stability'].flag(stored['stability'])} by {spec.criterion}",
+        f"because     {_reason(spec, start, stored)}",
     ]
-    return Explanation("\n".join(map(_folded, lines)), spec, start, stored, exact, not beyond, not differing)
-
-
-def _folded(line: str) -> str:
-    """Return a line folded under its own text, past the label."""
-    return textwrap.fill(line, _WIDTH, subsequent_indent=" " * 12) if len(line) > _WIDTH else line
+    # folded under its own text, past the label; `fill` would also take away the spaces of a short line
+    folded = [
+        textwrap.fill(line, _WIDTH, subsequent_indent=" " * 12) if len(line) > _WIDTH else line
+        for line in lines
+    ]
+    return Explanation("\n".join(folded), spec, start, stored, exact, not beyond, not differing)
 
 
 def _repeat(
@@ -149,24 +154,12 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
             yield f"  {name:<17} {quantity.spell(value, digits):<22} {quantity.long_name}"
 
 
-def _repeated(
-    spec: SweepSpec, dataset: "xr.Dataset", differing: list[str], beyond: list[str]
-) -> Iterator[str]:
-    made = str(dataset.attrs.get("kernel_hash", "unknown"))
-    kernels = (
-        "the same kernels"
-        if made == arithmetic_hash(spec)
-        else f"other kernels than those of the file ({made[:12]})"
-    )
-    if not differing:
-        yield f"repeated    from the file alone, with {kernels}: every value agrees bit for bit"
-    elif not beyond:
-        yield (
-            f"repeated    from the file alone, with {kernels}: not to the bit ({', '.join(differing)}), but within the "
-            "tolerances of eulerdisk compare"
-        )
-    else:
-        yield f"repeated    from the file alone, with {kernels}: {', '.join(beyond)} DIFFER beyond the tolerance"
+def _agreement(differing: list[str], beyond: list[str]) -> str:
+    if beyond:
+        return f"{', '.join(beyond)} DIFFER beyond the tolerance"
+    if differing:
+        return f"not to the bit ({', '.join(differing)}), but within the tolerances of eulerdisk compare"
+    return "every value agrees bit for bit"
 
 
 def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
@@ -179,11 +172,8 @@ def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, flo
         if np.isfinite(value):
             apart = abs(value - stored[name])
             # a difference is compared with a tolerance, which is in SI
-            says = (
-                f"the cell is off by {apart:.1e} {quantity.units}"
-                if np.isfinite(apart)
-                else "the cell has none"
-            )
+            off = f"the cell is off by {apart:.1e} {quantity.units}"
+            says = off if np.isfinite(apart) else "the cell has none"
             yield f"  {name:<17} {quantity.spell(value):<22} {says}"
 
 
@@ -209,35 +199,20 @@ def _value(value: float, units: str) -> str:
     return f"{value:.6g} {units}" if np.isfinite(value) else "none"
 
 
-def _verdict(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield the verdict of a cell and its reason."""
-    yield f"verdict     {spec.model.variables['stability'].flag(stored['stability'])} by {spec.criterion}"
-    yield f"because     {_reason(spec, start, stored)}"
-
-
 def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:
     ending = spec.model.endings.of(stored["ending"])
     if ending.role in (MISSING, FAILED, UNDISTURBED):
         return ending.reason
-    reach, scale = _reach_and_scale(spec, start, stored)
+    starts, measured = ({name: np.array([each[name]]) for name in each} for each in (start, stored))
+    reach, scale = reach_and_scale(spec, starts, measured)
     return spec.criterion.reason(spec, stored, float(reach[0]), float(scale[0]))
 
 
-def departure(
-    spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
-) -> tuple[float, float]:
+def departure(spec: SweepSpec, start: Mapping[str, float]) -> tuple[float, float]:
     """Return the undisturbed value of a cell, and how far the criterion lets it go, both in SI."""
     starts = {name: np.array([value]) for name, value in start.items()}
-    _, scale = _reach_and_scale(spec, start, stored)
-    return float(spec.model.undisturbed(spec, starts)[0]), float(spec.criterion.allowed(scale)[0])
-
-
-def _reach_and_scale(
-    spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
-) -> tuple[Array, Array]:
-    starts = {name: np.array([value]) for name, value in start.items()}
-    measured = {name: np.array([stored[name]]) for name in spec.model.extremes}
-    return reach_and_scale(spec, starts, measured)
+    allowed = spec.criterion.allowed(spec.model.perturbation(spec, starts))
+    return float(spec.model.undisturbed(spec, starts)[0]), float(allowed[0])
 
 
 #: Relative tolerance of a value that is given for a parameter that does not vary.
@@ -293,11 +268,7 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
     reach = _reach(axis)
     if axis[0] - reach[0] <= value <= axis[-1] + reach[1]:
         return
-    holds = (
-        f"{quantity.spell(axis[0])} to {quantity.spell(axis[-1])}"
-        if axis.size > 1
-        else quantity.spell(axis[0])
-    )
+    holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
         f"This value is outside the atlas, whose {name} is {holds}.",
         hint="Give a value inside, or compute an atlas that holds it.",

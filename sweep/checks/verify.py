@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import coordinates, created, declare_cells
-from sweep.atlas.dataset import as_variable, spec_of
+from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError
-from sweep.model.description import Audit, ExactReference
+from sweep.model.description import ExactReference
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
 
 def findings(audited: "xr.Dataset") -> Findings:
     """Return the counts and statistics of an audit, as from `verify`."""
-    audit = _audit_of(audited)
+    audit = _reference(spec_named(audited)).audit
     codes = audited["audit"].values
     flags = audit.variables["audit"].flags or {}
     wrong = np.isin(codes, audit.disagreeing)
@@ -141,14 +141,19 @@ def findings(audited: "xr.Dataset") -> Findings:
         tilt=_distribution(difference),
         period=_distribution(np.abs(error) / exact),
         period_share=_distribution(share)[2],
-        named=[(flags[int(codes[tuple(place)])], _coordinates(audited, place)) for place in places],
+        named=[
+            (
+                flags[int(codes[tuple(place)])],
+                {
+                    str(name): float(audited[name][i])
+                    for name, i in zip(audited["audit"].dims, place, strict=True)
+                },
+            )
+            for place in places
+        ],
         tolerance=float(audited.attrs["tolerance"]),
         method=str(audited.attrs["method"]),
     )
-
-
-def _audit_of(audited: "xr.Dataset") -> Audit:
-    return _reference(SweepSpec.from_canonical(audited.attrs["sweep_spec"])).audit
 
 
 def _reference(spec: SweepSpec) -> ExactReference:
@@ -164,12 +169,9 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
     """Return the spec of an atlas, the reference of its model, and the variables that an audit needs, flat."""
     if "sweep_spec" not in dataset.attrs:
         _refuse(dataset, "it lacks the attribute sweep_spec")
-    asked = SweepSpec.from_canonical(dataset.attrs["sweep_spec"])
-    reference = _reference(asked)
-    names = reference.needed(asked)
-    missing = [name for name in names if name not in dataset]
-    if missing:
-        _refuse(dataset, f"it lacks {', '.join(missing)}")
+    reference = _reference(spec_named(dataset))
+    names = reference.needed(spec_named(dataset))
+    require(dataset, names)
     spec = spec_of(dataset)
     if odd := [name for name in names if dataset[name].dims != spec.axes]:
         _refuse(
@@ -181,7 +183,8 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
     for each, values in coordinates(spec):
         if each.name in later and each.name not in dataset:
             continue
-        if each.name not in dataset or not _same(dataset[each.name].values, values):
+        found = dataset[each.name].values if each.name in dataset else None
+        if found is None or found.shape != values.shape or not np.allclose(found, values, _ROUNDING, 0.0):
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     stored = {}
     for name in names:
@@ -192,15 +195,11 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
     return spec, reference, stored
 
 
-def _same(found: npt.NDArray[Any], expected: npt.NDArray[np.float64]) -> bool:
-    return found.shape == expected.shape and np.allclose(found, expected, rtol=_ROUNDING, atol=0.0)
-
-
 def _refuse(dataset: "xr.Dataset", reason: str) -> NoReturn:
     raise RequestError(
         f"The atlas cannot be verified: {reason}.",
         hint="Make it again with eulerdisk run.",
-        where=str(dataset.encoding.get("source", "atlas")),
+        where=place_of(dataset),
     )
 
 
@@ -208,8 +207,3 @@ def _distribution(values: npt.NDArray[np.float64]) -> tuple[float, float, float]
     known = values[np.isfinite(values)]
     median, high, most = np.percentile(known, [50, 99, 100]) if known.size else (np.nan,) * 3
     return float(median), float(high), float(most)
-
-
-def _coordinates(audited: "xr.Dataset", place: npt.NDArray[np.intp]) -> dict[str, float]:
-    dims = audited["audit"].dims
-    return {str(name): float(audited[name][int(i)]) for name, i in zip(dims, place, strict=True)}

@@ -92,7 +92,7 @@ def _shown_time(explanation: Explanation) -> float:
 
 def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> None:
     degrees = DISK.parameters["tilt"].plot_scale
-    steady, limit = departure(explanation.spec, explanation.start, explanation.stored)
+    steady, limit = departure(explanation.spec, explanation.start)
     time = motion["elapsed_time"].values
     axes.plot(time, motion["tilt"].values * degrees, color=_MOTION, label="tilt of the disk")
     extremes = [explanation.stored[name] * degrees for name in ("tilt_min", "tilt_max")]
