@@ -18,7 +18,7 @@ from kernels.disk.endings import FELL, HORIZON
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
-from sweep.model.quantity import ERROR_GAUGE, GRID, Input, Quantity, Tolerance, Word, positive, table
+from sweep.model.quantity import ERROR_GAUGE, GRID, Array, Input, Quantity, Tolerance, Word, positive, table
 from sweep.request.spec import MOST_STEPS
 from sweep.request.values import read_number
 from sweep.request.words import AUTOMATIC, names, one_of, read_input, read_title, split_words, unknown_word
@@ -33,25 +33,23 @@ _STATE = Tolerance(1e-8, 1e-8, "the report's motions agree to this with an integ
 _FORCE = Tolerance(1e-6, 1e-6, "forces follow from the squares of rates and a second derivative")
 
 
-def _positive(name: str, symbol: str, units: str, long_name: str, default: float | str) -> Input:
-    words = ("auto",) if default == "auto" else ()
-    rule = f"{name} > 0" + (", or auto" if words else "")
-    return Input(
-        name, symbol, units, long_name, GRID, default=default, rule=rule, allows=positive, words=words
-    )
-
-
 #: The words of a request for one motion whose values are numbers.
 MOTION_INPUTS: Mapping[str, Input] = table(
     # no words for the precession rate: which of its two steady values to take matters for sweeps only
     *(each if each.name == "roll_rate" else replace(each, words=()) for each in PARAMETERS.values()),
-    _positive("mass", "m", "kg", "mass of the disk", 1.0),
-    _positive("friction", r"\mu", "1", "friction coefficient of disk and plane", 0.5),
+    Input("mass", "m", "kg", "mass of the disk", GRID, default=1.0, rule="mass > 0", allows=positive),
+    Input(
+        "friction", r"\mu", "1", "friction coefficient of disk and plane", GRID,
+        default=0.5, rule="friction > 0", allows=positive,
+    ),
     replace(SETTINGS["duration"], long_name="time simulated", default=10.0),
-    _positive("interval", r"\Delta t", "s", "time between samples at most", "auto"),
+    Input(
+        "interval", r"\Delta t", "s", "time between samples at most", GRID,
+        default="auto", rule="interval > 0, or auto", allows=positive, words=("auto",),
+    ),
     replace(SETTINGS["step"], long_name="longest time step"),
     SETTINGS["fall_tilt"],
-)
+)  # fmt: skip
 
 MOTION_WORDS: Mapping[str, Word] = table(
     Word("title", "what the motion is, in one line", ""),
@@ -59,7 +57,8 @@ MOTION_WORDS: Mapping[str, Word] = table(
 )
 
 # fmt: off
-_ROWS = (
+#: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
+TRAJECTORY: Mapping[str, Quantity] = table(
     Quantity("tilt", r"\theta", "rad", "tilt of the plane of the disk from the vertical", _STATE,
              "0 = upright; positive towards (cos heading, sin heading)"),
     Quantity("tilt_rate", r"\dot\theta", "rad s-1", "rate of the tilt", _STATE),
@@ -103,9 +102,6 @@ _ROWS = (
     VARIABLES["fall_time"],
 )
 # fmt: on
-
-#: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
-TRAJECTORY: Mapping[str, Quantity] = table(*_ROWS)
 
 #: The only dimension. Not called time: CF checkers require a calendar date for that name.
 TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)
@@ -168,29 +164,21 @@ class TrajectorySpec:
 
     @classmethod
     def from_words(cls, words: Sequence[str]) -> Self:
-        """Return the request of ``NAME=VALUE`` words, each name once.
-
-        Raises
-        ------
-        RequestError
-            As in `read`.
-        """
+        """Return the request of ``NAME=VALUE`` words, each name once; raises as `read` does."""
         return cls.read(**split_words(words, _NAMES, DISK, _ELSEWHERE))
 
     @property
-    def times(self) -> "np.ndarray[Any, np.dtype[np.float64]]":
+    def times(self) -> Array:
         """Times of the samples [s], shape (n,): evenly from 0 to the duration; with interval=auto the first guess."""
-        return np.linspace(0.0, self.duration, self._intervals() + 1)
+        if isinstance(self.interval, str):
+            return np.linspace(0.0, self.duration, _SAMPLES + 1)
+        # a whole number of them: 10 s at 0.01 s are 1000 in spite of the rounding of 0.01
+        count = max(1, math.ceil(self.duration / self.interval * (1.0 - 1e-9)))
+        return np.linspace(0.0, self.duration, count + 1)
 
     def canonical(self) -> str:
         """Return the request as ASCII JSON with sorted keys, numbers in SI, the same text for equal requests."""
         return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-    def _intervals(self) -> int:
-        if isinstance(self.interval, str):
-            return _SAMPLES
-        # a whole number of them: 10 s at 0.01 s are 1000 in spite of the rounding of 0.01
-        return max(1, math.ceil(self.duration / self.interval * (1.0 - 1e-9)))
 
 
 def _read_word(name: str, raw: object) -> float | str:

@@ -54,10 +54,8 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
     spin_up = (2.0 * (1.0 + alpha) * rolling * sin - (2.0 + alpha) * turning * cos**2) / ((1.0 + alpha) * cos)
     roll = rolling + spin_up * away
     heading = _integral(turn, times)
-    x, y = (
-        _integral(-radius * roll * np.sin(heading), times),
-        _integral(radius * roll * np.cos(heading), times),
-    )
+    x = _integral(-radius * roll * np.sin(heading), times)
+    y = _integral(radius * roll * np.cos(heading), times)
     return LinearMotion(k, tilt + away, x, y)
 
 

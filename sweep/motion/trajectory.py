@@ -15,7 +15,6 @@ from sweep.errors import RequestError
 from sweep.model.disk.tables import STEADY_ROLL
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import FILL, Array, Quantity
-from sweep.motion import dop853
 from sweep.motion.request import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY, TrajectorySpec
 from sweep.request.words import AUTOMATIC
 from sweep.version import __version__
@@ -39,6 +38,9 @@ _MOST_REFINEMENTS = 6
 #: With interval=auto: the angle [rad] by which heading and roll angle may change between two samples, so that a path
 #: drawn through the samples is within half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
+
+#: Relative and absolute error per step that DOP853 is asked for.
+_RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 #: Parameters that the file holds as scalar coordinates; the start is the first sample.
 _FIXED = ("alpha", "radius", "gravity", "mass", "friction")
@@ -66,8 +68,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `sweep.motion.request.TRAJECTORY`. A motion that falls ends with the
-        sample at the moment of its fall. ``sweep.save`` writes it.
+        Dimension elapsed_time [s]; the variables of `sweep.motion.request.TRAJECTORY`. A motion that falls ends with
+        the sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises
     ------
@@ -76,10 +78,11 @@ def simulate(
     """
     spec = TrajectorySpec.read(**words) if spec is None else spec
     start, times = _start(spec), spec.times
-    samples, fall_time = _integrated(spec, start, times)
+    integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
+    samples, fall_time = integrate(spec, start, times)
     if spec.interval == AUTOMATIC and (finer := _finer(spec, times, samples)).size > times.size:
         times = finer
-        samples, fall_time = _integrated(spec, start, times)
+        samples, fall_time = integrate(spec, start, times)
     times = times[: samples.shape[1]].copy()
     if fall_time is not None:
         times[-1] = fall_time
@@ -98,12 +101,6 @@ def _start(spec: TrajectorySpec) -> Array:
     return np.array(list(values.values()), dtype=np.float64)
 
 
-def _integrated(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
-    if spec.method == "rk4":
-        return _by_rk4(spec, start, times)
-    return dop853.integrate(start, spec.fall_tilt, times)
-
-
 def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
     """Return times close enough together for the fastest turn that samples show."""
     turns = np.abs(np.diff(samples[[arrays.HEADING, arrays.ROLL_ANGLE]])).max(initial=0.0)
@@ -112,7 +109,11 @@ def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
 
 
 def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
-    """Return samples and fall time as `dop853.integrate` does, with a step that keeps the energy."""
+    """Integrate one start by the kernels, with a step that keeps the energy.
+
+    Returns the samples, shape (9, m), rows as in `kernels.disk.arrays.SAMPLES`, and the fall time [s], that of the
+    last sample, or None if the disk did not fall.
+    """
     samples = np.empty((len(arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
     for refinement in range(_MOST_REFINEMENTS + 1):
@@ -130,6 +131,59 @@ def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, fl
     )
 
 
+def _by_dop853(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
+    """Integrate one start by SciPy, as `_by_rk4` does: the independent method that RK4 is compared with.
+
+    Shares nothing with the kernels: tilt and rates with their sines and cosines, the heading, the roll angle, the
+    contact point and the gain of vertical momentum, all integrated together from the textbook equations.
+    """
+    from scipy.integrate import solve_ivp
+
+    def fall(_: float, y: Array, *system: float) -> float:
+        return abs(float(y[0])) - spec.fall_tilt
+
+    fall.terminal = True  # type: ignore[attr-defined]  # read by solve_ivp
+    first = np.concatenate([start[:4], np.zeros(5)])
+    problem = None
+    try:
+        with np.errstate(over="raise", invalid="raise"):
+            run = solve_ivp(
+                _slope, (0.0, times[-1]), first, "DOP853", times,
+                events=fall, args=tuple(start[4:]), rtol=_RELATIVE, atol=_ABSOLUTE,
+            )  # fmt: skip
+        problem = run.message if run.status < 0 else None
+    except ArithmeticError as error:
+        problem = error
+    if problem is not None:
+        raise RequestError(
+            f"DOP853 could not resolve this motion: {problem}.",
+            hint="Give a shorter duration, slower rates, or a smaller fall_tilt; or method=rk4.",
+        )
+    if not run.t_events[0].size:
+        return run.y, None
+    time = float(run.t_events[0][0])
+    return np.column_stack([run.y[:, run.t < time], run.y_events[0][0]]), time
+
+
+def _slope(_: float, y: Array, alpha: float, radius: float, gravity: float) -> list[float]:
+    tilt, tilting, turning, rolling, heading = (float(each) for each in y[:5])
+    sin, cos = math.sin(tilt), math.cos(tilt)
+    push = 2.0 * gravity * sin + 2.0 * (1.0 + alpha) * radius * rolling * turning * cos
+    push += (2.0 + alpha) * radius * turning**2 * sin * cos
+    spin_up = tilting * (2.0 * (1.0 + alpha) * rolling * sin - (2.0 + alpha) * turning * cos**2)
+    return [
+        tilting,
+        push / ((2.0 + alpha) * radius),
+        -2.0 * rolling * tilting / cos,
+        spin_up / ((1.0 + alpha) * cos),
+        turning,
+        rolling,
+        -radius * rolling * math.sin(heading),
+        radius * rolling * math.cos(heading),
+        radius**2 * rolling * tilting * cos,
+    ]
+
+
 def _derived(start: Array, samples: Array) -> Array:
     results = np.empty((len(arrays.DERIVED), samples.shape[1]))
     _DERIVED.load()(start, np.ascontiguousarray(samples[: len(arrays.STATE)]), results)
@@ -139,23 +193,16 @@ def _derived(start: Array, samples: Array) -> Array:
 def _variables(
     spec: TrajectorySpec, start: Array, samples: Array, derived: Array
 ) -> dict[str, npt.NDArray[Any]]:
-    tilt, tilt_rate, precession_rate, roll_rate, heading, roll_angle, x, y, gained = samples
+    values = dict(zip(arrays.SAMPLES, samples, strict=True))
+    gained = values.pop("momentum_gained")
     energy, drift, momentum, momentum_rate, normal, across, along, needed = derived
     radius, weight = spec.radius, spec.mass * spec.gravity
-    lean = radius * np.sin(tilt)
+    lean = radius * np.sin(values["tilt"])
     slips = np.where(needed > spec.friction, SLIPS, ROLLS)
-    return {
-        "tilt": tilt,
-        "tilt_rate": tilt_rate,
-        "precession_rate": precession_rate,
-        "roll_rate": roll_rate,
-        "heading": heading,
-        "roll_angle": roll_angle,
-        "contact_x": x,
-        "contact_y": y,
-        "centre_x": x + lean * np.cos(heading),
-        "centre_y": y + lean * np.sin(heading),
-        "centre_z": radius * np.cos(tilt),
+    return values | {
+        "centre_x": values["contact_x"] + lean * np.cos(values["heading"]),
+        "centre_y": values["contact_y"] + lean * np.sin(values["heading"]),
+        "centre_z": radius * np.cos(values["tilt"]),
         "energy": weight * radius * energy,
         "energy_drift": drift,
         "vertical_momentum": spec.mass * momentum,
