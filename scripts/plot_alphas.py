@@ -2,11 +2,9 @@
 
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 from figure_cli import figure_parser, run_script
 from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
@@ -58,9 +56,7 @@ def curves(atlas: "xr.Dataset") -> "list[tuple[float, dict[str, Any]]]":
 def figure(atlas: "xr.Dataset") -> Figure:
     """Draw the nested boundaries by precession rate and by roll rate."""
     radius, gravity = float(atlas.radius), float(atlas.gravity)
-    with matplotlib.rc_context(drawing.STYLE):
-        drawn = Figure(figsize=(7.2, 3.6), layout="constrained")
-        FigureCanvasAgg(drawn)
+    with drawing.sheet(7.2, 3.6) as drawn:
         panels = drawn.subplots(1, 2)
         colours = colormaps["viridis"](np.linspace(0.0, 0.85, atlas.sizes["alpha"]))
         for axes, rate in zip(panels, ("precession_rate", "roll_rate"), strict=True):

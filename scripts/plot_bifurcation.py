@@ -2,10 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 from figure_cli import figure_parser, run_script
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import sweep
@@ -57,9 +55,7 @@ def family(c1: float, c2: float, tilt: Any) -> tuple[Any, bifurcation.Drift]:
 
 def figure() -> Figure:
     """Draw the plane of constants, the energies along sections of it, and the drift of the contact point."""
-    with matplotlib.rc_context(drawing.STYLE):
-        drawn = Figure(figsize=(10.6, 3.6), layout="constrained")
-        FigureCanvasAgg(drawn)
+    with drawing.sheet(10.6, 3.6) as drawn:
         left, middle, right = drawn.subplots(1, 3)
         _draw_plane(left)
         _draw_energies(middle)

@@ -4,10 +4,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 from figure_cli import figure_parser, run_script
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweep.figures import drawing, plots
@@ -62,9 +60,7 @@ def table(found: Found) -> str:
 
 def figure(found: Found) -> Figure:
     """Draw the critical rates, how they are approached, and what is left after extrapolation."""
-    with matplotlib.rc_context(drawing.STYLE):
-        drawn = Figure(figsize=(10.4, 3.3), layout="constrained")
-        FigureCanvasAgg(drawn)
+    with drawing.sheet(10.4, 3.3) as drawn:
         left, middle, right = drawn.subplots(1, 3)
         _draw_values(left, found)
         _draw_approach(middle, found)

@@ -30,12 +30,12 @@ _ROLLING, _SPINNING = ("rolling 3", "rolling 2"), ("spinning 4.5", "spinning 3.5
 
 #: File -> what is drawn, of which runs.
 FIGURES = {
-    "momentum": (motion_plots.momentum_figure, (*_ROLLING, "spinning 3.5")),
-    "rolling-path": (motion_plots.path_figure, _ROLLING),
-    "rolling-tilt": (motion_plots.tilt_figure, _ROLLING),
-    "spinning-path": (motion_plots.path_figure, _SPINNING),
-    "spinning-tilt": (motion_plots.tilt_figure, _SPINNING),
-    "circling-path": (motion_plots.path_figure, ("circling",)),
+    "momentum": (motion_plots.draw_momentum, (*_ROLLING, "spinning 3.5")),
+    "rolling-path": (motion_plots.draw_path, _ROLLING),
+    "rolling-tilt": (motion_plots.draw_tilt, _ROLLING),
+    "spinning-path": (motion_plots.draw_path, _SPINNING),
+    "spinning-tilt": (motion_plots.draw_tilt, _SPINNING),
+    "circling-path": (motion_plots.draw_path, ("circling",)),
 }
 
 
@@ -53,7 +53,7 @@ def main() -> None:
     request.output.mkdir(parents=True, exist_ok=True)
     motions = {name: sweep.simulate(**words) for name, words in RUNS.items()}
     for name, (draw, runs) in FIGURES.items():
-        plots.save(draw([motions[run] for run in runs]), files[name])
+        plots.save(motion_plots.side_by_side([motions[run] for run in runs], draw), files[name])
         print(files[name])
 
 

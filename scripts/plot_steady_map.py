@@ -3,10 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 from figure_cli import figure_parser, run_script
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
@@ -85,9 +83,7 @@ def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
     The map of the faster precession is not drawn: all of it is stable.
     """
     norm = TwoSlopeNorm(0.0, -4.0, 16.0)
-    with matplotlib.rc_context(drawing.STYLE):
-        drawn = Figure(figsize=(10.8, 4.4), layout="constrained")
-        FigureCanvasAgg(drawn)
+    with drawing.sheet(10.8, 4.4) as drawn:
         panels = drawn.subplots(1, 3)
         for axes, name in zip(panels, ("precession", "slow"), strict=False):
             background = _draw(axes, name, atlases[name], norm)

@@ -1,13 +1,17 @@
 """Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, names and legend."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import matplotlib
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.container import ErrorbarContainer
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
@@ -43,6 +47,9 @@ STYLE: Any = {
 #: Largest number of points of the measured boundary that are drawn: more would merge into a thick line.
 MOST_POINTS = 24
 
+#: Colour map of the peak tilt: perceptually uniform, colour-blind safe, light for small tilts.
+COLOURS = ListedColormap(colormaps["viridis_r"](np.linspace(0.0, 0.86, 256)), name="peak_tilt")
+
 INK = "black"
 HALO = [withStroke(linewidth=2.4, foreground="white")]
 
@@ -61,11 +68,7 @@ _POINTS: dict[str, Any] = {
     "zorder": 5,
 }
 _MARKERS = {"upper": "o", "lower": "s"}
-_VERDICTS: dict[str, dict[str, Any]] = {
-    "stable": {"marker": "o", "markerfacecolor": "white"},
-    "unstable": {"marker": "o", "markerfacecolor": INK},
-    "undecided": {"marker": "x"},
-}
+_VERDICTS = {"stable": ("o", "white"), "unstable": ("o", INK), "undecided": ("x", INK)}
 
 #: Distance [in] of the legend below the axes: there the labels end.
 _BELOW = 0.5
@@ -80,17 +83,21 @@ _DENSE = 20
 _ROOM = 2.4
 
 
-def colours() -> ListedColormap:
-    """Return the colour map of the peak tilt: perceptually uniform, colour-blind safe, light for small tilts."""
-    return ListedColormap(colormaps["viridis_r"](np.linspace(0.0, 0.86, 256)), name="peak_tilt")
+@contextmanager
+def sheet(width: float, height: float) -> Iterator[Figure]:
+    """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
+    with matplotlib.rc_context(STYLE):
+        drawn = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(drawn)
+        yield drawn
 
 
-def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
-    """Draw a panel of two axes; return the background, for a colour bar."""
+def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> None:
+    """Draw a panel of two axes."""
     assert panel.y is not None
     peak = np.ma.masked_where(panel.no_result, np.clip(panel.peak, norm.vmin, norm.vmax))
-    background = axes.pcolormesh(
-        panel.x.borders, panel.y.borders, peak, norm=norm, cmap=colours(), rasterized=True, zorder=0
+    axes.pcolormesh(
+        panel.x.borders, panel.y.borders, peak, norm=norm, cmap=COLOURS, rasterized=True, zorder=0
     )
     set_scale(axes, "x", panel.x)
     set_scale(axes, "y", panel.y)
@@ -104,7 +111,6 @@ def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> Any:
     name_regions(axes, panel, panel.verdicts())
     if panel.unit is not None:
         add_scaled_axis(axes, "y", panel.y, panel.unit)
-    return background
 
 
 def draw_ratio(axes: "Axes", panel: Panel) -> None:
@@ -124,11 +130,25 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
     axes.plot(panel.x.values, peak, color="0.6", zorder=1)
     for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
         if cells.any():
-            look = {"linestyle": "", "color": INK, "markersize": 3.5, **_VERDICTS[name]}
-            axes.plot(panel.x.values[cells], peak[cells], label=name, **look)
+            marker, face = _VERDICTS[name]
+            axes.plot(
+                panel.x.values[cells],
+                peak[cells],
+                marker,
+                color=INK,
+                markersize=3.5,
+                markerfacecolor=face,
+                label=name,
+            )
     if panel.marked.any():
-        look = {"linestyle": "", "marker": "x", "color": "#c8380a", "markersize": 5.0}
-        axes.plot(panel.x.values[panel.marked], peak[panel.marked], label=panel.marking, **look)
+        axes.plot(
+            panel.x.values[panel.marked],
+            peak[panel.marked],
+            "x",
+            color="#c8380a",
+            markersize=5.0,
+            label=panel.marking,
+        )
     set_scale(axes, "x", panel.x)
     for edge in panel.edges:
         for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):
@@ -223,21 +243,8 @@ def name_regions(
 ) -> list[str]:
     """Write the name of each region where it has most room, so that a map can be read without colours.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    panel : Panel
-    regions : iterable of (str, array of bool)
-        Name and cells of each region.
-    lines : int
-        Lines of each name.
-    width : float
-        Width of a name over the height of a line.
-
-    Returns
-    -------
-    list of str
-        The names that had no room.
+    `regions` holds names and cells; each name has `lines` lines and is `width` times as wide as a line is high.
+    Returns the names that had no room.
     """
     left_out = []
     assert panel.y is not None
@@ -320,15 +327,6 @@ def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
     order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
     below = lowest.transAxes + ScaledTranslation(0.0, -_BELOW, lowest.figure.dpi_scale_trans)
     lowest.legend(
-        [named[label] for label in order],
-        order,
-        title=caption,
-        loc="upper left",
-        bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below,
-        alignment="left",
-        frameon=False,
-        borderpad=0.0,
-        borderaxespad=0.0,
-        handlelength=2.4,
-    )
+        [named[label] for label in order], order, title=caption, loc="upper left", bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below, alignment="left", frameon=False, borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
+    )  # fmt: skip

@@ -122,7 +122,10 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     model = spec.model
     control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
     joined = model.joined_edges(spec)
-    x_name, y_name = _names(dataset, control)
+    dims = [str(name) for name in dataset["ending"].dims]
+    # y is the control that has a boundary, else the first axis of the atlas
+    y_name = (control or dims[0]) if len(dims) > 1 else None
+    x_name = next(name for name in dims if name != y_name)
 
     def axis(name: str, from_zero: bool = False) -> Scale:
         values = dataset[name].values
@@ -138,7 +141,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
     return Panel(
         title=spec.headline.partition(":")[0],
-        caption=_caption(spec),
+        caption=f"unstable: {spec.criterion.caption(model)}\n{fixed_parameters(spec)}",
         criterion=spec.criterion.label(model),
         line=_line(spec, control, up),
         x=x,
@@ -188,15 +191,6 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     return spec.replace(**{name: float(dataset[name]) for name in spec.axes if name not in dims})
 
 
-def _names(dataset: "xr.Dataset", control: str | None) -> tuple[str, str | None]:
-    """Return the names of the x and y axis: y is the control that has a boundary, else the first axis of the atlas."""
-    dims = [str(name) for name in dataset["ending"].dims]
-    if len(dims) == 1:
-        return dims[0], None
-    y = control or dims[0]
-    return next(name for name in dims if name != y), y
-
-
 def _edges(
     dataset: "xr.Dataset", spec: SweepSpec, control: str, up: Scale, across: Scale | None
 ) -> list[Edge]:
@@ -220,20 +214,19 @@ def _edges(
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = [(each / analytic[has]) ** 2 for each in (low, middle, high)]
             predicted_ratio = (predicted / critical) ** 2
-        edges.append(
-            Edge(
-                name,
-                across.values[has] if across else np.zeros(middle.shape),
-                up.shown(middle),
-                _spread(*map(up.shown, (low, middle, high))),
-                ratios[1],
-                _spread(*ratios),
-                across.shown(fine) if across else fine,
-                up.shown(critical),
-                up.shown(predicted),
-                predicted_ratio,
-            )
+        edge = Edge(
+            name=name,
+            x=across.values[has] if across else np.zeros(middle.shape),
+            measured=up.shown(middle),
+            error=_spread(*map(up.shown, (low, middle, high))),
+            ratio=ratios[1],
+            ratio_error=_spread(*ratios),
+            fine_x=across.shown(fine) if across else fine,
+            critical=up.shown(critical),
+            predicted=up.shown(predicted),
+            predicted_ratio=predicted_ratio,
         )
+        edges.append(edge)
     return edges
 
 
@@ -248,11 +241,6 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
     if across.log:
         return np.geomspace(start, stop, _FINE)
     return np.linspace(_NEAR_ZERO if across.ends[0] == 0.0 and start > 0.0 else start, stop, _FINE)
-
-
-def _caption(spec: SweepSpec) -> str:
-    """Return what counts as unstable, and the parameters that are the same in every cell and not zero."""
-    return f"unstable: {spec.criterion.caption(spec.model)}\n{fixed_parameters(spec)}"
 
 
 def fixed_parameters(spec: SweepSpec) -> str:

@@ -3,28 +3,24 @@
 The same atlases give the same bytes of the file: it holds neither a time nor a random name.
 """
 
-import os
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.drawing import STYLE, add_legend, colours, draw_map, draw_profile, draw_ratio
+from sweep.figures.drawing import COLOURS, STYLE, add_legend, draw_map, draw_profile, draw_ratio, sheet
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
-from sweep.files.paths import check_format
+from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.disk.contact import slipping
-from sweep.model.quantity import Quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,11 +79,7 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)
     strip = _STRIP if any(each.has_ratio for each in panels) else 0.0
-    with matplotlib.rc_context(STYLE):
-        drawn = Figure(
-            figsize=(columns * _WIDTH + _BAR, rows * (_HEIGHT + strip + _LEGEND)), layout="constrained"
-        )
-        FigureCanvasAgg(drawn)
+    with sheet(columns * _WIDTH + _BAR, rows * (_HEIGHT + strip + _LEGEND)) as drawn:
         # a row of maps, and a row of strips below if there are any
         parts = [_HEIGHT, strip] if strip else [_HEIGHT]
         grid = drawn.add_gridspec(len(parts) * rows, columns, height_ratios=parts * rows)
@@ -100,7 +92,11 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
             else:
                 _draw_alone(drawn.add_subplot(grid[row : row + len(parts), column]), each, norm)
         if any(each.y for each in panels):
-            _add_colour_bar(drawn, norm, panels[0].peak_quantity)
+            bar = drawn.colorbar(
+                ScalarMappable(norm, COLOURS), ax=drawn.axes, label=panels[0].peak_quantity.plot_label,
+                pad=0.015, fraction=0.03, aspect=40,
+            )  # fmt: skip
+            set_log_ticks(bar.ax.yaxis, float(norm.inverse(1.0) / norm.inverse(0.0)))
     return drawn
 
 
@@ -114,12 +110,7 @@ def save(drawn: Figure, path: str | Path) -> None:
     """
     path = Path(path)
     ending = check_format(path)
-    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        raise RequestError(
-            f"The folder of a figure must exist and be writable; {path.parent} is not.",
-            hint=f"Run `mkdir -p {shlex.quote(str(path.parent))}`, or choose another.",
-            where=str(path),
-        )
+    check_target(path, overwrite=True)
     with matplotlib.rc_context(STYLE), published(path) as unfinished:
         drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_METADATA[ending])
 
@@ -149,11 +140,3 @@ def _norm(panels: Sequence[Panel]) -> LogNorm:
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
     low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
     return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
-
-
-def _add_colour_bar(drawn: Figure, norm: LogNorm, peak: Quantity) -> None:
-    bar = drawn.colorbar(
-        ScalarMappable(norm, colours()), ax=drawn.axes, label=peak.plot_label,
-        pad=0.015, fraction=0.03, aspect=40,
-    )  # fmt: skip
-    set_log_ticks(bar.ax.yaxis, float(norm.inverse(1.0) / norm.inverse(0.0)))

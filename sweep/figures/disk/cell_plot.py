@@ -3,15 +3,13 @@
 import math
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweep.checks.explain import Explanation, departure
 from sweep.errors import RequestError
-from sweep.figures.drawing import STYLE
+from sweep.figures.drawing import sheet
 from sweep.model.disk.model import DISK
 from sweep.motion.request import TrajectorySpec
 from sweep.motion.trajectory import simulate
@@ -32,17 +30,7 @@ _MOTION, _LIMIT = "#0072B2", "#D55E00"
 
 
 def figure(explanation: Explanation) -> Figure:
-    """Draw the motion of an explained cell.
-
-    Parameters
-    ----------
-    explanation : Explanation
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On an Agg canvas. The curve is the motion of the start by `sweep.simulate`; the extremes drawn are those of the
-        atlas.
+    """Draw the motion of an explained cell by `sweep.simulate`, with the extremes that the atlas holds.
 
     Raises
     ------
@@ -50,9 +38,7 @@ def figure(explanation: Explanation) -> Figure:
         If the cell has no motion, or one that cannot be integrated.
     """
     motion = _motion(explanation)
-    with matplotlib.rc_context(STYLE):
-        drawn = Figure(figsize=_SIZE, layout="constrained")
-        FigureCanvasAgg(drawn)
+    with sheet(*_SIZE) as drawn:
         left, right = drawn.subplots(1, 2, width_ratios=(1.7, 1.0))
         _draw_tilt(left, motion, explanation)
         _draw_path(right, motion)

@@ -1,17 +1,16 @@
 """Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
-from sweep.figures.drawing import STYLE
+from sweep.figures.drawing import sheet
+from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME, TRAJECTORY
 from sweep.motion.small_oscillations import LinearMotion, linear_motion
@@ -39,8 +38,7 @@ _FINE = 4000
 
 def figure(dataset: "xr.Dataset") -> Figure:
     """Draw one motion: the disk in perspective, tilt, path and contact in time."""
-    with matplotlib.rc_context(STYLE):
-        drawn = _sheet(7.2, 5.4)
+    with sheet(7.2, 5.4) as drawn:
         grid = drawn.add_gridspec(2, 3, height_ratios=(1.25, 1.0))
         draw_picture(drawn.add_subplot(grid[0, :]), dataset)
         draw_tilt(drawn.add_subplot(grid[1, 0]), dataset)
@@ -50,25 +48,15 @@ def figure(dataset: "xr.Dataset") -> Figure:
     return drawn
 
 
-def tilt_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
-    """Draw the tilt of motions in time, one panel each, with linear theory."""
-    return _side_by_side(datasets, draw_tilt)
-
-
-def path_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
-    """Draw the paths of the contact points of motions, one panel each, with those of linear theory."""
-    return _side_by_side(datasets, draw_path)
-
-
-def momentum_figure(datasets: "Sequence[xr.Dataset]") -> Figure:
-    """Draw the vertical angular momentum of motions in time, and the integral of its balance law."""
-    return _side_by_side(datasets, draw_momentum)
-
-
-def start_of(dataset: "xr.Dataset") -> Array:
-    """Return the start of a motion, shape (7,), in the order of the parameters of the disk."""
-    rates = [float(dataset[name][0]) for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate")]
-    return np.array(rates + [float(dataset[name]) for name in ("alpha", "radius", "gravity")])
+def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dataset], None]") -> Figure:
+    """Draw motions by `draw_tilt`, `draw_path` or `draw_momentum`, one panel each under its title."""
+    with sheet(3.5 * len(datasets), 3.0) as drawn:
+        for axes, dataset in zip(drawn.subplots(1, len(datasets), squeeze=False).flat, datasets, strict=True):
+            draw(axes, dataset)
+            legend = axes.get_legend()
+            assert legend is not None
+            legend.set_title(dataset.attrs["title"], FontProperties(size=8.5, weight="bold"))
+    return drawn
 
 
 def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -77,9 +65,7 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     linear, times = _linear(dataset)
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
     axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
-    axes.set_xlabel(TIME.plot_label)
-    axes.set_ylabel(TRAJECTORY["tilt"].plot_label)
-    _explain(axes)
+    _label(axes, TIME.plot_label, TRAJECTORY["tilt"].plot_label)
 
 
 def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -99,9 +85,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
         axes.text(
             0.97, 0.03, "scales differ", transform=axes.transAxes, ha="right", fontsize=7.0, style="italic"
         )
-    axes.set_xlabel(TRAJECTORY["contact_x"].plot_label)
-    axes.set_ylabel(TRAJECTORY["contact_y"].plot_label)
-    _explain(axes)
+    _label(axes, TRAJECTORY["contact_x"].plot_label, TRAJECTORY["contact_y"].plot_label)
 
 
 def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -117,9 +101,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
         gain = float(dataset["mass"] * dataset["radius"] ** 2) * roll_rate
         label = r"to first order $m R^2\dot\phi_0\,(\theta-\theta_0)$"
         axes.plot(times, momentum[0] + gain * (tilt - tilt[0]), label=label, **_OTHER)
-    axes.set_xlabel(TIME.plot_label)
-    axes.set_ylabel(TRAJECTORY["vertical_momentum"].plot_label)
-    _explain(axes)
+    _label(axes, TIME.plot_label, TRAJECTORY["vertical_momentum"].plot_label)
 
 
 def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -132,9 +114,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.set_ylim(min(0.0, 1.1 * float(dataset["normal_force"].min()) / weight), 2.0)
     highest = max(1.0, float(dataset["normal_force"].max()) / weight, friction)
     axes.set_ylim(top=1.15 * min(highest, 3.0))
-    axes.set_xlabel(TIME.plot_label)
-    axes.set_ylabel("contact (1)")
-    _explain(axes)
+    _label(axes, TIME.plot_label, "contact (1)")
 
 
 def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -182,12 +162,12 @@ def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
 def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
     """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times."""
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
-    linear = linear_motion(start_of(dataset), times)
+    start = [dataset[name].values.flat[0] for name in PARAMETERS]
+    linear = linear_motion(np.array(start), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
     upto = int(np.argmax(far)) if far.any() else _FINE
-    return LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto]), times[
-        :upto
-    ]
+    shown = LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto])
+    return shown, times[:upto]
 
 
 def _circle(dataset: "xr.Dataset") -> str:
@@ -203,8 +183,7 @@ def _snapshots(dataset: "xr.Dataset") -> list[Pose]:
     """Return positions of the disk that do not cover each other, in the order of time, with the final one."""
     kept: list[Pose] = []
     for pose in reversed(poses_at(dataset, np.linspace(0.0, float(dataset[TIME.name][-1]), _MOMENTS))):
-        apart = all(math.hypot(pose.x - each.x, pose.y - each.y) >= _APART * pose.radius for each in kept)
-        if apart:
+        if all(math.hypot(pose.x - each.x, pose.y - each.y) >= _APART * pose.radius for each in kept):
             kept.append(pose)
     some = np.linspace(0, len(kept) - 1, min(len(kept), _SNAPSHOTS)).round().astype(int)
     return [kept[i] for i in some[::-1]]
@@ -215,33 +194,10 @@ def _frequency(linear: LinearMotion) -> str:
     return rf"$\sqrt{{{'-' if linear.coefficient < 0.0 else ''}k}} = {root:.3g}$ s$^{{-1}}$"
 
 
-def _side_by_side(datasets: "Sequence[xr.Dataset]", draw: Any) -> Figure:
-    with matplotlib.rc_context(STYLE):
-        drawn = _sheet(3.5 * len(datasets), 3.0)
-        for place, dataset in enumerate(datasets):
-            axes = drawn.add_subplot(1, len(datasets), place + 1)
-            draw(axes, dataset)
-            legend = axes.get_legend()
-            assert legend is not None
-            legend.set_title(dataset.attrs["title"], FontProperties(size=8.5, weight="bold"))
-    return drawn
-
-
-def _sheet(width: float, height: float) -> Figure:
-    drawn = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(drawn)
-    return drawn
-
-
-def _explain(axes: "Axes") -> None:
-    """Put the legend above the axes, where it covers nothing."""
+def _label(axes: "Axes", xlabel: str, ylabel: str) -> None:
+    """Name the axes, and put the legend above them, where it covers nothing."""
+    axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.legend(
-        loc="lower left",
-        alignment="left",
-        bbox_to_anchor=(0.0, 1.0),
-        frameon=False,
-        borderaxespad=0.1,
-        handlelength=1.8,
-        labelspacing=0.15,
-        fontsize=7.0,
-    )
+        loc="lower left", alignment="left", bbox_to_anchor=(0.0, 1.0), frameon=False,
+        borderaxespad=0.1, handlelength=1.8, labelspacing=0.15, fontsize=7.0,
+    )  # fmt: skip

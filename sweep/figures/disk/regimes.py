@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 import numpy.typing as npt
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -20,7 +18,7 @@ from sweep.atlas.dataset import spec_named
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
-from sweep.figures.drawing import HALO, INK, STYLE, add_legend, hatch, name_regions
+from sweep.figures.drawing import HALO, INK, add_legend, hatch, name_regions, sheet
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_scaled_axis, set_scale
 from sweep.model.disk.model import DISK
@@ -76,22 +74,7 @@ class Regimes:
 
 
 def regimes(dataset: "xr.Dataset") -> Regimes:
-    """Return the regimes of the starts of an atlas.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An atlas of two axes, or a selection from one.
-
-    Returns
-    -------
-    Regimes
-
-    Raises
-    ------
-    RequestError
-        If the atlas has not two axes.
-    """
+    """Return the regimes of the starts of an atlas of two axes, or of a selection from one; raises as `figure` does."""
     dataset = without_curves(dataset).squeeze()
     if spec_named(dataset).model is not DISK:
         raise RequestError(
@@ -106,26 +89,22 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
     spec = drawn_spec(dataset)
     spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
     use_threads(None)
-    exact = DISK.exact.measures(spec, whole(spec))
-
-    def grid(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-        shaped = values.reshape(spec.shape)
-        return shaped if drawn.y and spec.axes[0] == drawn.y.quantity.name else shaped.T
-
+    exact = {
+        name: column.reshape(spec.shape) for name, column in DISK.exact.measures(spec, whole(spec)).items()
+    }
+    if spec.axes[0] != drawn.y.quantity.name:
+        exact = {name: grid.T for name, grid in exact.items()}
+    ending = {name: exact["ending"] == DISK.endings.code(name) for name in DISK.endings.flags.values()}
     across = (exact["tilt_min"] < 0.0) & (exact["tilt_max"] > 0.0)
-    known = np.isin(exact["ending"], (DISK.endings.code("bounded"), DISK.endings.code("steady")))
-    fell = exact["ending"] == DISK.endings.code("fell")
-    regime = np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8)
+    known = ending["bounded"] | ending["steady"]
     return Regimes(
         panel=drawn,
         caption=f"{fixed_parameters(spec)}\none side of upright, or crosses it",
-        regime=np.asarray(grid(regime), np.int8),
-        fell=np.asarray(grid(fell), np.bool_),
-        unknown=np.asarray(grid(~known & ~fell), np.bool_),
-        lost=", ".join(
-            name for name in ("unresolved", "invalid") if (exact["ending"] == DISK.endings.code(name)).any()
-        ),
-        separatrix=np.asarray(grid(exact["separatrix"]), np.float64),
+        regime=np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8),
+        fell=ending["fell"],
+        unknown=~known & ~ending["fell"],
+        lost=", ".join(name for name in ("unresolved", "invalid") if ending[name].any()),
+        separatrix=exact["separatrix"],
         folds=tuple(_folds(spec, drawn)),
     )
 
@@ -138,30 +117,21 @@ def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
     if not isinstance(tilts, Values) or still is None or getattr(spec, still) != 0.0:
         return []
     alpha, radius, gravity = spec.alpha, spec.radius, spec.gravity
-    if not (isinstance(alpha, float) and isinstance(radius, float) and isinstance(gravity, float)):
-        return []
+    assert isinstance(alpha, float)
+    assert isinstance(radius, float)
+    assert isinstance(gravity, float)
     first, last = tilts.values[0], tilts.values[-1]
     tilt = np.geomspace(first, last, _FINE) if drawn.x.log else np.linspace(first, last, _FINE)
     rate = saddle_node_rates(tilt, axis, alpha) * np.sqrt(gravity / radius)
     shown = drawn.x.shown(tilt)
-    if drawn.y.squared:
-        return [(shown, drawn.y.shown(rate))]
-    return [(shown, drawn.y.shown(sign * rate)) for sign in (1.0, -1.0)]
+    return [(shown, drawn.y.shown(sign * rate)) for sign in ((1.0,) if drawn.y.squared else (1.0, -1.0))]
 
 
 def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
-    """Draw the regimes of atlases, a panel each.
+    """Draw the regimes of atlases of two axes, or of selections from atlases, a panel each.
 
-    Parameters
-    ----------
-    datasets : sequence of xarray.Dataset
-        Atlases of two axes, or selections from atlases.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On an Agg canvas. The curve of folds is drawn over the tilt and the only rate that is not zero, from theory;
-        the colours and the separatrix are from the reduction.
+    The curve of folds is drawn over the tilt and the only rate that is not zero, from theory; the colours and the
+    separatrix are from the reduction.
 
     Raises
     ------
@@ -173,9 +143,7 @@ def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
     panels = [regimes(dataset) for dataset in datasets]
     columns = min(len(panels), _IN_ROW)
     rows = -(-len(panels) // columns)
-    with matplotlib.rc_context(STYLE):
-        drawn = Figure(figsize=(columns * _WIDTH, rows * (_HEIGHT + _LEGEND)))
-        FigureCanvasAgg(drawn)
+    with sheet(columns * _WIDTH, rows * (_HEIGHT + _LEGEND)) as drawn:
         drawn.set_layout_engine("constrained", h_pad=0.1)
         for axes, each in zip(drawn.subplots(rows, columns, squeeze=False).flat, panels, strict=False):
             _draw(axes, each)
@@ -197,29 +165,19 @@ def _draw(axes: "Axes", each: Regimes) -> None:
     hatch(axes, panel, each.fell, "", **_FALLS)
     hatch(axes, panel, each.unknown, each.lost, facecolor="0.7", hatch="xxxx")
     for x, y in each.folds:
-        axes.plot(
-            x,
-            y,
-            color=INK,
-            linewidth=1.4,
-            path_effects=HALO,
-            label="fold: one well above, two below (theory)",
-        )
+        label = "fold: one well above, two below (theory)"
+        axes.plot(x, y, color=INK, linewidth=1.4, path_effects=HALO, label=label)
     _draw_separatrix(axes, each)
-    _explain(axes, name_regions(axes, panel, each.regions(), lines=2, width=5.5))
-    if panel.unit is not None:
-        add_scaled_axis(axes, "y", panel.y, panel.unit)
-    axes.set_title(panel.title)
-    add_legend(axes, axes, each.caption)
-
-
-def _explain(axes: "Axes", regions: list[str]) -> None:
-    """Add the regions that are too small for their names to the legend."""
-    for name in regions:
+    # the regions that are too small for their names stand in the legend
+    for name in name_regions(axes, panel, each.regions(), lines=2, width=5.5):
         look = (
             {"facecolor": _COLOURS[NAMES.index(name)]} if name in NAMES else {"edgecolor": "0.25", **_FALLS}
         )
         axes.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, label=name.replace("\n", ", "), linewidth=0.0, **look))
+    if panel.unit is not None:
+        add_scaled_axis(axes, "y", panel.y, panel.unit)
+    axes.set_title(panel.title)
+    add_legend(axes, axes, each.caption)
 
 
 def _draw_separatrix(axes: "Axes", each: Regimes) -> None:

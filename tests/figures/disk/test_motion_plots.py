@@ -69,7 +69,7 @@ def test_every_motion_can_be_drawn(words, tmp_path):
 
 def test_linear_theory_ends_where_it_fails(unstable):
     """The growth of linear theory is drawn up to 1.15 of the largest tilt; its label states the growth rate."""
-    axes = motion_plots.tilt_figure([unstable]).axes[0]
+    axes = motion_plots.side_by_side([unstable], motion_plots.draw_tilt).axes[0]
     motion, theory = axes.get_lines()
     assert np.abs(theory.get_ydata()).max() <= 1.15 * np.abs(motion.get_ydata()).max() + 1e-9
     # k = [4 (1+alpha) roll^2 - 2 g/R]/(2+alpha), by hand
