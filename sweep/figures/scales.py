@@ -84,12 +84,8 @@ def scale(quantity: Quantity, values: Array, *, squares: bool, from_zero: bool =
     if not log and low > 0.0 and (from_zero or squared) and low < _NEAR_ZERO * high:
         low = 0.0
     bare = Scale(quantity, values, borders, (low, high), log, squared)
-    return replace(
-        bare,
-        values=bare.shown(values),
-        borders=bare.shown(borders),
-        ends=tuple(bare.shown(np.array([low, high]))),
-    )
+    ends = tuple(bare.shown(np.array([low, high])))
+    return replace(bare, values=bare.shown(values), borders=bare.shown(borders), ends=ends)
 
 
 def _borders(values: Array) -> Array:
@@ -105,7 +101,7 @@ def _powers(units: str) -> list[tuple[str, int]]:
 
 def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
     """Show a scale on the x or y axis: label, ends, ticks."""
-    getattr(axes, f"set_{which}label")(scale.label)
+    axes.set(**{f"{which}label": scale.label})
     _apply_scale(axes, which, scale, 1.0)
 
 
@@ -116,7 +112,7 @@ def add_scaled_axis(axes: "Axes", which: str, scale: Scale, unit: tuple[float, s
     """
     other = axes.twinx() if which == "y" else axes.twiny()
     _apply_scale(other, which, scale, unit[0])
-    getattr(other, f"set_{which}label")(f"{scale.symbol}$\\,{unit[1]}$")
+    other.set(**{f"{which}label": f"{scale.symbol}$\\,{unit[1]}$"})
 
 
 def _apply_scale(axes: "Axes", which: str, scale: Scale, factor: float) -> None:

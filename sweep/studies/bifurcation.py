@@ -21,6 +21,9 @@ _TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory")
 #: Steps of one nutation period, two RK4 steps each.
 _STEPS = 2000
 
+#: Largest tilt [rad], to either side, at which steady motions are looked for, and the number of tilts.
+_MOST_TILT, _TILTS = 1.2, 4001
+
 #: Tilt [rad] that no motion reaches: none is ended by a fall.
 _FLAT = 0.5 * np.pi
 
@@ -46,7 +49,7 @@ def fold(alpha: float) -> tuple[Array, Array]:
     return carried_rates(tilt, np.zeros_like(tilt), s, o, np.full_like(tilt, alpha))
 
 
-def branches(alpha: float, c2: float, most: float = 1.2, count: int = 4001) -> list[Branch]:
+def branches(alpha: float, c2: float) -> list[Branch]:
     """Return the steady motions with a given c2 as curves over their tilt.
 
     Parameters
@@ -54,10 +57,6 @@ def branches(alpha: float, c2: float, most: float = 1.2, count: int = 4001) -> l
     alpha : float
     c2 : float
         Not 0: the curves for 0 cross at upright, where every c1 is steady.
-    most : float
-        Largest tilt [rad] to either side.
-    count : int
-        Tilts at which they are looked for.
 
     Returns
     -------
@@ -69,16 +68,13 @@ def branches(alpha: float, c2: float, most: float = 1.2, count: int = 4001) -> l
     s and o are linear in c1 and c2, so that the tilt equation at rest, S + o ((1+alpha) s - (alpha/2) o T) = 0, is a
     quadratic in c1. Stable where V'' > 0.
     """
-    tilt = np.linspace(-most, most, count)
+    tilt = np.linspace(-_MOST_TILT, _MOST_TILT, _TILTS)
     zero, ones, alphas = np.zeros_like(tilt), np.ones_like(tilt), np.full_like(tilt, alpha)
     s1, o1 = carried_rates(zero, tilt, ones, zero, alphas)
     s2, o2 = (c2 * each for each in carried_rates(zero, tilt, zero, ones, alphas))
-    sine, tangent = np.sin(tilt), np.tan(tilt)
-    a = o1 * ((1.0 + alpha) * s1 - 0.5 * alpha * o1 * tangent)
-    b = o1 * ((1.0 + alpha) * s2 - 0.5 * alpha * o2 * tangent) + o2 * (
-        (1.0 + alpha) * s1 - 0.5 * alpha * o1 * tangent
-    )
-    c = sine + o2 * ((1.0 + alpha) * s2 - 0.5 * alpha * o2 * tangent)
+    tangent = np.tan(tilt)
+    q1, q2 = ((1.0 + alpha) * s - 0.5 * alpha * o * tangent for s, o in ((s1, o1), (s2, o2)))
+    a, b, c = o1 * q1, o1 * q2 + o2 * q1, np.sin(tilt) + o2 * q2
     found = []
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b * b - 4.0 * a * c)
@@ -86,19 +82,14 @@ def branches(alpha: float, c2: float, most: float = 1.2, count: int = 4001) -> l
         for c1 in (c / large, large / a):
             s, o = c1 * s1 + s2, c1 * o1 + o2
             energy = 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + np.cos(tilt)
+            # V' = -(S + o q), q = (1+alpha) s - (alpha/2) o T, o' = oT - 2s
+            o_slope = o * tangent - 2.0 * s
+            q = (1.0 + alpha) * s - 0.5 * alpha * o * tangent
+            q_slope = -o - 0.5 * alpha * (o_slope * tangent + o * (1.0 + tangent**2))
+            stable = -(np.cos(tilt) + o_slope * q + o * q_slope) > 0.0
             there = np.isfinite(c1)
-            stable = _stiffness(s, o, tilt, alpha) > 0.0
             found.append(Branch(tilt[there], c1[there], energy[there], stable[there]))
     return found
-
-
-def _stiffness(s: Array, o: Array, tilt: Array, alpha: float) -> Array:
-    """V'' at a steady motion: V' = -(S + o q), q = (1+alpha) s - (alpha/2) o T, o' = oT - 2s."""
-    tangent = np.tan(tilt)
-    o_slope = o * tangent - 2.0 * s
-    q = (1.0 + alpha) * s - 0.5 * alpha * o * tangent
-    q_slope = -o - 0.5 * alpha * (o_slope * tangent + o * (1.0 + tangent**2))
-    return np.asarray(-(np.cos(tilt) + o_slope * q + o * q_slope))
 
 
 @dataclass(frozen=True)

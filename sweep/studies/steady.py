@@ -96,9 +96,7 @@ def measured_coefficients(starts: Array) -> Array:
     return found
 
 
-def marginal_curve(
-    alpha: float, radius: float, gravity: float, coefficient: float = 0.0, count: int = 4000
-) -> dict[str, Array]:
+def marginal_curve(alpha: float, radius: float, gravity: float, coefficient: float = 0.0) -> dict[str, Array]:
     """Return the steady motions of positive tilt and precession whose k has a given value, as one curve.
 
     Parameters
@@ -107,8 +105,6 @@ def marginal_curve(
         The disk: mass distribution [1], radius [m], gravity [m/s^2].
     coefficient : float
         k [s-2]; 0 for the boundary of stability.
-    count : int
-        Number of tilts at which the curve is sought; they are close together where it bends back.
 
     Returns
     -------
@@ -117,8 +113,8 @@ def marginal_curve(
         the spinning end, and `faster`: whether the precession is the faster of the two that the roll rate has.
     """
     # close together where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and a little more for k > 0
-    bend = np.linspace(17.0, 20.0, count)
-    tilt = np.radians(np.sort(np.concatenate((np.geomspace(1e-4, 30.0, count), bend))))
+    bend = np.linspace(17.0, 20.0, 4000)
+    tilt = np.radians(np.sort(np.concatenate((np.geomspace(1e-4, 30.0, 4000), bend))))
     slow, fast = marginal_precession_rates(tilt, coefficient, alpha, radius, gravity)
     there = np.isfinite(slow)
     tilts = np.concatenate((tilt[there], tilt[there][::-1]))

@@ -52,7 +52,7 @@ def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
 
 def test_missing_folder(atlas, tmp_path):
     """A folder that does not exist is named in the refusal."""
-    with pytest.raises(sweep.RequestError, match=r"folder.*must exist.*absent.*mkdir -p"):
+    with pytest.raises(sweep.RequestError, match=r"absent.*must exist.*mkdir -p"):
         plots.save(plots.figure([atlas]), tmp_path / "absent" / "figure.png")
 
 
