@@ -153,8 +153,6 @@ def _part(
     dataset: "xr.Dataset", axes: tuple[str, ...], places: dict[str, npt.NDArray[np.intp]]
 ) -> "xr.Dataset":
     """Select cells; a parameter that is fixed here and an axis there becomes an axis of one value."""
-    fixed = [name for name in axes if name not in dataset.dims]
-    cells = dataset.expand_dims(fixed) if fixed else dataset
-    order = [name for name in axes if name in cells.dims]
+    cells = dataset.expand_dims([name for name in axes if name not in dataset.dims])
     # curves have dimensions of their own
-    return cells.isel({name: places[name] for name in axes}).transpose(*order, ...)
+    return cells.isel(places).transpose(*axes, ...)

@@ -265,8 +265,8 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
             where=f"{name}={quantity.spell(value)}",
         )
     axis = held.array() if isinstance(held, Range | Values) else np.array([held])
-    reach = _reach(axis)
-    if axis[0] - reach[0] <= value <= axis[-1] + reach[1]:
+    below, above = _slack(axis)
+    if axis[0] - below <= value <= axis[-1] + above:
         return
     holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
@@ -276,11 +276,10 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
     )
 
 
-def _reach(axis: Array) -> tuple[float, float]:
+def _slack(axis: Array) -> tuple[float, float]:
     """Return how far outside its ends a value still counts as inside: half a step at either end."""
     if axis.size == 1:
-        slack = _EQUAL * abs(float(axis[0]))
-        return slack, slack
+        return _EQUAL * abs(float(axis[0])), _EQUAL * abs(float(axis[0]))
     return 0.5 * float(axis[1] - axis[0]), 0.5 * float(axis[-1] - axis[-2])
 
 

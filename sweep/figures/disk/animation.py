@@ -83,10 +83,10 @@ def save(dataset: "xr.Dataset", path: str | Path, progress: Progress | None = No
     count = max(2, min(_MOST_FRAMES, round(length * _RATES[ending]) + 1))
     with published(Path(path)) as unfinished:
         write = _mp4 if ending == "mp4" else _gif
-        write(_counted(_frames(dataset, np.linspace(0.0, length, count)), count, progress), unfinished)
+        write(_frames(dataset, np.linspace(0.0, length, count), progress), unfinished)
 
 
-def _frames(dataset: "xr.Dataset", moments: Array) -> Iterator[Array]:
+def _frames(dataset: "xr.Dataset", moments: Array, progress: Progress | None) -> Iterator[Array]:
     """Yield pictures of the disk as arrays of dots, shape (height, width, 4), uint8."""
     times, x, y = (dataset[name].values for name in (TIME.name, "contact_x", "contact_y"))
     radius = float(dataset["radius"])
@@ -97,14 +97,16 @@ def _frames(dataset: "xr.Dataset", moments: Array) -> Iterator[Array]:
     with matplotlib.rc_context(STYLE):
         drawn = Figure(figsize=(_WIDTH, _HEIGHT), dpi=_DOTS_PER_INCH)
         canvas = FigureCanvasAgg(drawn)
-        for moment, pose in zip(moments, poses_at(dataset, moments), strict=True):
+        for i, pose in enumerate(poses_at(dataset, moments)):
             drawn.clear()
             at = np.array([pose.x, pose.y]) if follows else middle
-            passed = np.append(x[times < moment], pose.x), np.append(y[times < moment], pose.y)
+            passed = np.append(x[times < moments[i]], pose.x), np.append(y[times < moments[i]], pose.y)
             _draw_frame(drawn, pose, at, size, passed)
-            drawn.text(0.03, 0.04, f"{TIME.spell(round(float(moment), 2))}", fontsize=10.0)
+            drawn.text(0.03, 0.04, TIME.spell(round(float(moments[i]), 2)), fontsize=10.0)
             canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib types only a part
             yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # likewise
+            if progress is not None:
+                progress(i + 1, moments.size)
 
 
 def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple[Array, Array]) -> None:
@@ -120,13 +122,6 @@ def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple
     draw_disk(axes, camera, pose)
     half = np.array([1.0, _HEIGHT / _WIDTH]) * 1.05 * size
     frame_picture(axes, -half, half)
-
-
-def _counted(frames: Iterator[Array], count: int, progress: Progress | None) -> Iterator[Array]:
-    for done, frame in enumerate(frames, start=1):
-        yield frame
-        if progress is not None:
-            progress(done, count)
 
 
 def _gif(frames: Iterator[Array], path: Path) -> None:
@@ -147,6 +142,7 @@ def _mp4(frames: Iterator[Array], path: Path) -> None:
     # yuv420p, because many players support no other; the container is named because the temporary name has no extension
     made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]
+    # not by matplotlib's FFMpegWriter: where Ctrl-C ends ffmpeg too, its error would replace the interruption
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
         try:

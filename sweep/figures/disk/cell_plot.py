@@ -93,9 +93,7 @@ def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> No
         if low - (high - low) <= edge <= high + (high - low):
             axes.axhline(edge, color=_LIMIT, linestyle="--", linewidth=1.2, label=label)
     axes.ticklabel_format(axis="y", useOffset=False)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(r"tilt $\theta$ (deg)")
-    axes.set_xlim(0.0, time[-1])
+    axes.set(xlabel="time (s)", ylabel=r"tilt $\theta$ (deg)", xlim=(0.0, time[-1]))
     axes.margins(y=0.08)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False, columnspacing=1.2)
 
@@ -105,8 +103,7 @@ def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
     axes.plot(x, y, color=_MOTION)
     axes.plot(x[0], y[0], "o", color="black", markersize=4.0, label="start")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("x (m)")
-    axes.set_ylabel("y (m)")
+    axes.set(xlabel="x (m)", ylabel="y (m)")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
     span = max(float(np.ptp(x)), float(np.ptp(y)))
     if span == 0.0 or math.isnan(span):

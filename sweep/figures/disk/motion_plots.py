@@ -111,9 +111,8 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.plot(times, dataset["normal_force"].values / weight, label="normal force / weight", **_MOTION)
     axes.plot(times, needed, label="friction needed", color="#2b6ca3", linewidth=1.1)
     axes.axhline(friction, label=f"friction {friction:g}", **_THEORY)
-    axes.set_ylim(min(0.0, 1.1 * float(dataset["normal_force"].min()) / weight), 2.0)
-    highest = max(1.0, float(dataset["normal_force"].max()) / weight, friction)
-    axes.set_ylim(top=1.15 * min(highest, 3.0))
+    lowest, highest = float(dataset["normal_force"].min()), float(dataset["normal_force"].max())
+    axes.set_ylim(min(0.0, 1.1 * lowest / weight), 1.15 * min(max(1.0, highest / weight, friction), 3.0))
     _label(axes, TIME.plot_label, "contact (1)")
 
 
