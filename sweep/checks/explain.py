@@ -16,7 +16,7 @@ from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import FAILED, MISSING, UNDISTURBED
-from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Array, Quantity
+from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
@@ -265,8 +265,9 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
             where=f"{name}={quantity.spell(value)}",
         )
     axis = held.array() if isinstance(held, Range | Values) else np.array([held])
-    below, above = _slack(axis)
-    if axis[0] - below <= value <= axis[-1] + above:
+    # as far as half a step outside, the nearest cell is the one at that end
+    steps = np.diff(axis) if axis.size > 1 else np.array([2.0 * _EQUAL * abs(axis[0])])
+    if axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[-1]:
         return
     holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
@@ -274,13 +275,6 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
         hint="Give a value inside, or compute an atlas that holds it.",
         where=f"{name}={quantity.spell(value)}",
     )
-
-
-def _slack(axis: Array) -> tuple[float, float]:
-    """Return how far outside its ends a value still counts as inside: half a step at either end."""
-    if axis.size == 1:
-        return _EQUAL * abs(float(axis[0])), _EQUAL * abs(float(axis[0]))
-    return 0.5 * float(axis[1] - axis[0]), 0.5 * float(axis[-1] - axis[-2])
 
 
 def _place(axis: Range | Values, value: float | None) -> int:

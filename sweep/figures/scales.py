@@ -1,6 +1,7 @@
 """The axes of a panel: parameters in the units of their labels, controls squared; and their ticks in matplotlib."""
 
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -45,7 +46,12 @@ class Scale:
         """Label with symbol and unit."""
         if not self.squared:
             return self.quantity.plot_label
-        units = " ".join(f"{name}$^{{{2 * power}}}$" for name, power in _powers(self.quantity.units))
+
+        def squared(unit: re.Match[str]) -> str:
+            return f"{unit[1]}$^{{{2 * int(unit[2] or 1)}}}$"
+
+        # each unit of a CF units string with twice its power: rad s-1 becomes rad^2 s^-2
+        units = re.sub(r"([A-Za-z]+)(-?\d*)", squared, self.quantity.units)
         return f"{self.quantity.name.replace('_', ' ')} squared {self.symbol} ({units})"
 
     @property
@@ -91,12 +97,6 @@ def scale(quantity: Quantity, values: Array, *, squares: bool, from_zero: bool =
 def _borders(values: Array) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     return np.concatenate(([2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]))
-
-
-def _powers(units: str) -> list[tuple[str, int]]:
-    """Return each unit of a CF units string with its power: ``rad s-1`` gives (rad, 1) and (s, -1)."""
-    split = (word.rstrip("-0123456789") for word in units.split())
-    return [(name, int(word[len(name) :] or 1)) for name, word in zip(split, units.split(), strict=True)]
 
 
 def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
