@@ -35,10 +35,6 @@ _STAGES_BYTES = 500
 _GRID_BYTES = 6
 
 
-#: Cells that one thread takes at a time (`kernels.lanes.schedule.CHUNK`): a block gives every thread one at least.
-_THREAD_CELLS = 2048
-
-
 def cell_bytes(spec: SweepSpec) -> int:
     """Return the bytes of one cell's variables in the file."""
     return sum(_sizes(spec).values())
@@ -166,7 +162,7 @@ def cells_per_second(
             took = min(took, _seconds(sample, clock))
         if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
             # a small sample does not keep all threads busy
-            return sample.size / took * wanted / min(wanted, -(-sample.size // _THREAD_CELLS))
+            return sample.size / took * wanted / min(wanted, -(-sample.size // least_cells(1)))
         # no further than needed: the next one must not take for ever
         cells *= 4 if 8 * took < patience else 2
 
@@ -201,7 +197,9 @@ def least_cells(threads: int | None = None) -> int:
     RequestError
         If `threads` is out of range.
     """
-    return _THREAD_CELLS * usable_threads(threads)
+    from kernels.lanes.schedule import CHUNK
+
+    return CHUNK * usable_threads(threads)
 
 
 def coarse(spec: SweepSpec, cells: int) -> SweepSpec:

@@ -8,9 +8,10 @@ import numpy as np
 
 from kernels.disk import arrays
 from sweep.model.description import Columns, Model, Starts, Words
-from sweep.model.disk import initial_conditions, tables, theory
+from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
 from sweep.model.disk.exact import EXTREMES, ExactReduction
+from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
@@ -63,30 +64,37 @@ class Disk(Model):
 
     def headline(self, spec: "SweepSpec") -> str:
         """Return what is looked at, which follows from the rates."""
-        if initial_conditions.circling(spec):
+        if circling(spec):
             return "Circling at constant tilt: stability of the steady motion"
         rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
         return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
 
     def undisturbed(self, spec: "SweepSpec", starts: Starts) -> Array:
-        """Return the tilt [rad] of the steady motion that each start disturbs."""
-        return initial_conditions.steady_tilt(spec, starts)
+        """Return the tilt [rad] of the steady motion that each start disturbs: its own if circling, else upright."""
+        return starts["tilt"] if circling(spec) else np.zeros_like(starts["tilt"])
 
     def perturbation(self, spec: "SweepSpec", starts: Starts) -> Array:
-        """Return the scale [rad] of the perturbation in each start."""
-        return initial_conditions.perturbation(spec, starts)
+        """Return the size [rad] of the perturbation in each start.
+
+        Notes
+        -----
+        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius). A disk standing
+        still falls from upright with tilt ~ exp(W t): W turns a kick into the tilt that the kick is worth.
+        """
+        fall_rate = np.sqrt(2.0 * starts["gravity"] / ((2.0 + starts["alpha"]) * starts["radius"]))
+        return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] / fall_rate)
 
     def disturbed_motion(self, spec: "SweepSpec") -> str:
         """Return what the starts disturb."""
-        return "steady circling at this tilt" if initial_conditions.circling(spec) else "the upright disk"
+        return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse steady rates that do not follow from the others."""
-        initial_conditions.check_steady_rates(values)
+        check_steady_rates(values)
 
     def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
         """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""
-        return initial_conditions.complete(spec, starts)
+        return complete(spec, starts)
 
     def cell_variables(self, spec: "SweepSpec") -> Mapping[str, Quantity]:
         """Return the variables of an atlas, with contact forces where they are asked for."""
@@ -118,11 +126,11 @@ class Disk(Model):
 
     def line_label(self, spec: "SweepSpec", axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
-        return "k = 0" if initial_conditions.circling(spec) else theory.critical_square(spec, axis)
+        return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 
     def joined_edges(self, spec: "SweepSpec") -> tuple[str, str] | None:
         """Return the names of the ends of the curve k = 0: spinning and rolling upright."""
-        if not initial_conditions.circling(spec):
+        if not circling(spec):
             return None
         fast, slow = (theory.critical_square(spec, rate) for rate in ("precession_rate", "roll_rate"))
         return rf"spinning: $\dot\psi^2 = {fast}$", rf"rolling: $\dot\phi^2 = {slow}$"

@@ -19,7 +19,7 @@ from kernels.disk.steady import (
     steady_roll_rate,
 )
 from sweep.model.description import Starts
-from sweep.model.disk.initial_conditions import circling, perturbation
+from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 
@@ -81,7 +81,7 @@ def critical_square(spec: "SweepSpec", rate: str) -> str:
 
 def _limit(spec: "SweepSpec", starts: Starts) -> Array:
     """How far [rad] the tilt of each cell may leave its steady value before the criterion says unstable."""
-    return np.asarray(np.nan_to_num(spec.criterion.allowed(perturbation(spec, starts))))
+    return np.asarray(np.nan_to_num(spec.criterion.allowed(spec.model.perturbation(spec, starts))))
 
 
 def _circling_edges(spec: "SweepSpec", given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
