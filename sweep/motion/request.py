@@ -127,7 +127,7 @@ class TrajectorySpec:
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
     `roll_rate` may be ``"steady"``, `step` and `interval` may be ``"auto"``; the names are those of
-    `motion.quantities.MOTION_INPUTS` and `motion.quantities.MOTION_WORDS`.
+    `MOTION_INPUTS` and `MOTION_WORDS`.
     """
 
     tilt: float

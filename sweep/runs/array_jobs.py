@@ -13,7 +13,7 @@ from sweep.runs.executor import Progress, Say, Stopping, local, no_op
 from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
-from sweep.runs.run import write_and_publish
+from sweep.runs.run import publish_from_journal
 from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_same_run, claimed, resolved
 
 
@@ -121,4 +121,4 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
                 where=str(folder),
             )
         with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
-            return journal.spec, path, write_and_publish(journal, path)
+            return journal.spec, path, publish_from_journal(journal, path)

@@ -28,7 +28,7 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     folder : Path
         It exists.
     shared : bool
-        Let others who ask for it shared hold it too: the jobs of an array, each of which writes blocks of its own.
+        Hold it together with other processes that ask for it shared: the jobs of an array write different blocks.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def _acquired(path: Path, kind: int) -> int | None:
 
 def _opened(path: Path) -> int:
     try:
-        # a run that has ended meanwhile has removed its folder
+        # the run that held the lock may have ended and removed its folder
         path.parent.mkdir(exist_ok=True)
         return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as problem:

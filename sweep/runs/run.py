@@ -82,6 +82,7 @@ def run_to_file(
     with run_directory.claimed(path, overwrite) as folder:
         earlier = run_directory.published_file(folder, path)
         if earlier is not None:
+            # an earlier run was killed between publishing its file and removing its folder
             run_directory.remove(folder)
             return earlier
         check_target(path, overwrite)
@@ -89,26 +90,56 @@ def run_to_file(
         check_device(spec)
         journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command)
         missing = _missing_blocks(journal, say, progress)
-        sound = len(journal.spans) - len(missing)
-        to_write = estimate.file_bytes(spec)
-        estimate.check_room(path, _journal_bytes(journal, missing) + to_write)
 
-        def needed() -> float:
-            return _journal_bytes(journal, journal.missing(journal.held())) + to_write
+        def bytes_to_write() -> float:
+            left = sum(len(journal.spans[number]) for number in journal.missing(journal.held()))
+            return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
+        # a new run has been checked before it was begun; a run that goes on needs room for the rest
+        estimate.check_room(path, bytes_to_write())
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _reported(journal, computed, missing, progress)
-        with refusals(path, needed, journal.kept), contextlib.closing(finished):
-            if sound or executor:
-                # what is missing comes first: however often a run is killed, it gets further
-                for _ in finished:
-                    pass
-                return write_and_publish(journal, path, threads, stopping)
-            in_memory = ((block.number, block.measured) for block in finished if block.measured is not None)
-            return _write_and_publish(journal, path, in_memory, threads, stopping)
+        with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
+            if executor is None and len(missing) == len(journal.spans):
+                # all blocks come in order from this process: they are written to the file while the next are computed
+                measured = ((each.number, each.measured) for each in finished if each.measured is not None)
+                return _write_and_publish(journal, path, measured, threads, stopping)
+            # computing comes first: however often a run is killed, it gets further
+            for _ in finished:
+                pass
+            return publish_from_journal(journal, path, threads, stopping)
 
 
-def write_and_publish(
+def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
+    """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
+    run_directory.remove_unfinished(journal.folder)
+    sound, damaged = journal.verify()
+    missing = journal.missing(sound)
+    for each in damaged:
+        say(f"damaged, set aside and computed again: {each}")
+    if sound or damaged:
+        say(f"going on: {len(sound)} of {len(journal.spans)} blocks are there, {len(missing)} to compute")
+    if sound:
+        progress(sum(len(journal.spans[number]) for number in sound), journal.spec.size)
+    return missing
+
+
+def _reported(
+    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
+) -> Generator[FinishedBlock, None, None]:
+    """Yield the computed blocks, report progress, and raise StoppedError if they end before the last missing one."""
+    size = journal.spec.size
+    left = {number: len(journal.spans[number]) for number in missing}
+    for block in computed:
+        left.pop(block.number, None)
+        progress(size - sum(left.values()), size)
+        yield block
+    if left:
+        blocks = len(journal.spans)
+        raise StoppedError(str(journal.folder), blocks - len(left), blocks)
+
+
+def publish_from_journal(
     journal: Journal, path: Path, threads: int | None = None, stopping: Stopping = lambda: False
 ) -> Failures:
     """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder.
@@ -123,8 +154,48 @@ def write_and_publish(
         If `stopping` said so.
     """
     with prefetch(journal.blocks()) as blocks:
-        until = itertools.takewhile(lambda _: not stopping(), blocks)
-        return _write_and_publish(journal, path, until, threads, stopping)
+        measured = itertools.takewhile(lambda _: not stopping(), blocks)
+        return _write_and_publish(journal, path, measured, threads, stopping)
+
+
+def _write_and_publish(
+    journal: Journal,
+    path: Path,
+    measured: Iterable[tuple[int, Columns]],
+    threads: int | None,
+    stopping: Stopping,
+) -> Failures:
+    """Write the file of a run from its measured blocks in C order, publish it, and remove the run's folder."""
+    unfinished = journal.folder / run_directory.UNFINISHED
+    # the bisection of the boundary computes cells in this thread
+    use_threads(threads)
+    try:
+        blocks = _derived(journal, measured, stopping)
+        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
+        run_directory.publish_file(journal.folder, path, failures)
+    except DamagedBlockError as problem:
+        raise StorageError(
+            f"A block was damaged after it had been verified: {problem}.",
+            hint="Run the same command again. If this comes back, test the disk and the memory.",
+            where=str(journal.folder),
+        ) from problem
+    finally:
+        unfinished.unlink(missing_ok=True)
+    run_directory.remove(journal.folder)
+    return failures
+
+
+def _derived(
+    journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
+) -> Generator[Block, None, None]:
+    """Yield blocks with all columns of the atlas, and raise StoppedError at their end if the run is to stop."""
+    for number, columns in measured:
+        # after a signal the blocks that follow are still taken, so that the journal keeps them, but not written
+        if not stopping():
+            span = journal.spans[number]
+            yield Block(span, derive_block(journal.spec, span, columns))
+    if stopping():
+        raise StoppedError(str(journal.folder), len(journal.spans), len(journal.spans))
 
 
 def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
@@ -168,74 +239,3 @@ def attributes_of(manifest: Manifest) -> dict[str, Any]:
     """Return the global attributes of the file of a run: the time and the command are those of its beginning."""
     attributes = global_attributes(manifest.spec, manifest.command, manifest.created)
     return attributes | {"versions": json.dumps(manifest.versions, sort_keys=True)}
-
-
-def _write_and_publish(
-    journal: Journal,
-    path: Path,
-    measured: Iterable[tuple[int, Columns]],
-    threads: int | None,
-    stopping: Stopping,
-) -> Failures:
-    unfinished = journal.folder / run_directory.UNFINISHED
-    # the bisection of the boundary computes cells in this thread
-    use_threads(threads)
-    try:
-        blocks = _derived(journal, measured, stopping)
-        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
-        run_directory.publish_file(journal.folder, path, failures)
-    except DamagedBlockError as problem:
-        raise StorageError(
-            f"A block was damaged after it had been verified: {problem}.",
-            hint="Run the same command again. If this comes back, test the disk and the memory.",
-            where=str(journal.folder),
-        ) from problem
-    finally:
-        unfinished.unlink(missing_ok=True)
-    run_directory.remove(journal.folder)
-    return failures
-
-
-def _derived(
-    journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
-) -> Generator[Block, None, None]:
-    for number, columns in measured:
-        # once the run is to stop, blocks in the making are still kept, but not written to the file any more
-        if not stopping():
-            span = journal.spans[number]
-            yield Block(span, derive_block(journal.spec, span, columns))
-    if stopping():
-        raise StoppedError(str(journal.folder), len(journal.spans), len(journal.spans))
-
-
-def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
-    """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
-    run_directory.remove_unfinished(journal.folder)
-    sound, damaged = journal.verify()
-    missing = journal.missing(sound)
-    for each in damaged:
-        say(f"damaged, set aside and computed again: {each}")
-    if sound or damaged:
-        say(f"going on: {len(sound)} of {len(journal.spans)} blocks are there, {len(missing)} to compute")
-    if sound:
-        progress(sum(len(journal.spans[number]) for number in sound), journal.spec.size)
-    return missing
-
-
-def _journal_bytes(journal: Journal, missing: Sequence[int]) -> float:
-    return estimate.journal_bytes(journal.spec, sum(len(journal.spans[number]) for number in missing))
-
-
-def _reported(
-    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
-) -> Generator[FinishedBlock, None, None]:
-    """Yield the blocks on, report progress, and raise StoppedError if they end before the last missing one."""
-    size = journal.spec.size
-    left = {number: len(journal.spans[number]) for number in missing}
-    for block in computed:
-        left.pop(block.number, None)
-        progress(size - sum(left.values()), size)
-        yield block
-    if left:
-        blocks = len(journal.spans)
-        raise StoppedError(str(journal.folder), blocks - len(left), blocks)

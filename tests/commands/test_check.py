@@ -11,7 +11,7 @@ import xarray as xr
 import sweep
 from sweep.checks.verify import verify
 from sweep.files.netcdf import open_atlas, save
-from sweep.model.disk.exact import AUDIT
+from sweep.model.disk.audit import AUDIT
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
@@ -140,7 +140,8 @@ def test_a_file_that_is_no_whole_atlas_is_refused(command, tmp_path, spoil, what
     spoil(tmp_path / "b.nc")
     status, out, err = command("verify b.nc --write c.nc")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert f"b.nc: {what}" in err
+    assert "b.nc: " in err
+    assert what in err
     assert given in err
     assert not (tmp_path / "c.nc").exists()
 

@@ -32,7 +32,8 @@ def test_an_atlas_that_is_cut(command, tmp_path):
     for line in ("info b.nc", "boundary b.nc"):
         status, out, err = command(line)
         assert (status, out) == (2, "")
-        assert err.startswith("eulerdisk: b.nc: not a readable netCDF file")
+        assert err.startswith("eulerdisk: b.nc: ")
+        assert "not a readable netCDF file" in err
 
 
 def test_a_reader_that_leaves_early(tmp_path):

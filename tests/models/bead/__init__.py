@@ -1,5 +1,4 @@
-"""A bead on a hoop that turns about its vertical diameter; its bottom is stable while hoop_rate^2 < gravity/radius.
-
+"""A bead on a hoop that turns about its vertical diameter; its bottom is stable while hoop_rate^2 < gravity/radius:
 angle'' = hoop_rate^2 sin(angle) cos(angle) - (gravity/radius) sin(angle), the angle counted from the bottom.
 """
 
@@ -9,8 +8,8 @@ import numpy as np
 
 from sweep.model.description import FAILED, FINAL, MISSING, OPEN, Ending, Endings, Model, Words
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import DURATION, ERROR_GAUGE, GRID, STABILITY, STEP, STEP_COUNT, positive, table
-from sweep.model.quantity import Input, Quantity, Tolerance
+from sweep.model.quantity import DURATION, ERROR_GAUGE, GRID, STABILITY, STEP, STEP_COUNT, Input, Quantity
+from sweep.model.quantity import Tolerance, positive, table
 
 _CLOSE = Tolerance(1e-6, 1e-6, "each resolved extreme is within 1e-6 rad of the exact one")
 

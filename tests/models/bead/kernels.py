@@ -9,6 +9,9 @@ from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES
 from kernels.simd_math import sine_cosine
 
+# Rows of starts; of measures and of counts, in the order in which the model lists them.
+ANGLE, ANGLE_RATE, HOOP_RATE, RADIUS, GRAVITY = range(5)
+(ANGLE_MIN, ANGLE_MAX, PERIOD, ANGLE_ERROR), (ENDING, STEP_COUNT) = range(4), range(2)
 # What a step changes and a block needs back; the present step, what a step reads besides; what a cell remembers.
 A, W, TIME, NOW, STEP, HOOP, PULL, HEADING, END = (row * LANES for row in range(9))
 A_0, W_0, STEPS, LEAST, GREATEST, FIRST, ERROR, TURNED = (row * LANES for row in range(9, 17))
@@ -36,8 +39,9 @@ def prepared_settings(settings):
 
 @simd
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    lanes[A_0 + lane], lanes[W_0 + lane] = starts[0, cell], starts[1, cell]
-    lanes[HOOP + lane], lanes[PULL + lane] = starts[2, cell] ** 2, starts[4, cell] / starts[3, cell]
+    lanes[A_0 + lane], lanes[W_0 + lane] = starts[ANGLE, cell], starts[ANGLE_RATE, cell]
+    lanes[HOOP + lane] = starts[HOOP_RATE, cell] ** 2
+    lanes[PULL + lane] = starts[GRAVITY, cell] / starts[RADIUS, cell]
     return True
 
 
@@ -75,8 +79,7 @@ def advance(lane, run, lanes):
     angle, w = stepped(lanes[A + lane], lanes[W + lane], lanes[HOOP + lane], lanes[PULL + lane], h)
     t = lanes[TIME + lane] + h
     event = (heading * w < 0.0) | (t >= end)
-    lanes[A + lane], lanes[W + lane], lanes[TIME + lane] = angle, w, t
-    lanes[NOW + lane] = 0.0 if event else full
+    lanes[A + lane], lanes[W + lane], lanes[TIME + lane], lanes[NOW + lane] = angle, w, t, 0.0 if event else full
     return event
 
 
@@ -99,16 +102,16 @@ def land(lane, run, lanes):
 @simd
 def finish_leg(cell, lane, run, lanes, measures, counts):
     angle, turned, before = lanes[A + lane], lanes[TURNED + lane] == 1.0, lanes[FIRST + lane]
-    lanes[LEAST + lane] = min(lanes[LEAST + lane], angle)
-    lanes[GREATEST + lane] = max(lanes[GREATEST + lane], angle)
+    least, greatest = min(lanes[LEAST + lane], angle), max(lanes[GREATEST + lane], angle)
+    lanes[LEAST + lane], lanes[GREATEST + lane] = least, greatest
     if turned and lanes[W_0 + lane] != 0.0 and before == 0.0:
         lanes[FIRST + lane] = lanes[TIME + lane]
         set_off(lane, run, lanes)
         return True
-    measures[0, cell], measures[1, cell] = lanes[LEAST + lane], lanes[GREATEST + lane]
-    measures[2, cell] = 2.0 * (before + lanes[TIME + lane]) if turned else math.nan
-    measures[3, cell], counts[1, cell] = lanes[ERROR + lane], int(lanes[STEPS + lane])
-    counts[0, cell] = 2 if not turned else 1 if lanes[ERROR + lane] <= run[2] else 3
+    measures[ANGLE_MIN, cell], measures[ANGLE_MAX, cell] = least, greatest
+    measures[PERIOD, cell] = 2.0 * (before + lanes[TIME + lane]) if turned else math.nan
+    measures[ANGLE_ERROR, cell], counts[STEP_COUNT, cell] = lanes[ERROR + lane], int(lanes[STEPS + lane])
+    counts[ENDING, cell] = 2 if not turned else 1 if lanes[ERROR + lane] <= run[2] else 3
     return False
 
 
