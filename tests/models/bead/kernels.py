@@ -79,7 +79,12 @@ def advance(lane, run, lanes):
     angle, w = stepped(lanes[A + lane], lanes[W + lane], lanes[HOOP + lane], lanes[PULL + lane], h)
     t = lanes[TIME + lane] + h
     event = (heading * w < 0.0) | (t >= end)
-    lanes[A + lane], lanes[W + lane], lanes[TIME + lane], lanes[NOW + lane] = angle, w, t, 0.0 if event else full
+    lanes[A + lane], lanes[W + lane], lanes[TIME + lane], lanes[NOW + lane] = (
+        angle,
+        w,
+        t,
+        0.0 if event else full,
+    )
     return event
 
 
