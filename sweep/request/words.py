@@ -12,7 +12,7 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.criterion import Criterion
-from sweep.request.values import Value, read_number, read_value
+from sweep.request.values import NOT_FINITE, Value, read_number, read_value
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
@@ -192,8 +192,8 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
     try:
         return allowed(read(raw, quantity), quantity, raw)
     except RequestError as error:
-        # a word, but not one of these
-        if quantity.words and isinstance(raw, str) and raw.strip().replace("-", "").isalpha():
+        word = isinstance(raw, str) and raw.strip().replace("-", "").isalpha()
+        if quantity.words and word and not NOT_FINITE.fullmatch(str(raw).strip()):
             raise RequestError(
                 f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
                 f"{' or '.join(quantity.words)}.",
@@ -309,7 +309,7 @@ def unknown_word(
     model : Model
         Knows the names of the equations and of other books.
     elsewhere : mapping of str to str, optional
-        Names that another command knows -> the command.
+        Names that have no place here -> where they have one, in words.
 
     Raises
     ------
@@ -320,7 +320,7 @@ def unknown_word(
     if not hint and model.synonyms.get(small) in known:
         hint = f"Did you mean {model.synonyms[small]}?"
     if not hint and elsewhere and name in elsewhere:
-        hint = f"Leave it out: it is a word of eulerdisk {elsewhere[name]}."
+        hint = f"Leave it out: {elsewhere[name]}."
     raise RequestError(
         f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
         hint=hint or perhaps(name, known) or "Use one of these words.",
