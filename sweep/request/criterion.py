@@ -8,18 +8,15 @@ written, its verdict, the limit that theory and figures draw, and its words.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model
+from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model, Request
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity
 from sweep.request.values import read_number
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 _DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
 _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
@@ -146,12 +143,12 @@ class Criterion:
         lost = f", or {model.lost_name}" if model.lost_name else ""
         return f"{self.kind} above {self.mark(model.parameters[model.coordinate])}{lost}"
 
-    def reason(self, spec: "SweepSpec", stored: Mapping[str, float], reach: float, scale: float) -> str:
+    def reason(self, spec: Request, stored: Mapping[str, float], reach: float, scale: float) -> str:
         """Return why a cell that was computed has its verdict.
 
         Parameters
         ----------
-        spec : SweepSpec
+        spec : Request
         stored : mapping of str to float
             The variables of the cell.
         reach, scale : float

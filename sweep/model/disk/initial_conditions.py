@@ -1,27 +1,24 @@
 """The starts of the disk: the rates that a cell computes for itself so that its tilt stays constant."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kernels.disk.steady import steady_precession_rates, steady_roll_rate
 from sweep.errors import RequestError
-from sweep.model.description import Starts
+from sweep.model.description import Request, Starts
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL
 
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
-
-def computed_rate(spec: "SweepSpec") -> str | None:
+def computed_rate(spec: Request) -> str | None:
     """Return the rate that each cell computes so that its tilt stays constant; None if all rates are given."""
     if spec.roll_rate == STEADY_ROLL:
         return "roll_rate"
     return "precession_rate" if spec.precession_rate in STEADY_PRECESSION else None
 
 
-def circling(spec: "SweepSpec") -> bool:
+def circling(spec: Request) -> bool:
     """Whether each cell has the rates that keep its tilt: then it disturbs circling at its tilt, otherwise upright."""
     return computed_rate(spec) is not None
 
@@ -52,12 +49,12 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
         )
 
 
-def complete(spec: "SweepSpec", starts: Starts) -> Starts:
+def complete(spec: Request, starts: Starts) -> Starts:
     """Return starts with the rate that the spec leaves to the cell, not finite where no such rate exists.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : Request
     starts : mapping of str to array, shape (n,)
         Every parameter but the computed rate, in SI; a value that it has for that one is not looked at.
     """
