@@ -14,6 +14,7 @@ import numpy as np
 from sweep.engine.compute import compute, usable_threads, use_threads
 from sweep.engine.grid import MOST_BLOCK_CELLS, whole
 from sweep.errors import RequestError
+from sweep.model.kernel import chunk_cells
 from sweep.request.spec import SweepSpec
 
 #: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
@@ -197,9 +198,7 @@ def least_cells(threads: int | None = None) -> int:
     RequestError
         If `threads` is out of range.
     """
-    from kernels.lanes.schedule import CHUNK
-
-    return CHUNK * usable_threads(threads)
+    return chunk_cells() * usable_threads(threads)
 
 
 def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
