@@ -91,7 +91,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         *(_repeated(spec, dataset, differing, beyond) if computed else _NOT_REPEATED),
         *_exact(spec, exact, stored),
         "",
-        *model.expectation(spec, start, stored),
+        *model.linear_prediction(spec, start, stored),
         *_lines(dataset, spec, start, place),
         "",
         *_verdict(spec, start, stored),

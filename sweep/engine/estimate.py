@@ -1,4 +1,4 @@
-"""What a run takes: bytes on disk and in memory, seconds, how large its blocks are, and what a machine computes.
+"""What a run takes: bytes on disk and in memory, seconds, cells of a block, and the measured speed of a machine.
 
 Nothing heavy is imported here before the speed of the kernels is measured.
 """
@@ -143,7 +143,7 @@ def cells_per_second(
     patience : float
         Seconds of computing that are measurement enough.
     clock : callable
-        What a second is.
+        Returns a time [s].
 
     Raises
     ------

@@ -333,7 +333,7 @@ class Model(ABC):
         """Return how a motion was lost, for a cell with these stored values."""
         return self.endings.of(stored["ending"]).reason
 
-    def expectation(
+    def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return lines that say what linear theory expects of one cell; none if the model has no such theory."""

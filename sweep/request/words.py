@@ -68,7 +68,7 @@ def find_spec_file(spec: str | Path) -> Path:
     raise RequestError(
         f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
         f"{', '.join(known)}.",
-        hint=perhaps(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
+        hint=suggestion(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
         where=shown(spec),
     )
 
@@ -197,7 +197,7 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
             raise RequestError(
                 f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
                 f"{' or '.join(quantity.words)}.",
-                hint=perhaps(raw, quantity.words)
+                hint=suggestion(raw, quantity.words)
                 or f"Write {quantity.name}={quantity.words[0]}, or a value.",
                 where=error.where,
             ) from None
@@ -323,12 +323,12 @@ def unknown_word(
         hint = f"Leave it out: {elsewhere[name]}."
     raise RequestError(
         f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
-        hint=hint or perhaps(name, known) or "Use one of these words.",
+        hint=hint or suggestion(name, known) or "Use one of these words.",
         where=shown(name),
     )
 
 
-def perhaps(word: object, known: Sequence[str]) -> str:
+def suggestion(word: object, known: Sequence[str]) -> str:
     """Return a question for the known word that is nearest, or nothing."""
     close = difflib.get_close_matches(str(word).lower(), known, n=1)
     return f"Did you mean {close[0]}?" if close else ""

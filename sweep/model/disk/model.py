@@ -144,11 +144,11 @@ class Disk(Model):
         tilt = tables.SETTINGS["fall_tilt"].spell(spec.fall_tilt, 6)
         return f"the tilt reached fall_tilt, {tilt}{time}, and a fall is unstable by any criterion"
 
-    def expectation(
+    def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        return theory.in_words(spec, start, stored)
+        return theory.linear_prediction(spec, start, stored)
 
 
 DISK = Disk()

@@ -272,7 +272,9 @@ def _steepest(alpha: float) -> float:
 _DISK = ("alpha", "radius", "gravity")
 
 
-def in_words(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+def linear_prediction(
+    spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+) -> Iterator[str]:
     """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
     if not all(np.isfinite(list(start.values()))):
         return
