@@ -197,7 +197,7 @@ class Criterion:
 
         Notes
         -----
-        A lost motion is unstable (a fall). A departure beyond the limit is unstable, be it that time then ran out. Only
+        A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it. Only
         a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
         cell that could not be resolved, whatever its extremes say.
         """
