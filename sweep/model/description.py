@@ -1,7 +1,7 @@
 """What a model tells the engine: the base class of all models, and the parts that it is made of.
 
-A model is a mechanical system whose starts are integrated and judged. Every other room of `sweep` takes what it needs to
-know about the system from here; docs/architecture.md walks through a complete model.
+A model is a mechanical system whose starts are integrated and judged. Every other room of `sweep` takes what it needs
+to know about the system from here; docs/architecture.md walks through a complete model.
 """
 
 from abc import ABC, abstractmethod

@@ -197,8 +197,8 @@ class Criterion:
 
         Notes
         -----
-        A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it. Only
-        a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
+        A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it.
+        Only a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
         cell that could not be resolved, whatever its extremes say.
         """
         ending, limit = measured["ending"], self.allowed(scale)
