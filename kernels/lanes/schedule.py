@@ -160,7 +160,7 @@ def _load(lane, number, steps, memory, notes):
 
 @simd
 def _store(events, steps, memory, notes):
-    """Store lanes with an event back into their blocks; returns the word of the blocks without a leg that goes on."""
+    """Store lanes with an event back into their blocks; returns the word of the blocks all of whose legs have ended."""
     ended = 0
     while events != 0:
         lane = count_trailing_zeros(events)

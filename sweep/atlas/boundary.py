@@ -62,60 +62,60 @@ def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
     Brackets
         The ends have the verdicts that they had. Where starts between them are undecided, or have a verdict that the
         estimated error of their extremes leaves open, the bracket holds all of these and each side of them is no wider
-        than a quarter of `width`: it stays as wide as what is not known.
+        than a quarter of `width`: it stays as wide as what is not search.
         Where the verdict changes more than once between the given ends, one of the changes is found.
     """
-    known = _Known(given)
+    search = _Search(given)
     while True:
-        ahead, behind = known.unknown(width)
-        if not ahead.size + behind.size:
-            return replace(given, near=known.near, far=known.far)
-        middle = known.middles(ahead, behind)
-        found = verdicts(spec, given, np.concatenate((ahead, behind)), middle)
-        known.learn_ahead(ahead, middle[: ahead.size], found[: ahead.size])
-        known.learn_behind(behind, middle[ahead.size :], found[ahead.size :])
+        before, after = search.unknown(width)
+        if not before.size + after.size:
+            return replace(given, near=search.near, far=search.far)
+        middle = search.middles(before, after)
+        found = verdicts(spec, given, np.concatenate((before, after)), middle)
+        search.record_before(before, middle[: before.size], found[: before.size])
+        search.record_after(after, middle[before.size :], found[before.size :])
 
 
-class _Known:
-    """What is known of the segments: their ends, and where `blurred` the undecided stretch from `first` to `last`."""
+class _Search:
+    """The segments: their ends, and where `has_undecided` the undecided stretch from `first` to `last`."""
 
     def __init__(self, given: Brackets) -> None:
         self.given = given
         self.near, self.far = given.near.copy(), given.far.copy()
         self.first, self.last = self.far.copy(), self.near.copy()
-        self.blurred = np.zeros(self.near.shape, bool)
+        self.has_undecided = np.zeros(self.near.shape, bool)
 
     def unknown(self, width: float) -> tuple[Places, Places]:
-        """Return the segments that are too wide before the undecided stretch (or as a whole), and behind it."""
-        ahead = _open(self.near, self._before(), np.where(self.blurred, _SIDE * width, width))
-        behind = self.blurred & _open(self.last, self.far, np.full(self.near.shape, _SIDE * width))
-        return np.flatnonzero(ahead), np.flatnonzero(behind)
+        """Return the segments that are too wide before their undecided stretch (or as a whole), and after it."""
+        before = _divisible(self.near, self._before(), np.where(self.has_undecided, _SIDE * width, width))
+        after = self.has_undecided & _divisible(self.last, self.far, np.full(self.near.shape, _SIDE * width))
+        return np.flatnonzero(before), np.flatnonzero(after)
 
-    def middles(self, ahead: Places, behind: Places) -> Array:
+    def middles(self, before: Places, after: Places) -> Array:
         """Return the middles of what is too wide."""
-        before = 0.5 * (self.near + self._before())[ahead]
-        return np.concatenate((before, 0.5 * (self.last + self.far)[behind]))
+        first = 0.5 * (self.near + self._before())[before]
+        return np.concatenate((first, 0.5 * (self.last + self.far)[after]))
 
-    def learn_ahead(self, which: Places, places: Array, codes: Codes) -> None:
-        """Take in the verdicts at the middles before the undecided stretch, or of segments that have none."""
+    def record_before(self, which: Places, places: Array, codes: Codes) -> None:
+        """Record the verdicts at the middles before the undecided stretch, or of segments that have none."""
         _, on_far = self._sides(which, places, codes)
-        self.blurred[on_far] = False
+        self.has_undecided[on_far] = False
         unclear, there = which[codes == UNDECIDED], places[codes == UNDECIDED]
-        fresh = ~self.blurred[unclear]
+        fresh = ~self.has_undecided[unclear]
         self.first[unclear], self.last[unclear[fresh]] = there, there[fresh]
-        self.blurred[unclear] = True
+        self.has_undecided[unclear] = True
 
-    def learn_behind(self, which: Places, places: Array, codes: Codes) -> None:
-        """Take in the verdicts at the middles behind the undecided stretch."""
-        # a change found before the stretch leaves nothing to look for behind it
-        held = self.blurred[which]
+    def record_after(self, which: Places, places: Array, codes: Codes) -> None:
+        """Record the verdicts at the middles after the undecided stretch."""
+        # a change found before the stretch leaves nothing to look for after it
+        held = self.has_undecided[which]
         which, places, codes = which[held], places[held], codes[held]
         on_near, _ = self._sides(which, places, codes)
-        self.blurred[on_near] = False
+        self.has_undecided[on_near] = False
         self.last[which[codes == UNDECIDED]] = places[codes == UNDECIDED]
 
     def _before(self) -> Array:
-        return np.where(self.blurred, self.first, self.far)
+        return np.where(self.has_undecided, self.first, self.far)
 
     def _sides(self, which: Places, places: Array, codes: Codes) -> tuple[Places, Places]:
         like_near, like_far = codes == self.given.near_verdict[which], codes == self.given.far_verdict[which]
@@ -154,7 +154,7 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
     return codes.astype(np.int8, copy=False)
 
 
-def _open(one: Array, other: Array, width: Array) -> Truths:
+def _divisible(one: Array, other: Array, width: Array) -> Truths:
     """Return where a stretch is wider than `width` and has a number between its ends."""
     middle = 0.5 * (one + other)
     return np.asarray((np.abs(other - one) > width) & (middle != one) & (middle != other))

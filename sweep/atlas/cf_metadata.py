@@ -98,7 +98,7 @@ _WAYS = {
     "exact": "as turning points of the exact reduction to one degree of freedom",
 }
 
-#: What ACDD wants to know of every variable that is not a coordinate.
+#: An attribute that ACDD recommends for every variable that is not a coordinate.
 CONTENT = {"coverage_content_type": "modelResult"}
 
 

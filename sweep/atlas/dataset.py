@@ -157,7 +157,7 @@ def boundaries(
 
 
 def _with_points(spec: SweepSpec, lines: Curves) -> list[tuple[Declaration, npt.NDArray[Any]]]:
-    # netCDF's classic model has no dimension without length, but for the one unlimited
+    # the classic model of netCDF allows no dimension of length 0, except an unlimited one
     if not lines.counts.size:
         return []
     of_points = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))

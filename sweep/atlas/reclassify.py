@@ -56,7 +56,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        The same cells; the boundary and the attributes that tell of it are new.
+        The same cells; the boundary and the attributes that describe it are new.
 
     Raises
     ------

@@ -95,7 +95,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         f"repeated    {repeated}",
         *_exact(spec, exact, stored),
         "",
-        *model.expectation(spec, start, stored),
+        *model.linear_prediction(spec, start, stored),
         *_lines(dataset, spec, start, place),
         "",
         f"verdict     {measures['stability'].flag(stored['stability'])} by {spec.criterion}",

@@ -1,7 +1,7 @@
 """From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -170,16 +170,11 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     return code_hash([*modules, *model.start_modules, *_AXES])
 
 
-def _integrator(model: Model, device: str) -> Callable[..., Any]:
+@lru_cache
+def _integrator(model: Model, device: str) -> Any:
     """Return the kernel that integrates cells on a device: the processor, or an NVIDIA device."""
     if device == "cpu":
         return model.integrate.load()
-    bound: Callable[..., Any] = _bound_to_cuda(model)
-    return bound
-
-
-@lru_cache
-def _bound_to_cuda(model: Model) -> Any:
     return import_module(_CUDA).bind(import_module(model.integrate.module).LANE_MODEL)
 
 

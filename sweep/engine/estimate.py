@@ -1,4 +1,4 @@
-"""What a run takes: bytes on disk and in memory, seconds, how large its blocks are, and what a machine computes.
+"""What a run takes: bytes on disk and in memory, seconds, cells of a block, and the measured speed of a machine.
 
 Nothing heavy is imported here before the speed of the kernels is measured.
 """
@@ -14,6 +14,7 @@ import numpy as np
 from sweep.engine.compute import compute, usable_threads, use_threads
 from sweep.engine.grid import MOST_BLOCK_CELLS, whole
 from sweep.errors import RequestError
+from sweep.model.kernel import chunk_cells
 from sweep.request.spec import SweepSpec
 
 #: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
@@ -33,10 +34,6 @@ _STAGES_BYTES = 500
 
 #: Bytes per cell of the whole grid: its verdicts, and what the search for the boundary makes of them.
 _GRID_BYTES = 6
-
-
-#: Cells that one thread takes at a time (`kernels.lanes.schedule.CHUNK`): a block gives every thread one at least.
-_THREAD_CELLS = 2048
 
 
 def cell_bytes(spec: SweepSpec) -> int:
@@ -146,7 +143,7 @@ def cells_per_second(
     patience : float
         Seconds of computing that are measurement enough.
     clock : callable
-        What a second is.
+        Returns a time [s].
 
     Raises
     ------
@@ -166,7 +163,7 @@ def cells_per_second(
             took = min(took, _seconds(sample, clock))
         if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
             # a small sample does not keep all threads busy
-            return sample.size / took * wanted / min(wanted, -(-sample.size // _THREAD_CELLS))
+            return sample.size / took * wanted / min(wanted, -(-sample.size // least_cells(1)))
         # no further than needed: the next one must not take for ever
         cells *= 4 if 8 * took < patience else 2
 
@@ -201,7 +198,7 @@ def least_cells(threads: int | None = None) -> int:
     RequestError
         If `threads` is out of range.
     """
-    return _THREAD_CELLS * usable_threads(threads)
+    return chunk_cells() * usable_threads(threads)
 
 
 def coarse(spec: SweepSpec, cells: int) -> SweepSpec:

@@ -1,1 +1,1 @@
-"""What the engine may know of a model: its quantities, endings and starts, and what it can say beyond integration."""
+"""What a model is to the engine: quantities, endings, starts, kernels, theory; and the models that come with it."""

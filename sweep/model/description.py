@@ -1,7 +1,7 @@
 """What a model tells the engine: the base class of all models, and the parts that it is made of.
 
-A model is a mechanical system whose starts are integrated and judged. Everything that the rooms of `sweep` know of it,
-they ask here; docs/architecture.md walks through a complete one.
+A model is a mechanical system whose starts are integrated and judged. Every other room of `sweep` takes what it needs
+to know about the system from here; docs/architecture.md walks through a complete model.
 """
 
 from abc import ABC, abstractmethod
@@ -9,16 +9,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Input, Quantity, Truths, Word
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 #: Values of named quantities, one per cell, shape (n,) each.
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -132,6 +129,25 @@ class Audit:
     period: tuple[str, str, str]
 
 
+class Request(Protocol):
+    """What a model may ask of a spec: the values of its own parameters, settings and options, by their names."""
+
+    @property
+    def model(self) -> "Model":
+        """The model that the spec names."""
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Parameters that are axes of the grid."""
+
+    @property
+    def criterion(self) -> Any:
+        """What counts as unstable (`sweep.request.criterion.Criterion`)."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the value of a word."""
+
+
 class ExactReference(Protocol):
     """A way to the extremes of a motion without time stepping; a model may lack it."""
 
@@ -147,13 +163,13 @@ class ExactReference(Protocol):
     def audit(self) -> Audit:
         """What `verify` stores."""
 
-    def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    def measures(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
         """Return the measures and counts of a model, and `variables`, for starts of shape (n,)."""
 
-    def needed(self, spec: "SweepSpec") -> tuple[str, ...]:
+    def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
 
-    def check(self, spec: "SweepSpec", starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+    def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
         """Return the variables of `audit` for cells with these starts and stored values, shape (n,)."""
 
 
@@ -227,18 +243,18 @@ class Model(ABC):
     exact: "ExactReference | None" = None
 
     @abstractmethod
-    def headline(self, spec: "SweepSpec") -> str:
+    def headline(self, spec: Request) -> str:
         """Return what a spec without a title is about, in one line."""
 
     @abstractmethod
-    def undisturbed(self, spec: "SweepSpec", starts: Starts) -> Array:
+    def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the value of the coordinate in the motion that each start disturbs, in its SI unit."""
 
     @abstractmethod
-    def perturbation(self, spec: "SweepSpec", starts: Starts) -> Array:
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
         """Return the size of the perturbation in each start, in the SI unit of the coordinate."""
 
-    def disturbed_motion(self, spec: "SweepSpec") -> str:
+    def disturbed_motion(self, spec: Request) -> str:
         """Return the name of the motion that the starts disturb, in words."""
         return "the undisturbed motion"
 
@@ -251,20 +267,20 @@ class Model(ABC):
         """
         del values
 
-    def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
+    def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the parameters for which the request gives a word instead of a number."""
         return starts
 
-    def cell_variables(self, spec: "SweepSpec") -> Mapping[str, Quantity]:
+    def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas with one value per cell, for the method and the options of a spec."""
         exact = self.exact.variables if self.exact is not None and spec.method == "exact" else {}
         return {**self.variables, **exact}
 
-    def kernels(self, spec: "SweepSpec") -> tuple[Kernel, ...]:
+    def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the compiled functions that compute the cells of a spec: their code decides the bits."""
         return (self.integrate,)
 
-    def measure_more(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Columns:
+    def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return measures that need a kernel of their own, from those that `integrate` or `exact` has found."""
         return {}
 
@@ -272,12 +288,12 @@ class Model(ABC):
         """Return the variables that follow from the measures, but for ``stability`` and ``amplification``."""
         return {}
 
-    def lines(self, spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return where theory puts the edges of the unstable band along an axis.
 
         Parameters
         ----------
-        spec : SweepSpec
+        spec : Request
         axis : str
             A control parameter that is an axis of the spec.
         starts : mapping of str to array, shape (n,)
@@ -292,38 +308,38 @@ class Model(ABC):
         """
         return {}
 
-    def line_label(self, spec: "SweepSpec", axis: str) -> str:
+    def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the critical line along an axis, in mathtext; empty if there is none.
 
         An equation, or the right-hand side of one for the square of the parameter.
         """
         return ""
 
-    def joined_edges(self, spec: "SweepSpec") -> tuple[str, str] | None:
+    def joined_edges(self, spec: Request) -> tuple[str, str] | None:
         """Return what the two ends of the analytic line are called, where both edges are one curve over the coordinate.
 
         In mathtext, the end of the upper edge first; both ends lie at zero of the coordinate. None for separate lines.
         """
         return None
 
-    def scaled_square(self, spec: "SweepSpec", axis: str) -> tuple[float, str] | None:
+    def scaled_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
         """Return the factor with which the square of a control parameter is a pure number, and its name in mathtext.
 
         None where cells differ in that factor, or the model has none.
         """
         return None
 
-    def lost_in_words(self, spec: "SweepSpec", stored: Mapping[str, float]) -> str:
+    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
         """Return how a motion was lost, for a cell with these stored values."""
         return self.endings.of(stored["ending"]).reason
 
-    def expectation(
-        self, spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]
+    def linear_prediction(
+        self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return lines that say what linear theory expects of one cell; none if the model has no such theory."""
         return ()
 
-    def reach(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Array:
+    def reach(self, spec: Request, starts: Starts, measured: Columns) -> Array:
         """Return how far the coordinate went from its undisturbed value, in its SI unit; NaN without extremes."""
         steady = self.undisturbed(spec, starts)
         low, high = (measured[name] for name in self.extremes)
@@ -333,7 +349,7 @@ class Model(ABC):
         """Return the estimated error of the extremes, in the unit of the coordinate; NaN where it is not known."""
         return np.asarray(measured[self.error_name], np.float64)
 
-    def may_be_lost(self, spec: "SweepSpec", measured: Columns, error: Array) -> Truths:
+    def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
         """Return which cells end otherwise if their extremes are off by `error`: the motion may be lost."""
         return np.zeros(error.shape, bool)
 

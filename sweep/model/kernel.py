@@ -66,6 +66,11 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     return found
 
 
+def chunk_cells() -> int:
+    """Return how many cells of a kernel one thread takes at a time."""
+    return int(import_module("kernels.lanes.schedule").CHUNK)
+
+
 def code_hash(modules: Iterable[str]) -> str:
     """Return the SHA-256, in hexadecimal, of the code of modules and of all that they import from their own package.
 

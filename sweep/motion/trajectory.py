@@ -68,8 +68,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `sweep.motion.request.TRAJECTORY`. A motion that falls ends with
-        the sample at the moment of its fall. ``sweep.save`` writes it.
+        Dimension elapsed_time [s]; the variables of `sweep.motion.request.TRAJECTORY`. A motion that falls ends
+        with the sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises
     ------

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-
-Array = npt.NDArray[np.float64]
+from sweep.model.quantity import Array
 
 _SPACINGS = ("linear", "log")
 

@@ -8,18 +8,15 @@ written, its verdict, the limit that theory and figures draw, and its words.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model
+from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model, Request
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity
 from sweep.request.values import read_number
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 _DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
 _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
@@ -123,35 +120,35 @@ class Criterion:
         """
         raise NotImplementedError
 
-    def too_far(self, coordinate: Quantity) -> str:
+    def limit_text(self, coordinate: Quantity) -> str:
         """Return how far the coordinate must not go, in words: ``5 deg``, ``10 times the perturbation``."""
         raise NotImplementedError
 
-    def mark(self, coordinate: Quantity) -> str:
+    def limit_label(self, coordinate: Quantity) -> str:
         """Return the limit as a figure writes it: ``5°``."""
         raise NotImplementedError
 
     def unstable_if(self, model: Model) -> str:
         """Return what makes a cell unstable, in words."""
         lost = f", or {model.lost_name}" if model.lost_name else ""
-        limit = self.too_far(model.parameters[model.coordinate])
+        limit = self.limit_text(model.parameters[model.coordinate])
         return f"the {_plain(model.coordinate)} leaves its steady value by more than {limit}{lost}"
 
     def label(self, model: Model) -> str:
         """Return the criterion as a figure names it: ``departure 5°``."""
-        return f"{self.kind} {self.mark(model.parameters[model.coordinate])}"
+        return f"{self.kind} {self.limit_label(model.parameters[model.coordinate])}"
 
     def caption(self, model: Model) -> str:
         """Return what makes a cell unstable, as short as a figure says it."""
         lost = f", or {model.lost_name}" if model.lost_name else ""
-        return f"{self.kind} above {self.mark(model.parameters[model.coordinate])}{lost}"
+        return f"{self.kind} above {self.limit_label(model.parameters[model.coordinate])}{lost}"
 
-    def reason(self, spec: "SweepSpec", stored: Mapping[str, float], reach: float, scale: float) -> str:
+    def reason(self, spec: Request, stored: Mapping[str, float], reach: float, scale: float) -> str:
         """Return why a cell that was computed has its verdict.
 
         Parameters
         ----------
-        spec : SweepSpec
+        spec : Request
         stored : mapping of str to float
             The variables of the cell.
         reach, scale : float
@@ -163,8 +160,8 @@ class Criterion:
         coordinate = model.parameters[model.coordinate]
         far, name = coordinate.spell(reach, 6), _plain(model.coordinate)
         limit = f"the {coordinate.spell(float(self.allowed(np.array(scale))), 6)} of the criterion"
-        if self.too_far(coordinate) != coordinate.spell(self.limit, 6):
-            limit += f" ({self.too_far(coordinate)}, {coordinate.spell(scale, 6)})"
+        if self.limit_text(coordinate) != coordinate.spell(self.limit, 6):
+            limit += f" ({self.limit_text(coordinate)}, {coordinate.spell(scale, 6)})"
         if stored["stability"] == UNSTABLE:
             return f"the {name} left its steady value by {far}, more than {limit}"
         if stored["stability"] == STABLE:
@@ -200,8 +197,8 @@ class Criterion:
 
         Notes
         -----
-        A lost motion is unstable (a fall). A departure beyond the limit is unstable, be it that time then ran out. Only
-        a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
+        A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it.
+        Only a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
         cell that could not be resolved, whatever its extremes say.
         """
         ending, limit = measured["ending"], self.allowed(scale)
@@ -239,11 +236,11 @@ class Departure(Criterion):
         """Return the limit."""
         return np.full(np.shape(scale), self.limit)
 
-    def too_far(self, coordinate: Quantity) -> str:
+    def limit_text(self, coordinate: Quantity) -> str:
         """Return the angle."""
         return coordinate.spell(self.limit, 6)
 
-    def mark(self, coordinate: Quantity) -> str:
+    def limit_label(self, coordinate: Quantity) -> str:
         """Return the angle."""
         return coordinate.spell(self.limit, 4).replace(" deg", "°")
 
@@ -261,11 +258,11 @@ class Amplification(Criterion):
         """Return the multiple of the perturbation; NaN without one, for nothing is amplified there."""
         return np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
 
-    def too_far(self, coordinate: Quantity) -> str:
+    def limit_text(self, coordinate: Quantity) -> str:
         """Return the multiple."""
         return f"{self.limit:.6g} times the perturbation"
 
-    def mark(self, coordinate: Quantity) -> str:
+    def limit_label(self, coordinate: Quantity) -> str:
         """Return the multiple."""
         return f"{self.limit:.4g}"
 

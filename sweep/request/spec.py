@@ -98,7 +98,7 @@ class SweepSpec:
         known = names(model)
         for name in words:
             if name not in known:
-                unknown_word(name, known, model, _words_of_simulate())
+                unknown_word(name, known, model, _elsewhere())
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         model.check(values)
@@ -305,12 +305,13 @@ def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
     ------
     RequestError
     """
-    return split_words(words, names(model), model, _words_of_simulate())
+    return split_words(words, names(model), model, _elsewhere())
 
 
-def _words_of_simulate() -> Mapping[str, str]:
-    """Words that only a request of a single motion has, for suggestions."""
-    return dict.fromkeys(("mass", "friction", "interval"), "simulate")
+def _elsewhere() -> Mapping[str, str]:
+    """Words that stand elsewhere, and where, for suggestions."""
+    elsewhere = dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
+    return elsewhere | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}
 
 
 def _defaults(model: Model) -> dict[str, Any]:

@@ -24,7 +24,7 @@ _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
-_NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
+NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
 #: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
 _MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
 _COUNT = re.compile(r"[+-]?\d{1,18}", re.ASCII)
@@ -96,7 +96,7 @@ def read_number(raw: object, quantity: Quantity) -> float:
     if isinstance(value, float):
         return value
     raise RequestError(
-        f"{quantity.name} is one number for all cells, and cannot be an axis.",
+        f"{quantity.name} must be one number here; it cannot be an axis.",
         hint="Give one number, and run once per value.",
         where=f"{quantity.name}={shown(raw)}",
     )
@@ -150,7 +150,7 @@ def _read_number(raw: object, quantity: Quantity) -> tuple[float, str]:
 
 
 def _split(text: str) -> tuple[float, str]:
-    if _NOT_FINITE.fullmatch(text):
+    if NOT_FINITE.fullmatch(text):
         return math.nan, ""
     match = _NUMBER.fullmatch(text)
     if match is None:

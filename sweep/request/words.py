@@ -12,7 +12,7 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.criterion import Criterion
-from sweep.request.values import Value, read_number, read_value
+from sweep.request.values import NOT_FINITE, Value, read_number, read_value
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
@@ -68,7 +68,7 @@ def find_spec_file(spec: str | Path) -> Path:
     raise RequestError(
         f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
         f"{', '.join(known)}.",
-        hint=perhaps(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
+        hint=suggestion(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
         where=shown(spec),
     )
 
@@ -192,12 +192,12 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
     try:
         return allowed(read(raw, quantity), quantity, raw)
     except RequestError as error:
-        # a word, but not one of these
-        if quantity.words and isinstance(raw, str) and raw.strip().replace("-", "").isalpha():
+        word = isinstance(raw, str) and raw.strip().replace("-", "").isalpha()
+        if quantity.words and word and not NOT_FINITE.fullmatch(str(raw).strip()):
             raise RequestError(
                 f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
                 f"{' or '.join(quantity.words)}.",
-                hint=perhaps(raw, quantity.words)
+                hint=suggestion(raw, quantity.words)
                 or f"Write {quantity.name}={quantity.words[0]}, or a value.",
                 where=error.where,
             ) from None
@@ -309,7 +309,7 @@ def unknown_word(
     model : Model
         Knows the names of the equations and of other books.
     elsewhere : mapping of str to str, optional
-        Names that another command knows -> the command.
+        Names that have no place here -> where they have one, in words.
 
     Raises
     ------
@@ -320,15 +320,15 @@ def unknown_word(
     if not hint and model.synonyms.get(small) in known:
         hint = f"Did you mean {model.synonyms[small]}?"
     if not hint and elsewhere and name in elsewhere:
-        hint = f"Leave it out: it is a word of eulerdisk {elsewhere[name]}."
+        hint = f"Leave it out: {elsewhere[name]}."
     raise RequestError(
         f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
-        hint=hint or perhaps(name, known) or "Use one of these words.",
+        hint=hint or suggestion(name, known) or "Use one of these words.",
         where=shown(name),
     )
 
 
-def perhaps(word: object, known: Sequence[str]) -> str:
+def suggestion(word: object, known: Sequence[str]) -> str:
     """Return a question for the known word that is nearest, or nothing."""
     close = difflib.get_close_matches(str(word).lower(), known, n=1)
     return f"Did you mean {close[0]}?" if close else ""

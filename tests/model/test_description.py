@@ -66,7 +66,7 @@ class Plain(type(DISK)):
         Model.joined_edges,
         Model.scaled_square,
     )
-    lost_in_words, expectation, may_be_lost = Model.lost_in_words, Model.expectation, Model.may_be_lost
+    lost_in_words, linear_prediction, may_be_lost = Model.lost_in_words, Model.linear_prediction, Model.may_be_lost
 
 
 def test_what_a_model_need_not_say():
@@ -79,7 +79,7 @@ def test_what_a_model_need_not_say():
     assert (plain.measure_more(spec, starts, {}), plain.lines(spec, "roll_rate", starts)) == ({}, {})
     assert (plain.line_label(spec, "roll_rate"), plain.joined_edges(spec)) == ("", None)
     assert plain.scaled_square(spec, "roll_rate") is None
-    assert list(plain.expectation(spec, {}, {})) == []
+    assert list(plain.linear_prediction(spec, {}, {})) == []
     assert plain.lost_in_words(spec, {"ending": DISK.endings.code("fell")}) == DISK.endings.of(4).reason
     assert plain.disturbed_motion(spec)
     assert not plain.may_be_lost(spec, {}, np.full(3, 1e9)).any()

@@ -1,5 +1,6 @@
 """The models that a request may name: registered ones, and never anything else."""
 
+import os
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -131,6 +132,7 @@ def test_the_models_are_those_of_the_entry_points(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=Path(registry.__file__).parents[2],
+        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
         capture_output=True,
         text=True,
         check=True,

@@ -6,6 +6,7 @@ turning points, the frequency sqrt(g/R - hoop_rate^2) of small oscillations, the
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -242,3 +243,12 @@ def test_the_hash_of_the_code_is_that_of_the_model():
     """Its kernels are compiled under a key of their own: the schedule's, and not the disk's."""
     bead, disk = (sweep.SweepSpec.preset(name) for name in ("bottom", "rolling"))
     assert arithmetic_hash(bead) != arithmetic_hash(disk)
+
+
+def test_docs_walk_through_this_model():
+    """What docs/architecture.md quotes of the model stands in it."""
+    page = (CHECKOUT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    code = [path.read_text(encoding="utf-8") for path in sorted((HERE / "bead").glob("*.py"))]
+    quoted = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    assert len(quoted) > 4
+    assert [quote for quote in quoted if not any(quote in each for each in code)] == []

@@ -47,7 +47,7 @@ def test_every_quantity_is_complete(quantity):
         (["interval=-1"], ["interval > 0"]),
         (["roll_rate=1,2"], ["roll_rate=1,2", "one number", "axis"]),
         (["roll_rate=1:2:3"], ["roll_rate=1:2:3", "one number", "axis"]),
-        (["roll_rate=nan"], ["roll_rate=nan", "steady"]),
+        (["roll_rate=nan"], ["roll_rate=nan", "finite"]),
         (["roll_rate=fast"], ["roll_rate=fast", "a number", "steady"]),
         (["mass=3m"], ["mass=3m", "unit 'm'", "kg, g, pound"]),
         (["rollrate=3"], ["rollrate", "friction, duration, interval", "Did you mean roll_rate?"]),

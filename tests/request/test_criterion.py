@@ -182,7 +182,7 @@ def test_the_limit_of_a_criterion():
 def test_a_criterion_says_how_far_is_too_far(criterion, facts):
     """Everywhere the limit is said in degrees or as a multiple; figures name the kind, and say what else is lost."""
     made = Criterion.parse(criterion)
-    assert all(fact in made.too_far(PARAMETERS["tilt"]) for fact in facts)
+    assert all(fact in made.limit_text(PARAMETERS["tilt"]) for fact in facts)
     assert all(fact in made.unstable_if(DISK) for fact in ["tilt", "steady value", *facts, "the disk falls"])
     assert made.kind in made.label(DISK)
     assert all(part in made.caption(DISK) for part in (made.label(DISK).split()[-1], "the disk falls"))

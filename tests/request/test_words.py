@@ -49,7 +49,7 @@ def refused(facts, make, *given):
         ({"roll_rate": "quick"}, ["quick", "steady", "a number"]),
         ({"tilt_rate": "steady"}, ["steady", "a number"]),
         ({"duration": 0}, ["duration > 0"]),
-        ({"duration": "1,2"}, ["one number for all cells"]),
+        ({"duration": "1,2"}, ["one number", "axis"]),
         ({"step": "-1ms"}, ["-0.001 s is not possible", "step > 0, or auto"]),
         ({"step": "automatic"}, ["automatic", "auto"]),
         ({"step": 1e-8}, ["too many steps", "100000000", "step=1e-08", "duration=300.0"]),

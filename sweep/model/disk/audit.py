@@ -1,18 +1,15 @@
 """Compare cells of an atlas with the exact reduction, which has the same starts and no time stepping."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.model.description import Audit, Columns, Starts
+from sweep.model.description import Audit, Columns, Request, Starts
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.quantity import DECISION, UNDECIDED, Array, Quantity, Tolerance, Truths, table
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 #: Variables of an atlas that the audit reads.
 MEASURES = ("ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period")
@@ -69,12 +66,12 @@ _MOST_PERIODS = 1.01
 _ROUNDING, _TILT_ROUNDING = 1e-12, 1e-15
 
 
-def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) -> dict[str, npt.NDArray[Any]]:
+def check(spec: Request, starts: Starts, stored: Columns, exact: Columns) -> dict[str, npt.NDArray[Any]]:
     """Compare stored cells with the exact reduction.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : Request
     starts : mapping of str to array, shape (n,)
     stored : mapping of str to array, shape (n,)
         `MEASURES` as the atlas has them, and the rate that each cell computed, if there is one.
@@ -121,7 +118,7 @@ def check(spec: "SweepSpec", starts: Starts, stored: Columns, exact: Columns) ->
     }
 
 
-def _tilt_difference(spec: "SweepSpec", stored: Columns, exact: Columns, allowed: Array) -> Array:
+def _tilt_difference(spec: Request, stored: Columns, exact: Columns, allowed: Array) -> Array:
     """Return the larger difference [rad] of the two extremes.
 
     A run that time ended need only lie inside the exact extremes. Where a peak is within the tolerance of fall_tilt,
@@ -150,7 +147,7 @@ def _period_allowance(exact: Columns, allowed: Array) -> Array:
     return allowance
 
 
-def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
+def _follows(spec: Request, starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
     """Return where all values that follow from the start, the extremes and the ending do follow from them."""
     derived = _derived(stored, reach, scale)
     peak, amplification = derived["peak_tilt"], derived["amplification"]
@@ -170,7 +167,7 @@ def _follows(spec: "SweepSpec", starts: Starts, stored: Columns, reach: Array, s
     return follows
 
 
-def _margin(spec: "SweepSpec", exact: Columns, reach: Array, scale: Array) -> Array:
+def _margin(spec: Request, exact: Columns, reach: Array, scale: Array) -> Array:
     """Return how near [rad] the motion comes to where its verdict or its ending would change.
 
     Zero for a fall, for which the reduction has no turning point: an atlas with another ending must agree in its
@@ -181,7 +178,7 @@ def _margin(spec: "SweepSpec", exact: Columns, reach: Array, scale: Array) -> Ar
     return np.asarray(np.minimum(np.abs(reach - limit), np.abs(peak - spec.fall_tilt)))
 
 
-def _endings_agree(spec: "SweepSpec", stored: Columns, exact: Columns) -> Truths:
+def _endings_agree(spec: Request, stored: Columns, exact: Columns) -> Truths:
     """Return where endings are the same, or time may have ended the run first."""
     too_long = spec.duration > _MOST_PERIODS * exact["nutation_period"]
     open_ = (stored["ending"] == ENDINGS.code("horizon")) & ~too_long
@@ -223,7 +220,7 @@ def _with_failed_cells(
     return np.where(stored["ending"] == ENDINGS.code("not_computed"), NOT_COMPUTED, code)
 
 
-def _verdict(spec: "SweepSpec", measured: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
+def _verdict(spec: Request, measured: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
     given = {**measured, **_derived(measured, reach, scale)}
     verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, given, reach, scale)
     return verdict
@@ -238,7 +235,7 @@ def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
         }
 
 
-def _decidable(spec: "SweepSpec") -> bool:
+def _decidable(spec: Request) -> bool:
     """Whether the reduction knows all that the criterion needs: it knows no duration and no fall time."""
     return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
 

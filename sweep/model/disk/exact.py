@@ -1,19 +1,16 @@
 """The exact reduction of the disk to one degree of freedom, as a reference: extremes without time stepping."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kernels.disk import arrays
-from sweep.model.description import Columns, Starts
+from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk import audit
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.kernel import Kernel
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 EXTREMES = Kernel(
     "kernels.disk.exact.extremes",
@@ -29,12 +26,12 @@ class ExactReduction:
     compared = ("tilt_min", "tilt_max", "nutation_period")
     audit = audit.AUDIT
 
-    def measures(self, spec: "SweepSpec", starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    def measures(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
         """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.extremes`).
 
         Parameters
         ----------
-        spec : SweepSpec
+        spec : Request
         starts : mapping of str to array, shape (n,)
 
         Returns
@@ -58,12 +55,12 @@ class ExactReduction:
             "ending": np.where(vague, ENDINGS.code("unresolved"), found["ending"]),
         }
 
-    def needed(self, spec: "SweepSpec") -> tuple[str, ...]:
+    def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
         rate = computed_rate(spec)
         needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
         return tuple(dict.fromkeys(needed))
 
-    def check(self, spec: "SweepSpec", starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+    def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
         """Hold stored cells against the reduction; see `sweep.model.disk.audit.check`."""
         return audit.check(spec, starts, stored, self.measures(spec, starts))

@@ -1,28 +1,24 @@
-"""The starts of the disk: the rates that a cell computes for itself, and the perturbation that it holds."""
+"""The starts of the disk: the rates that a cell computes for itself so that its tilt stays constant."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kernels.disk.steady import steady_precession_rates, steady_roll_rate
 from sweep.errors import RequestError
-from sweep.model.description import Starts
+from sweep.model.description import Request, Starts
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL
-from sweep.model.quantity import Array
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 
-def computed_rate(spec: "SweepSpec") -> str | None:
+def computed_rate(spec: Request) -> str | None:
     """Return the rate that each cell computes so that its tilt stays constant; None if all rates are given."""
     if spec.roll_rate == STEADY_ROLL:
         return "roll_rate"
     return "precession_rate" if spec.precession_rate in STEADY_PRECESSION else None
 
 
-def circling(spec: "SweepSpec") -> bool:
+def circling(spec: Request) -> bool:
     """Whether each cell has the rates that keep its tilt: then it disturbs circling at its tilt, otherwise upright."""
     return computed_rate(spec) is not None
 
@@ -53,12 +49,12 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
         )
 
 
-def complete(spec: "SweepSpec", starts: Starts) -> Starts:
+def complete(spec: Request, starts: Starts) -> Starts:
     """Return starts with the rate that the spec leaves to the cell, not finite where no such rate exists.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : Request
     starts : mapping of str to array, shape (n,)
         Every parameter but the computed rate, in SI; a value that it has for that one is not looked at.
     """
@@ -71,53 +67,3 @@ def complete(spec: "SweepSpec", starts: Starts) -> Starts:
             both = steady_precession_rates(starts["tilt"], starts["roll_rate"], *disk)
             return {**starts, rate: both[STEADY_PRECESSION.index(str(spec.precession_rate))]}
     return starts
-
-
-def steady_tilt(spec: "SweepSpec", starts: Starts) -> Array:
-    """Return the tilt [rad] of the motion that each cell disturbs: its own tilt if circling, else upright."""
-    return starts["tilt"] if circling(spec) else np.zeros_like(starts["tilt"])
-
-
-def perturbation(spec: "SweepSpec", starts: Starts) -> Array:
-    """Return the scale [rad] of the perturbation in each cell."""
-    return perturbation_scale(
-        starts["tilt"],
-        starts["tilt_rate"],
-        steady_tilt(spec, starts),
-        starts["alpha"],
-        starts["radius"],
-        starts["gravity"],
-    )
-
-
-def perturbation_scale(
-    tilt: Array | float,
-    tilt_rate: Array | float,
-    steady_tilt: Array | float,
-    alpha: Array | float,
-    radius: Array | float,
-    gravity: Array | float,
-) -> Array:
-    """Return the scale of the perturbation in a start, in rad.
-
-    Parameters
-    ----------
-    tilt, tilt_rate : array of float, broadcastable
-        The start, in rad and rad/s.
-    steady_tilt : array of float, broadcastable
-        Tilt of the undisturbed motion, in rad.
-    alpha, radius, gravity : array of float, broadcastable
-        Mass distribution (0 < alpha <= 1), radius in m and gravity in m/s2.
-
-    Returns
-    -------
-    array of float, shape of the broadcast
-        sqrt((tilt - steady_tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius).
-
-    Notes
-    -----
-    W is the rate at which a disk standing still falls from upright (the tilt grows as exp(W t)): it turns a kick into
-    the tilt that the kick is worth.
-    """
-    fall_rate = np.sqrt(2.0 * np.asarray(gravity) / ((2.0 + np.asarray(alpha)) * np.asarray(radius)))
-    return np.asarray(np.hypot(np.asarray(tilt) - steady_tilt, tilt_rate / fall_rate))

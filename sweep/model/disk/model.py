@@ -2,20 +2,18 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kernels.disk import arrays
-from sweep.model.description import Columns, Model, Starts, Words
-from sweep.model.disk import initial_conditions, tables, theory
+from sweep.model.description import Columns, Model, Request, Starts, Words
+from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
 from sweep.model.disk.exact import EXTREMES, ExactReduction
+from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 #: (whether the disk rolls, whether it precesses) -> what it does.
 _MOTIONS = {
@@ -61,44 +59,51 @@ class Disk(Model):
     }
     exact: ExactReduction = ExactReduction()
 
-    def headline(self, spec: "SweepSpec") -> str:
+    def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates."""
-        if initial_conditions.circling(spec):
+        if circling(spec):
             return "Circling at constant tilt: stability of the steady motion"
         rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
         return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
 
-    def undisturbed(self, spec: "SweepSpec", starts: Starts) -> Array:
-        """Return the tilt [rad] of the steady motion that each start disturbs."""
-        return initial_conditions.steady_tilt(spec, starts)
+    def undisturbed(self, spec: Request, starts: Starts) -> Array:
+        """Return the tilt [rad] of the steady motion that each start disturbs: its own if circling, else upright."""
+        return starts["tilt"] if circling(spec) else np.zeros_like(starts["tilt"])
 
-    def perturbation(self, spec: "SweepSpec", starts: Starts) -> Array:
-        """Return the scale [rad] of the perturbation in each start."""
-        return initial_conditions.perturbation(spec, starts)
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
+        """Return the size [rad] of the perturbation in each start.
 
-    def disturbed_motion(self, spec: "SweepSpec") -> str:
+        Notes
+        -----
+        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius). A disk standing
+        still falls from upright with tilt ~ exp(W t): W turns a kick into the tilt that the kick is worth.
+        """
+        fall_rate = np.sqrt(2.0 * starts["gravity"] / ((2.0 + starts["alpha"]) * starts["radius"]))
+        return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] / fall_rate)
+
+    def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
-        return "steady circling at this tilt" if initial_conditions.circling(spec) else "the upright disk"
+        return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse steady rates that do not follow from the others."""
-        initial_conditions.check_steady_rates(values)
+        check_steady_rates(values)
 
-    def complete(self, spec: "SweepSpec", starts: Starts) -> Starts:
+    def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""
-        return initial_conditions.complete(spec, starts)
+        return complete(spec, starts)
 
-    def cell_variables(self, spec: "SweepSpec") -> Mapping[str, Quantity]:
+    def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas, with contact forces where they are asked for."""
         contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
         return {**super().cell_variables(spec), **contact}
 
-    def kernels(self, spec: "SweepSpec") -> tuple[Kernel, ...]:
+    def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and that of the contact forces where they are asked for."""
         contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
         return (EXTREMES if spec.method == "exact" else self.integrate, *contact)
 
-    def measure_more(self, spec: "SweepSpec", starts: Starts, measured: Columns) -> Columns:
+    def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces, where they are asked for."""
         return contact_columns(starts, measured) if spec.contact == "yes" else {}
 
@@ -107,43 +112,43 @@ class Disk(Model):
         least, greatest = measured["tilt_min"], measured["tilt_max"]
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest))}
 
-    def may_be_lost(self, spec: "SweepSpec", measured: Columns, error: Array) -> Truths:
+    def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
         """Return which cells come so near to fall_tilt that they may as well have fallen."""
         low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
         return np.asarray(np.maximum(high, -low) + error >= spec.fall_tilt)
 
-    def lines(self, spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
         return theory.lines(spec, axis, starts)
 
-    def line_label(self, spec: "SweepSpec", axis: str) -> str:
+    def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
-        return "k = 0" if initial_conditions.circling(spec) else theory.critical_square(spec, axis)
+        return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 
-    def joined_edges(self, spec: "SweepSpec") -> tuple[str, str] | None:
+    def joined_edges(self, spec: Request) -> tuple[str, str] | None:
         """Return the names of the ends of the curve k = 0: spinning and rolling upright."""
-        if not initial_conditions.circling(spec):
+        if not circling(spec):
             return None
         fast, slow = (theory.critical_square(spec, rate) for rate in ("precession_rate", "roll_rate"))
         return rf"spinning: $\dot\psi^2 = {fast}$", rf"rolling: $\dot\phi^2 = {slow}$"
 
-    def scaled_square(self, spec: "SweepSpec", axis: str) -> tuple[float, str] | None:
+    def scaled_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
         """Return g/R, in which the square of a rate is a pure number."""
         if isinstance(spec.radius, float) and isinstance(spec.gravity, float):
             return spec.radius / spec.gravity, "R/g"
         return None
 
-    def lost_in_words(self, spec: "SweepSpec", stored: Mapping[str, float]) -> str:
+    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
         """Return when the disk fell."""
         time = f" after {stored['fall_time']:.6g} s" if np.isfinite(stored["fall_time"]) else ""
         tilt = tables.SETTINGS["fall_tilt"].spell(spec.fall_tilt, 6)
         return f"the tilt reached fall_tilt, {tilt}{time}, and a fall is unstable by any criterion"
 
-    def expectation(
-        self, spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]
+    def linear_prediction(
+        self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        return theory.in_words(spec, start, stored)
+        return theory.linear_prediction(spec, start, stored)
 
 
 DISK = Disk()

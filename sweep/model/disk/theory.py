@@ -7,7 +7,6 @@ functions of the tilt (Chaplygin 1897), so what a start must have to turn back a
 import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,13 +17,10 @@ from kernels.disk.steady import (
     stability_coefficient,
     steady_roll_rate,
 )
-from sweep.model.description import Starts
-from sweep.model.disk.initial_conditions import circling, perturbation
+from sweep.model.description import Request, Starts
+from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 #: The terms fall like sin(tilt)**n: this many suffice for 1e-15 up to the steepest fall_tilt that makes sense.
 _MOST_TERMS = 200_000
@@ -33,12 +29,12 @@ _MOST_TERMS = 200_000
 _ON_THE_WAY = 32
 
 
-def lines(spec: "SweepSpec", axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
     """Return the edges of the unstable band along a rate axis; see `sweep.model.description.Model.lines`.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : Request
     axis : str
         A rate that is an axis of the spec.
     starts : mapping of str to array, shape (n,)
@@ -69,7 +65,7 @@ def _signed(edges: tuple[Array, Array], sign: float) -> tuple[Array, Array]:
     return sign * edges[0], sign * edges[1]
 
 
-def critical_square(spec: "SweepSpec", rate: str) -> str:
+def critical_square(spec: Request, rate: str) -> str:
     """Return the squared critical rate of the upright disk, in mathtext."""
     rolling = rate == "roll_rate"
     if spec.alpha == 0.5:
@@ -79,12 +75,12 @@ def critical_square(spec: "SweepSpec", rate: str) -> str:
     return r"g/[2(1{+}\alpha)R]" if rolling else r"2g/[(2{+}\alpha)R]"
 
 
-def _limit(spec: "SweepSpec", starts: Starts) -> Array:
+def _limit(spec: Request, starts: Starts) -> Array:
     """How far [rad] the tilt of each cell may leave its steady value before the criterion says unstable."""
-    return np.asarray(np.nan_to_num(spec.criterion.allowed(perturbation(spec, starts))))
+    return np.asarray(np.nan_to_num(spec.criterion.allowed(spec.model.perturbation(spec, starts))))
 
 
-def _circling_edges(spec: "SweepSpec", given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _circling_edges(spec: Request, given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Slow and fast edge of the band in which circling is unstable, each (critical, predicted).
 
     A kick e swings a stable steady motion out by e/sqrt(k): the criterion's limit L is met at k = (e/L)^2.
@@ -98,7 +94,7 @@ def _circling_edges(spec: "SweepSpec", given: Starts) -> tuple[tuple[Array, Arra
     return (slow, predicted[0]), (fast, predicted[1])
 
 
-def _upright_edges(spec: "SweepSpec", given: Starts, axis: str) -> tuple[Array, Array] | None:
+def _upright_edges(spec: Request, given: Starts, axis: str) -> tuple[Array, Array] | None:
     """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
     other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
     if other is None or np.all(given[other] != 0.0):
@@ -276,7 +272,9 @@ def _steepest(alpha: float) -> float:
 _DISK = ("alpha", "radius", "gravity")
 
 
-def in_words(spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
+def linear_prediction(
+    spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+) -> Iterator[str]:
     """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
     if not all(np.isfinite(list(start.values()))):
         return
@@ -303,7 +301,7 @@ def in_words(spec: "SweepSpec", start: Mapping[str, float], stored: Mapping[str,
         yield f"            that leave the steady tilt by {_angle(reach)}"
 
 
-def coefficient(spec: "SweepSpec", start: Mapping[str, float]) -> float:
+def coefficient(spec: Request, start: Mapping[str, float]) -> float:
     """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
     tilt = start["tilt"] if circling(spec) else 0.0
     rates = np.array([start["precession_rate"], start["roll_rate"]])
@@ -311,7 +309,7 @@ def coefficient(spec: "SweepSpec", start: Mapping[str, float]) -> float:
         return float(stability_coefficient(tilt, *rates, *(start[name] for name in _DISK)))
 
 
-def small_reach(spec: "SweepSpec", start: Mapping[str, float], k: float) -> float | None:
+def small_reach(spec: Request, start: Mapping[str, float], k: float) -> float | None:
     """Return the largest departure [rad] that linear theory predicts for a stable cell; None for mixed starts.
 
     Notes

@@ -17,9 +17,6 @@ from sweep.errors import RequestError
 from sweep.model.disk.initial_conditions import (
     circling,
     computed_rate,
-    perturbation,
-    perturbation_scale,
-    steady_tilt,
 )
 from sweep.request.spec import SweepSpec
 
@@ -73,31 +70,30 @@ def test_a_rate_that_does_not_exist_is_not_finite():
     assert np.isfinite(found["roll_rate"]).tolist() == [True, False, True]
 
 
+def perturbation(spec):
+    """Size of the perturbation in each start of a spec."""
+    return spec.model.perturbation(spec, whole(spec))
+
+
 def test_the_motion_that_is_disturbed():
     """A circling disk is disturbed at its own tilt, any other one upright."""
     released = SweepSpec(tilt=[0.1, 0.2])
-    assert steady_tilt(released, whole(released)).tolist() == [0.0, 0.0]
+    assert released.model.undisturbed(released, whole(released)).tolist() == [0.0, 0.0]
     steady = released.replace(roll_rate="steady", precession_rate=1)
-    assert steady_tilt(steady, whole(steady)).tolist() == [0.1, 0.2]
+    assert steady.model.undisturbed(steady, whole(steady)).tolist() == [0.1, 0.2]
     assert steady.model.disturbed_motion(steady) != steady.model.disturbed_motion(released)
 
 
 def test_the_perturbation_of_a_start():
     """A release is worth its tilt; a kick e is worth e/W, with W^2 = 2g/((2+alpha)R) = 15.696 / s^2 by hand."""
     released = SweepSpec(tilt=-0.1)
-    assert perturbation(released, whole(released)).tolist() == [0.1]
+    assert perturbation(released).tolist() == [0.1]
     for kicked in (
         SweepSpec(tilt_rate=1e-4),
         SweepSpec(tilt=0.1, tilt_rate=1e-4, roll_rate="steady", precession_rate=1),
     ):
         # relative tolerance: a handful of roundings
-        assert perturbation(kicked, whole(kicked)) == pytest.approx(1e-4 / math.sqrt(15.696), rel=1e-14)
-
-
-def test_the_scale_of_a_release_is_its_tilt():
-    """Released at rest, the scale is the distance from the steady tilt, whatever the disk."""
-    scale = perturbation_scale(np.array([-0.25, 0.25, 0.75]), 0.0, 0.25, 0.5, 0.5, 9.81)
-    assert scale.tolist() == [0.5, 0.0, 0.5]
+        assert perturbation(kicked) == pytest.approx(1e-4 / math.sqrt(15.696), rel=1e-14)
 
 
 @pytest.mark.parametrize(("alpha", "squared"), [(0.5, 0.8), (1.0, 2 / 3)])
@@ -106,12 +102,14 @@ def test_the_scale_of_a_kick(alpha, squared):
     radius, gravity, kick = 0.5, 9.81, 0.01
     expected = kick / math.sqrt(squared * gravity / radius)
     # a few roundings on either side
-    assert perturbation_scale(0.0, kick, 0.0, alpha, radius, gravity) == pytest.approx(expected, rel=1e-14)
+    kicked = SweepSpec(tilt_rate=kick, alpha=alpha, radius=radius, gravity=gravity)
+    assert perturbation(kicked) == pytest.approx(expected, rel=1e-14)
 
 
 def test_a_kick_and_a_release_add_as_squares():
     """3 and 4 give 5: with W = 1 the scale is the hypotenuse of tilt and kick."""
-    assert perturbation_scale(0.3, 0.4, 0.0, 1.0, 2.0, 3.0) == pytest.approx(0.5, rel=1e-15)  # rounding
+    both = SweepSpec(tilt=0.3, tilt_rate=0.4, alpha=1.0, radius=2.0, gravity=3.0)
+    assert perturbation(both) == pytest.approx(0.5, rel=1e-15)  # rounding
 
 
 @pytest.mark.parametrize(

@@ -53,9 +53,8 @@ def fill_idle(lane, lanes):
 @simd
 def prepare(lane, run, lanes):
     own = 0.01 / math.sqrt(lanes[HOOP + lane] + lanes[PULL + lane] + lanes[W_0 + lane] * lanes[W_0 + lane])
-    lanes[STEP + lane] = run[1] if run[1] > 0.0 else own
+    lanes[STEP + lane], lanes[FIRST + lane] = run[1] if run[1] > 0.0 else own, 0.0
     lanes[LEAST + lane] = lanes[GREATEST + lane] = lanes[A_0 + lane]
-    lanes[FIRST + lane] = 0.0
 
 
 @simd
@@ -79,7 +78,8 @@ def advance(lane, run, lanes):
     angle, w = stepped(lanes[A + lane], lanes[W + lane], lanes[HOOP + lane], lanes[PULL + lane], h)
     t = lanes[TIME + lane] + h
     event = (heading * w < 0.0) | (t >= end)
-    lanes[A + lane], lanes[W + lane], lanes[TIME + lane], lanes[NOW + lane] = angle, w, t, 0.0 if event else full
+    lanes[A + lane], lanes[W + lane], lanes[TIME + lane] = angle, w, t
+    lanes[NOW + lane] = 0.0 if event else full
     return event
 
 
@@ -102,8 +102,8 @@ def land(lane, run, lanes):
 @simd
 def finish_leg(cell, lane, run, lanes, measures, counts):
     angle, turned, before = lanes[A + lane], lanes[TURNED + lane] == 1.0, lanes[FIRST + lane]
-    least, greatest = min(lanes[LEAST + lane], angle), max(lanes[GREATEST + lane], angle)
-    lanes[LEAST + lane], lanes[GREATEST + lane] = least, greatest
+    lanes[LEAST + lane] = least = min(lanes[LEAST + lane], angle)
+    lanes[GREATEST + lane] = greatest = max(lanes[GREATEST + lane], angle)
     if turned and lanes[W_0 + lane] != 0.0 and before == 0.0:
         lanes[FIRST + lane] = lanes[TIME + lane]
         set_off(lane, run, lanes)
