@@ -66,7 +66,11 @@ class Plain(type(DISK)):
         Model.joined_edges,
         Model.scaled_square,
     )
-    lost_in_words, linear_prediction, may_be_lost = Model.lost_in_words, Model.linear_prediction, Model.may_be_lost
+    lost_in_words, linear_prediction, may_be_lost = (
+        Model.lost_in_words,
+        Model.linear_prediction,
+        Model.may_be_lost,
+    )
 
 
 def test_what_a_model_need_not_say():

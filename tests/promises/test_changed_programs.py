@@ -44,7 +44,12 @@ DECISIVE = [
         "0.5 * alpha, 1.0 / (1.0 + alpha)",
         "0.6 * alpha, 1.0 / (1.0 + alpha)",
     ),
-    ("rk4", "sweep/model/disk/initial_conditions.py", "steady_precession_rates(starts", "steady_roll_rate(starts"),
+    (
+        "rk4",
+        "sweep/model/disk/initial_conditions.py",
+        "steady_precession_rates(starts",
+        "steady_roll_rate(starts",
+    ),
     ("rk4", "sweep/request/axes.py", "return np.linspace(", "return np.geomspace("),
     ("contact", "kernels/disk/contact.py", "_TILT_STEP, _FEWEST = 0.01,", "_TILT_STEP, _FEWEST = 0.02,"),
     ("exact", "kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
