@@ -27,7 +27,7 @@ from sweep.errors import RequestError
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
-    from sweep.runs.failures import Failures
+    from sweep.runs.run import Failures
 
 
 def run(
@@ -200,7 +200,7 @@ def _conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float
     """Say what was written and which cells failed; exit with 1 if more than `most` percent of the cells did."""
     say(f"{output}: {spec.size} cell{'s' * (spec.size != 1)}")
     if failures.total:
-        for line in failures.describe(spec):
+        for line in failures.describe():
             say(line)
     if 100.0 * failures.total > most * spec.size:
         say(f"more than --max-failed {most:g} % failed; the file is whole, these cells are marked in it")

@@ -166,12 +166,7 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
         try:
             yield lambda: bool(arrived)
         except StoppedError as end:
-            kept = (
-                f"{end.done} of {end.blocks} blocks are kept in {end.folder}"
-                if end.done
-                else "no block was finished"
-            )
-            print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
+            print(f"eulerdisk: interrupted; {end}. {again}", end="", file=sys.stderr)
             raise typer.Exit(128 + arrived[0]) from None
 
 

@@ -10,10 +10,9 @@ from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Progress, Say, Stopping, local, no_op
-from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
-from sweep.runs.run import publish_from_journal
+from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_same_run, claimed, resolved
 
 
@@ -76,7 +75,7 @@ def compute_part(
         for done, _ in enumerate(local(threads)(journal, missing, stopping), 1):
             progress(len(sound) + done, len(mine))
         if not journal.held().keys() >= set(mine):
-            raise StoppedError(str(folder), len(journal.held()), len(journal.spans))
+            raise StoppedError(journal.kept())
     return len(sound), len(missing)
 
 

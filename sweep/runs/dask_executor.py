@@ -151,7 +151,7 @@ def _computed(
                 )
             number = numbers_left.pop(future.key)
             if future.status == "finished":
-                yield FinishedBlock(number, None)
+                yield number, None
             else:
                 failed[number] = future.exception()
             future.release()
