@@ -26,16 +26,12 @@ def prepare(
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
-    Raises
-    ------
-    RequestError
-        As in `run_to_file`.
+    Parameters and errors are those of `run_to_file`.
     """
     path = resolved(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
-        journal = begin_or_resume(spec, path, folder, block_cells, None, command)
-    return journal
+        return begin_or_resume(spec, path, folder, block_cells, None, command)
 
 
 def compute_part(
