@@ -80,9 +80,9 @@ class Journal:
                     found.setdefault(int(number), []).append(path)
         return found
 
-    def missing(self, held: Iterable[int]) -> list[int]:
-        """Return the numbers of the other blocks."""
-        return sorted(set(range(len(self.spans))) - set(held))
+    def cells(self, numbers: Iterable[int]) -> int:
+        """Return how many cells some blocks have."""
+        return sum(len(self.spans[number]) for number in numbers)
 
     def kept(self) -> str:
         """Return how many blocks are finished, in words."""
@@ -107,26 +107,24 @@ class Journal:
         """
         return decode(self._content(number, paths), len(self.spans[number]))
 
-    def verify(self, numbers: Iterable[int] | None = None) -> tuple[set[int], list[str]]:
-        """Read blocks, all if not given; set aside those that are damaged, and those with two different results.
+    def verify(self, numbers: Iterable[int]) -> tuple[list[int], list[str]]:
+        """Read blocks, and set aside those that are damaged, and those with two different results.
 
-        Returns
-        -------
-        (sound, damaged) : set of int, list of str
-            Numbers of the blocks that can be relied on; what is wrong with the others.
+        Returned are the numbers of the blocks that are not there or were set aside, and what is wrong with the latter.
         """
-        sound, damaged = set(), []
+        missing, damaged = [], []
         held = self.held()
-        for number in held if numbers is None else held.keys() & set(numbers):
-            paths = held[number]
+        for number in numbers:
+            paths = held.get(number, [])
             try:
                 self._content(number, paths)
-                sound.add(number)
             except DamagedBlockError as problem:
-                damaged.append(str(problem))
+                missing.append(number)
+                if paths:
+                    damaged.append(str(problem))
                 for path in paths:
                     path.rename(path.with_name(path.name + DAMAGED))
-        return sound, damaged
+        return missing, damaged
 
     def blocks(self) -> Generator[tuple[int, Columns], None, None]:
         """Yield the numbers and the measured columns of all blocks in order, by `read`."""

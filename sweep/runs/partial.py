@@ -30,7 +30,7 @@ def describe(folder: Path) -> str:
     """Return how far a run is, in words."""
     journal = Journal.at(folder)
     spec, held = journal.spec, journal.held()
-    done = sum(len(journal.spans[number]) for number in held)
+    done = journal.cells(held)
     taken = 0
     for paths in held.values():
         # another process may be going on with the run, and end it at any moment

@@ -149,7 +149,7 @@ def run_to_file(
         missing = _missing_blocks(journal, say, progress)
 
         def bytes_to_write() -> float:
-            left = sum(len(journal.spans[number]) for number in journal.missing(journal.held()))
+            left = spec.size - journal.cells(journal.held())
             return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
@@ -170,14 +170,14 @@ def run_to_file(
 def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
-    sound, damaged = journal.verify()
-    missing = journal.missing(sound)
+    blocks = len(journal.spans)
+    missing, damaged = journal.verify(range(blocks))
     for each in damaged:
         say(f"damaged, set aside and computed again: {each}")
-    if sound or damaged:
-        say(f"going on: {len(sound)} of {len(journal.spans)} blocks are there, {len(missing)} to compute")
-    if sound:
-        progress(sum(len(journal.spans[number]) for number in sound), journal.spec.size)
+    if damaged or len(missing) < blocks:
+        say(f"going on: {blocks - len(missing)} of {blocks} blocks are there, {len(missing)} to compute")
+    if len(missing) < blocks:
+        progress(journal.spec.size - journal.cells(missing), journal.spec.size)
     return missing
 
 
@@ -185,11 +185,10 @@ def _reported(
     journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
 ) -> Generator[FinishedBlock, None, None]:
     """Yield the computed blocks, report progress, and raise StoppedError if they end before the last missing one."""
-    size = journal.spec.size
-    left = {number: len(journal.spans[number]) for number in missing}
+    size, left = journal.spec.size, set(missing)
     for number, measured in computed:
-        left.pop(number, None)
-        progress(size - sum(left.values()), size)
+        left.discard(number)
+        progress(size - journal.cells(left), size)
         yield number, measured
     if left:
         raise StoppedError(journal.kept())
