@@ -57,13 +57,15 @@ class Failures:
     @property
     def total(self) -> int:
         """Number of failed cells."""
-        return self._cells().size
+        return int(np.count_nonzero(self._failed()))
 
     def describe(self) -> list[str]:
         """Return one line on how many cells failed, and one for each of the first ones: its coordinates and ending."""
-        cells, names = self._cells(), self.spec.model.endings.flags
-        codes, counts = np.unique(self.endings[cells], return_counts=True)
-        kinds = " and ".join(f"{count} {names[code]}" for code, count in zip(codes, counts, strict=True))
+        cells, names = np.flatnonzero(self._failed()), self.spec.model.endings.flags
+        counts = {
+            code: np.count_nonzero(self.endings == code) for code in self.spec.model.endings.codes(FAILED)
+        }
+        kinds = " and ".join(f"{count} {names[code]}" for code, count in counts.items() if count)
         return [
             f"{cells.size} of {self.spec.size} cells could not be computed "
             f"({100.0 * cells.size / self.spec.size:.3g} %): {kinds}",
@@ -71,8 +73,8 @@ class Failures:
             *(["    ..."] if cells.size > _LISTED else []),
         ]
 
-    def _cells(self) -> npt.NDArray[np.intp]:
-        return np.flatnonzero(self.spec.model.endings.have(FAILED, self.endings))
+    def _failed(self) -> npt.NDArray[np.bool_]:
+        return self.spec.model.endings.have(FAILED, self.endings)
 
     def _coordinates(self, cell: int) -> str:
         words = []
