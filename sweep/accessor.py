@@ -51,12 +51,12 @@ class Eulerdisk:
     @property
     def stable(self) -> xr.DataArray:
         """Where the criterion says stable: array of bool over the grid. Undecided cells are neither."""
-        return self._verdict(STABLE)
+        return self._verdict(STABLE, "stable")
 
     @property
     def unstable(self) -> xr.DataArray:
         """Where the criterion says unstable: array of bool over the grid."""
-        return self._verdict(UNSTABLE)
+        return self._verdict(UNSTABLE, "unstable")
 
     @property
     def critical(self) -> xr.DataArray:
@@ -147,16 +147,10 @@ class Eulerdisk:
         counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
         counts["undecided"] = data["ending"].size - sum(counts.values())
         yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        for name, variable in data.data_vars.items():
-            if (
-                str(name).startswith("boundary_")
-                and not str(name).endswith("_halfwidth")
-                and variable.notnull().any()
-            ):
-                yield (
-                    "boundary",
-                    f"{float(variable.min()):.6g} to {float(variable.max()):.6g} {variable.units}, {name}",
-                )
+        for name in self._boundaries():
+            edge = data[name]
+            if edge.notnull().any():
+                yield "boundary", f"{float(edge.min()):.6g} to {float(edge.max()):.6g} {edge.units}, {name}"
 
     def _ordered(self) -> xr.Dataset:
         """Return the atlas with its dimensions in the order of its spec, if they are the same ones."""
@@ -176,11 +170,11 @@ class Eulerdisk:
                 hint="Open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
             )
 
-    def _verdict(self, code: int) -> xr.DataArray:
+    def _verdict(self, code: int, name: str) -> xr.DataArray:
         self._check()
         verdict: xr.DataArray = self._dataset["stability"] == code
         verdict.attrs = {}
-        return verdict.rename({STABLE: "stable", UNSTABLE: "unstable"}[code])
+        return verdict.rename(name)
 
     def _control(self, edge: str) -> str:
         from sweep.atlas.dataset import spec_named
@@ -191,15 +185,14 @@ class Eulerdisk:
             self._no_boundary(f"{edge} edges along {' and '.join(controls) or 'no parameter'}")
         return controls[0]
 
+    def _boundaries(self) -> list[str]:
+        names = map(str, self._dataset.data_vars)
+        return [name for name in names if name.startswith("boundary_") and not name.endswith("_halfwidth")]
+
     def _no_boundary(self, given: str) -> NoReturn:
-        held = [
-            str(name)
-            for name in self._dataset.data_vars
-            if str(name).startswith("boundary_") and not str(name).endswith("_halfwidth")
-        ]
         raise RequestError(
-            f"There is no such boundary, or more than one: this atlas has {', '.join(held) or 'none'}; asked for was "
-            f"the {given}.",
+            "There is no such boundary, or more than one: this atlas has "
+            f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
             hint="Name one of them, as in boundary('roll_rate', 'upper').",
         )
 

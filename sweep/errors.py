@@ -49,21 +49,7 @@ class FailedBlocksError(RequestError):
 
 
 class StoppedError(Exception):
-    """A run was asked to stop and ended between two blocks; its finished blocks are kept.
-
-    Parameters
-    ----------
-    folder : str
-        Where the blocks are.
-    done, blocks : int
-        Finished blocks, and blocks in all.
-    """
-
-    def __init__(self, folder: str, done: int, blocks: int) -> None:
-        super().__init__(folder, done, blocks)
-        self.folder = folder
-        self.done = done
-        self.blocks = blocks
+    """A run was asked to stop and ended between two blocks; ``str(error)`` says which finished blocks are kept."""
 
 
 def shown(raw: object) -> str:

@@ -40,13 +40,11 @@ class _Finder(MetaPathFinder):
             spec = importlib.util.find_spec(fullname)
         finally:
             self.asking = False
-        if spec is not None and spec.loader is not None:
-            self._wrap(spec.loader)
-        return spec
-
-    def _wrap(self, loader: Any) -> None:
+        if spec is None or spec.loader is None:
+            return spec
         # The loader object is changed only until it executes the module. A caller that asks for the spec only to know
         # whether the module is installed never executes it, and nothing happens.
+        loader: Any = spec.loader
         execute = loader.exec_module
 
         def exec_module(module: ModuleType) -> None:
@@ -57,3 +55,4 @@ class _Finder(MetaPathFinder):
                 self.action()
 
         loader.exec_module = exec_module
+        return spec

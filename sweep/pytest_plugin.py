@@ -34,35 +34,30 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
     def check(words: str, reference: str | Path) -> None:
         __tracebackhide__ = True
-        from sweep.errors import RequestError
-
-        try:
-            compared(words, reference)
-        except RequestError as error:
-            # the message says what to do, a traceback adds nothing
-            pytest.fail(f"{words}: {error}", pytrace=False)
-
-    def compared(words: str, reference: str | Path) -> None:
-        __tracebackhide__ = True
         from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
         from sweep.checks.comparison_report import in_words
+        from sweep.errors import RequestError
         from sweep.files.netcdf import open_atlas
         from sweep.request.spec import SweepSpec
         from sweep.runs.run import run_to_file
 
         path = folder / reference
         first, *changes = shlex.split(words)
-        # the path of a spec file is relative to the folder of the test too
-        spec = SweepSpec.from_words(folder / first if first.endswith(".toml") else first, changes)
-        if request.config.getoption(_OPTION):
-            command = f"eulerdisk run {words} -o {Path(reference).as_posix()}"
-            run_to_file(spec, path, overwrite=True, command=command)
-            pytest.skip(f"{reference} rewritten")
-        if not path.exists():
-            pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
-        with open_atlas(path) as trusted:
-            comparison = compare(run(spec), trusted)
+        try:
+            # the path of a spec file is relative to the folder of the test too
+            spec = SweepSpec.from_words(folder / first if first.endswith(".toml") else first, changes)
+            if request.config.getoption(_OPTION):
+                command = f"eulerdisk run {words} -o {Path(reference).as_posix()}"
+                run_to_file(spec, path, overwrite=True, command=command)
+                pytest.skip(f"{reference} rewritten")
+            if not path.exists():
+                pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
+            with open_atlas(path) as trusted:
+                comparison = compare(run(spec), trusted)
+        except RequestError as error:
+            # the message says what to do, a traceback adds nothing
+            pytest.fail(f"{words}: {error}", pytrace=False)
         if not comparison.same:
             pytest.fail(f"{words}: differs from {reference}\n{in_words(comparison)}", pytrace=False)
 

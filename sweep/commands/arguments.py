@@ -1,12 +1,12 @@
 """Arguments that several commands share, and the spec that they ask for."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from sweep.commands.terminal import say
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
@@ -69,11 +69,6 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         Changes, ``NAME=VALUE``.
     source : Path or None
         An atlas whose run is to be repeated.
-
-    Raises
-    ------
-    RequestError
-        If neither or both are given, or the words make no valid spec.
     """
     from sweep.request.spec import SweepSpec, split_changes
 
@@ -89,22 +84,17 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
             f"A run takes a SPEC or --from, not both; got {spec} and --from {source}.",
             "Leave one of them out.",
         )
-    made_from = _spec_of_file(source)
-    changes = split_changes([spec, *words] if spec else words, made_from.model)
-    return made_from.replace(**changes)
-
-
-def _spec_of_file(path: Path) -> "SweepSpec":
     from sweep.atlas.dataset import spec_of
     from sweep.engine.compute import arithmetic_hash
     from sweep.files.netcdf import opened
 
-    with opened(path) as dataset:
-        spec = spec_of(dataset)
-        if dataset.attrs.get("kernel_hash") != arithmetic_hash(spec):
-            print(
-                f"eulerdisk: {path} was made by other kernels than these: the digits may differ, "
-                "eulerdisk compare says whether they matter",
-                file=sys.stderr,
-            )
-        return spec
+    with opened(source) as dataset:
+        made_from = spec_of(dataset)
+        kernel_hash = dataset.attrs.get("kernel_hash")
+    if kernel_hash != arithmetic_hash(made_from):
+        say(
+            f"{source} was made by other kernels than these: the digits may differ, eulerdisk compare says whether "
+            "they matter"
+        )
+    changes = split_changes([spec, *words] if spec else words, made_from.model)
+    return made_from.replace(**changes)

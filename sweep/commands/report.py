@@ -99,11 +99,9 @@ def audit_line(found: Findings) -> str:
 
 def _no_control(spec: SweepSpec) -> str:
     controls = spec.model.controls(spec.model.parameters)
-    return (
-        f"neither {' nor '.join(controls)} is among its axes"
-        if len(controls) > 1
-        else f"{controls[0]} is no axis"
-    )
+    if len(controls) == 1:
+        return f"{controls[0]} is no axis"
+    return f"neither {' nor '.join(controls)} is among its axes"
 
 
 def _head(spec: SweepSpec, name: str) -> str:
@@ -171,28 +169,25 @@ def _axis_lines(spec: SweepSpec) -> Iterator[str]:
 
 def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
     parameters = spec.model.parameters
-    parts = [parameters[name].spell(float(dataset[name]), 6) for name in spec.fixed if name in dataset.coords]
-    named = [f"{name} {text}" for name, text in zip(spec.fixed, parts, strict=False)]
+    fixed = [
+        f"{name} {parameters[name].spell(float(dataset[name]), 6)}"
+        for name in spec.fixed
+        if name in dataset.coords
+    ]
     return ", ".join(
-        [*named, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
+        [*fixed, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
     )
 
 
-def _coordinate(spec: SweepSpec) -> str:
-    return spec.model.coordinate.replace("_", " ")
-
-
 def _settings(spec: SweepSpec) -> str:
-    parts = []
+    words = []
     for name, quantity in spec.model.settings.items():
         value = getattr(spec, name)
-        if isinstance(value, str):
-            text = value
-        else:
-            # a tolerance is too small to be read in degrees
-            text = f"{value:g} {quantity.units}" if name == "tolerance" else quantity.spell(value, 6)
-        parts.append(f"{name} {text}")
-    return ", ".join(parts)
+        if name == "tolerance":
+            # too small to be read in degrees
+            value = f"{value:g} {quantity.units}"
+        words.append(f"{name} {value if isinstance(value, str) else quantity.spell(value, 6)}")
+    return ", ".join(words)
 
 
 def _counts(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Iterator[str]:
@@ -203,16 +198,15 @@ def _counts(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Iterator[str]:
 
 
 def _range(values: "xr.DataArray", quantity: Quantity) -> str:
-    known = values.values[np.isfinite(values.values)]
-    if not known.size:
-        return "no cell has one"
-    low, high = known.min() * quantity.plot_scale, known.max() * quantity.plot_scale
-    return f"{low:.6g} to {high:.6g} {quantity.shown_units}"
+    known = values.values[np.isfinite(values.values)] * quantity.plot_scale
+    return (
+        f"{known.min():.6g} to {known.max():.6g} {quantity.shown_units}" if known.size else "no cell has one"
+    )
 
 
 def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
-    yield f"extremes of the {_coordinate(spec)} within {_most(dataset[error.name])} {error.units}"
+    yield f"extremes of the {spec.model.coordinate.replace('_', ' ')} within {_most(dataset[error.name])} {error.units}"
     for name, quantity in spec.model.variables.items():
         if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
@@ -246,12 +240,9 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
 
 
 def _spread(distribution: tuple[float, float, float]) -> str:
-    median, high, most = distribution
-    return f"{median:.1e} (median), {high:.1e} (99 %), {most:.1e} (largest)"
+    return "{:.1e} (median), {:.1e} (99 %), {:.1e} (largest)".format(*distribution)
 
 
 def _cell(place: Mapping[str, float], spec: SweepSpec) -> str:
-    return (
-        ", ".join(f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items())
-        or "the one cell"
-    )
+    words = [f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items()]
+    return ", ".join(words) or "the one cell"

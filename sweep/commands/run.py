@@ -26,8 +26,7 @@ from sweep.commands.terminal import reporting, say, stoppable
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
-    from sweep.runs.failures import Failures
+    from sweep.runs.run import Failures
 
 
 def run(
@@ -78,7 +77,7 @@ def run(
             stopping=stopping,
             executor=executor,
         )
-    _conclude(failures, request, output, max_failed)
+    _conclude(failures, output, max_failed)
 
 
 def prepare(
@@ -135,8 +134,8 @@ def assemble(
     """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
     from sweep.runs import array_jobs
 
-    spec, path, failures = array_jobs.assemble(folder, overwrite=overwrite)
-    _conclude(failures, spec, path, max_failed)
+    path, failures = array_jobs.assemble(folder, overwrite=overwrite)
+    _conclude(failures, path, max_failed)
 
 
 def plan(
@@ -196,12 +195,13 @@ def warmup() -> None:
     print(f"cache  {cache_root()}")
 
 
-def _conclude(failures: "Failures", spec: "SweepSpec", output: Path, most: float) -> None:
+def _conclude(failures: "Failures", output: Path, most: float) -> None:
     """Say what was written and which cells failed; exit with 1 if more than `most` percent of the cells did."""
-    say(f"{output}: {spec.size} cell{'s' * (spec.size != 1)}")
+    cells = failures.spec.size
+    say(f"{output}: {cells} cell{'s' * (cells != 1)}")
     if failures.total:
-        for line in failures.describe(spec):
+        for line in failures.describe():
             say(line)
-    if 100.0 * failures.total > most * spec.size:
+    if 100.0 * failures.total > most * cells:
         say(f"more than --max-failed {most:g} % failed; the file is whole, these cells are marked in it")
         raise typer.Exit(1)

@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, TextIO
@@ -18,6 +18,9 @@ from sweep.errors import StoppedError
 
 if TYPE_CHECKING:
     from sweep.runs.executor import Progress
+
+#: Shows (done, all, time to go).
+_Show = Callable[[int, int, str], None]
 
 #: Seconds between two lines in a log.
 _LOG_INTERVAL = 10.0
@@ -32,77 +35,60 @@ def say(text: str) -> None:
 def reporting(stream: TextIO | None = None, what: str = "cells") -> Iterator["Progress"]:
     """Give a function of (done, all) that shows the progress: a bar on a terminal, lines in a log.
 
-    Parameters
-    ----------
-    stream : TextIO, optional
-        Where to show it; standard error if not given.
-    what : str, optional
-        What is counted.
+    `what` is counted, and shown on standard error if no stream is given.
     """
+    # not at the top: it loads numpy, which `eulerdisk --help` does not need
+    from sweep.engine import estimate
+
     stream = stream or sys.stderr
-    if stream.isatty():
-        with _bar(stream, what) as progress:
-            yield progress
-    else:
-        yield _log(stream, what)
+    began = time.monotonic()
+    # the speed is that since the first report, which counts blocks of an earlier run too
+    first: tuple[float, int] | None = None
+
+    with _bar(stream, what) if stream.isatty() else nullcontext(_log(stream, what)) as show:
+
+        def progress(done: int, size: int) -> None:
+            nonlocal first
+            now = time.monotonic()
+            first = first or (now, done)
+            since, before = first if done > first[1] else (began, 0)
+            left = (now - since) * (size - done) / (done - before)
+            show(done, size, f"{estimate.duration(left)} to go")
+
+        yield progress
 
 
-def remaining(elapsed: float, done: int, size: int) -> float:
-    """Return the seconds to go if the rest takes as long per cell as the `done` > 0 cells."""
-    return elapsed * (size - done) / done
+def _log(stream: TextIO, what: str) -> _Show:
+    last = time.monotonic()
 
-
-class _RemainingTime:
-    """Seconds to go, from the speed since the first report, which counts blocks of an earlier run too."""
-
-    def __init__(self) -> None:
-        self._began = time.monotonic()
-        self._first: tuple[float, int] | None = None
-
-    def text(self, done: int, size: int) -> str:
-        # not at the top: it loads numpy and pydantic, which `eulerdisk --help` does not need
-        from sweep.engine import estimate
-
-        now = time.monotonic()
-        self._first = self._first or (now, done)
-        since, before = self._first if done > self._first[1] else (self._began, 0)
-        return f"{estimate.duration(remaining(now - since, done - before, size - before))} to go"
-
-
-def _log(stream: TextIO, what: str) -> "Progress":
-    last, to_go = time.monotonic(), _RemainingTime()
-
-    def progress(done: int, size: int) -> None:
+    def show(done: int, size: int, to_go: str) -> None:
         nonlocal last
-        text = to_go.text(done, size)
         if time.monotonic() - last >= _LOG_INTERVAL:
             last = time.monotonic()
             share = f"{done} of {size} {what} ({100 * done / size:.0f} %)"
-            print(f"eulerdisk: {share}, {text}", file=stream, flush=True)
+            print(f"eulerdisk: {share}, {to_go}", file=stream, flush=True)
 
-    return progress
+    return show
 
 
 @contextmanager
-def _bar(stream: TextIO, what: str) -> Iterator["Progress"]:
+def _bar(stream: TextIO, what: str) -> Iterator[_Show]:
     from rich.console import Console
-    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
-    from rich.progress import Progress as Bar
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-    to_go = _RemainingTime()
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
         TextColumn("{task.fields[to_go]}"),
     )
-    with Bar(*columns, console=Console(file=stream)) as bar:
+    with Progress(*columns, console=Console(file=stream)) as bar:
         task = bar.add_task("preparing", total=None, to_go="")
 
-        def progress(done: int, size: int) -> None:
-            bar.update(task, description=what, completed=done, total=size, to_go=to_go.text(done, size))
+        def show(done: int, size: int, to_go: str) -> None:
+            bar.update(task, description=what, completed=done, total=size, to_go=to_go)
 
-        yield progress
+        yield show
 
 
 class _Abandoned(BaseException):
@@ -137,18 +123,9 @@ def abandonable(output: Path) -> Iterator[Callable[[], None]]:
 def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
     """On a signal, end the run after the current block, say which command continues it, and exit.
 
-    A second signal does not wait for the block, which may be inside a kernel for long.
-
-    Parameters
-    ----------
-    program : str, optional
-        The word that starts this program in a shell; found out if not given.
-
-    Yields
-    ------
-    Callable[[], bool]
-        Says whether to stop. The signal handler only takes a note: an exception raised in it can get lost in a
-        callback of the compiler.
+    Gives a function that says whether to stop. The signal handler only takes a note: an exception raised in it can get
+    lost in a callback of the compiler. A second signal does not wait for the block, which may be inside a kernel for
+    long. `program` is the word that starts this program in a shell; it is found out if not given.
     """
     arrived: list[int] = []
     words = [program] if program else _program()
@@ -166,12 +143,7 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
         try:
             yield lambda: bool(arrived)
         except StoppedError as end:
-            kept = (
-                f"{end.done} of {end.blocks} blocks are kept in {end.folder}"
-                if end.done
-                else "no block was finished"
-            )
-            print(f"eulerdisk: interrupted; {kept}. {again}", end="", file=sys.stderr)
+            print(f"eulerdisk: interrupted; {end}. {again}", end="", file=sys.stderr)
             raise typer.Exit(128 + arrived[0]) from None
 
 

@@ -205,52 +205,36 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator["xr.Dataset"]:
-    """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names the file.
-
-    Raises
-    ------
-    RequestError
-    """
-    with open_atlas(path) as dataset:
-        try:
-            yield dataset
-        except RuntimeError as problem:
-            # the block may read several files: the error belongs to this one only if this one is damaged
-            if _damaged(dataset):
-                raise _damage(dataset, problem) from problem
-            raise
+    """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it."""
+    with open_atlas(path) as dataset, _damage_named(dataset):
+        yield dataset
 
 
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return a dataset whose values are in memory.
-
-    Raises
-    ------
-    RequestError
-        If some of them cannot be read, naming the variables.
-    """
-    try:
+    """Return a dataset whose values are in memory; a RequestError names the variables that cannot be read."""
+    with _damage_named(dataset):
         return dataset.load()
+
+
+@contextlib.contextmanager
+def _damage_named(dataset: "xr.Dataset") -> Iterator[None]:
+    try:
+        yield
     except RuntimeError as problem:
-        raise _damage(dataset, problem) from problem
-
-
-def _damaged(dataset: "xr.Dataset") -> list[str]:
-    found = []
-    for name, variable in dataset.variables.items():
-        try:
-            variable.copy(deep=False).load()
-        except RuntimeError:
-            found.append(str(name))
-    return found
-
-
-def _damage(dataset: "xr.Dataset", problem: Exception) -> RequestError:
-    return RequestError(
-        f"The file is damaged: {', '.join(_damaged(dataset))} cannot be read ({problem}).",
-        hint="Make it again with eulerdisk run, or take a copy that is whole.",
-        where=place_of(dataset),
-    )
+        damaged = []
+        for name, variable in dataset.variables.items():
+            try:
+                variable.copy(deep=False).load()
+            except RuntimeError:
+                damaged.append(str(name))
+        # several files may be read: the error belongs to this one only if this one is damaged
+        if not damaged:
+            raise
+        raise RequestError(
+            f"The file is damaged: {', '.join(damaged)} cannot be read ({problem}).",
+            hint="Make it again with eulerdisk run, or take a copy that is whole.",
+            where=place_of(dataset),
+        ) from problem
 
 
 def _check_format(dataset: "xr.Dataset", path: Path) -> None:

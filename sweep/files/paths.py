@@ -11,13 +11,7 @@ FIGURE_FORMATS = ("png", "pdf", "svg")
 
 
 def check_format(path: str | Path) -> str:
-    """Return the format that the name of a figure ends in: png, pdf or svg.
-
-    Raises
-    ------
-    RequestError
-        If the name has another ending.
-    """
+    """Return the format that the name of a figure ends in: png, pdf or svg; other names are refused."""
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FIGURE_FORMATS:
         raise RequestError(
@@ -30,13 +24,7 @@ def check_format(path: str | Path) -> str:
 
 
 def check_atlas(path: str | Path) -> None:
-    """Refuse to read an atlas that does not exist.
-
-    Raises
-    ------
-    RequestError
-        If the path is not that of a file.
-    """
+    """Refuse to read an atlas that does not exist."""
     # os.path, because a pathlib.Path raises where the folder cannot be searched, or where the name is too long
     if not os.path.isfile(path):
         raise RequestError(
@@ -45,20 +33,7 @@ def check_atlas(path: str | Path) -> None:
 
 
 def check_target(path: Path, overwrite: bool) -> None:
-    """Refuse to write a file where it could not be written in the end.
-
-    Parameters
-    ----------
-    path : Path
-    overwrite : bool
-        Whether the file may exist already.
-
-    Raises
-    ------
-    RequestError
-        If the folder does not exist or cannot be written, or the path is that of something other than a file, or of a
-        file that must not be replaced.
-    """
+    """Refuse to write a file where it could not be written in the end, or without `overwrite` where one exists."""
     where, folder = str(path), path.parent
     # os.path for the same reason as in check_atlas
     if not os.path.isdir(folder):
@@ -85,13 +60,7 @@ def check_target(path: Path, overwrite: bool) -> None:
 
 
 def check_apart(target: Path, *sources: Path) -> None:
-    """Refuse to write the result of reading an atlas over that atlas.
-
-    Raises
-    ------
-    RequestError
-        If `target` is one of the files that are read.
-    """
+    """Refuse to write the result of reading an atlas over that atlas."""
     for source in sources:
         if os.path.exists(target) and os.path.samefile(target, source):
             raise RequestError(

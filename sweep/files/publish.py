@@ -15,12 +15,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def publish(unfinished: Path, path: Path) -> None:
-    """Rename a finished temporary file to its final name, such that a power cut leaves the old state or the new one.
-
-    Raises
-    ------
-    OSError
-    """
+    """Rename a finished temporary file to its final name, such that a power cut leaves the old state or the new one."""
     with open(unfinished, "rb+") as file:
         os.fsync(file.fileno())
     os.replace(unfinished, path)
@@ -28,13 +23,7 @@ def publish(unfinished: Path, path: Path) -> None:
 
 
 def publish_bytes(path: Path, content: bytes) -> None:
-    """Write a file that is either absent or complete, also after a power cut.
-
-    Raises
-    ------
-    OSError
-        If the file system refuses; the temporary file is removed then.
-    """
+    """Write a file that is either absent or complete, also after a power cut; if that fails no temporary file stays."""
     # not the tempfile module: it makes files that nobody but their owner can read, and another account of the same
     # group may have to go on with a run
     unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
@@ -43,18 +32,14 @@ def publish_bytes(path: Path, content: bytes) -> None:
             file.write(content)
         publish(unfinished, path)
     finally:
-        with contextlib.suppress(FileNotFoundError):
-            unfinished.unlink()
+        unfinished.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
 def published(path: Path) -> Iterator[Path]:
     """Give a temporary name beside `path`; the file that was written there is published when the block ends well.
 
-    Raises
-    ------
-    StorageError
-        If the file system refuses.
+    If the file system refuses, the error is a StorageError.
     """
     unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
     try:
@@ -62,6 +47,7 @@ def published(path: Path) -> Iterator[Path]:
             yield unfinished
             publish(unfinished, path)
     finally:
+        # os.path, because unlink raises where the name is too long
         if os.path.exists(unfinished):
             unfinished.unlink()
 
@@ -90,10 +76,6 @@ def refusals(
         Returns how many bytes are still to be written.
     kept : callable
         Returns a clause that says which results are kept, and where; an empty text if the same command cannot go on.
-
-    Raises
-    ------
-    StorageError
     """
     try:
         yield

@@ -10,10 +10,9 @@ from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Progress, Say, Stopping, local, no_op
-from sweep.runs.failures import Failures
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
-from sweep.runs.run import publish_from_journal
+from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_same_run, claimed, resolved
 
 
@@ -27,16 +26,12 @@ def prepare(
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
-    Raises
-    ------
-    RequestError
-        As in `run_to_file`.
+    Parameters and errors are those of `run_to_file`.
     """
     path = resolved(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
-        journal = begin_or_resume(spec, path, folder, block_cells, None, command)
-    return journal
+        return begin_or_resume(spec, path, folder, block_cells, None, command)
 
 
 def compute_part(
@@ -51,17 +46,8 @@ def compute_part(
 ) -> tuple[int, int]:
     """Compute every `parts`-th block of a prepared run, from the `part`-th on (1 to `parts`); one job of an array.
 
-    Returns
-    -------
-    (kept, computed) : int
-        Blocks of this part that were there, and that were computed now.
-
-    Raises
-    ------
-    RequestError
-        If there is no such run, this program computes other bits, or the run is being written by `run_to_file`.
-    StorageError, StoppedError
-        As in `run_to_file`.
+    Returned are the numbers of blocks of this part that were there, and that were computed now. Errors are those of
+    `run_to_file`; jobs of one array run at the same time, but not together with `run_to_file`.
     """
     folder = Path(folder)
     usable_threads(threads)
@@ -69,31 +55,22 @@ def compute_part(
     check_same_run(journal, journal.spec)
     mine = range(part - 1, len(journal.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=journal.kept):
-        sound, damaged = journal.verify(mine)
+        missing, damaged = journal.verify(mine)
         for each in damaged:
             say(f"damaged, set aside and computed again: {each}")
-        missing = [number for number in mine if number not in sound]
+        kept = len(mine) - len(missing)
         for done, _ in enumerate(local(threads)(journal, missing, stopping), 1):
-            progress(len(sound) + done, len(mine))
+            progress(kept + done, len(mine))
         if not journal.held().keys() >= set(mine):
-            raise StoppedError(str(folder), len(journal.held()), len(journal.spans))
-    return len(sound), len(missing)
+            raise StoppedError(journal.kept())
+    return kept, len(missing)
 
 
-def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec, Path, Failures]:
+def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[Path, Failures]:
     """Make the file of a run whose blocks are all there, and remove its folder.
 
-    Returns
-    -------
-    (spec, path, failures) : SweepSpec, Path, Failures
-        What was computed, the file, and the cells that could not be computed.
-
-    Raises
-    ------
-    RequestError
-        If blocks are missing or damaged, or the file exists.
-    StorageError
-        If the file system refuses.
+    Returned are the file, and the cells that could not be computed. A RequestError says that blocks are missing or
+    damaged; other errors are those of `run_to_file`.
     """
     # the path "." has no name
     folder = Path(folder) if Path(folder).name else Path(folder).resolve()
@@ -110,8 +87,7 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
         check_target(path, overwrite)
         journal = Journal.at(folder)
         check_same_run(journal, journal.spec)
-        sound, damaged = journal.verify()
-        missing = journal.missing(sound)
+        missing, damaged = journal.verify(range(len(journal.spans)))
         if missing:
             set_aside = f" Damaged and set aside: {'; '.join(damaged[:10])}." if damaged else ""
             raise RequestError(
@@ -121,4 +97,4 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[SweepSpec,
                 where=str(folder),
             )
         with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
-            return journal.spec, path, publish_from_journal(journal, path)
+            return path, publish_from_journal(journal, path)

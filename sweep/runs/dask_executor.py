@@ -20,20 +20,7 @@ _KERNELS = threading.Lock()
 
 
 def on_cluster(address: str, say: Say = no_op) -> Executor:
-    """Return the executor that has blocks computed by the workers of a dask scheduler.
-
-    Parameters
-    ----------
-    address : str
-        For instance ``tcp://host:8786``.
-    say : callable
-        Called with a sentence if there are no workers.
-
-    Raises
-    ------
-    RequestError
-        If dask is not installed.
-    """
+    """Return the executor that has blocks computed by the workers of a dask scheduler, as at ``tcp://host:8786``."""
     try:
         import distributed  # noqa: F401 - only to see that it is there
     except ImportError as problem:
@@ -56,29 +43,15 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
     return execute
 
 
-def compute_block(folder: str, fingerprint: str, number: int) -> int:
+def compute_block(folder: str, fingerprint: str, number: int) -> None:
     """Compute one block and keep it in the journal; runs on a worker.
 
-    Parameters
-    ----------
-    folder : str
-        The run's folder, as the worker sees it.
-    fingerprint : str
-        That of the run's manifest.
-    number : int
-
-    Returns
-    -------
-    int
-        The number.
-
-    Raises
-    ------
-    RequestError
-        If the folder is not that of this run, or this program computes other bits than the one that began it.
-    OSError
-        If the file system refuses.
+    `folder` is that of the run, as the worker sees it, and `fingerprint` that of the run's manifest: a worker that sees
+    another run there, or computes other bits than the program that began it, refuses.
     """
+    import numba
+    from distributed import get_worker
+
     journal = Journal.at(Path(folder))
     check_same_run(journal, journal.spec)
     if journal.manifest.fingerprint != fingerprint:
@@ -87,19 +60,12 @@ def compute_block(folder: str, fingerprint: str, number: int) -> int:
             hint="Share the folder of the output: all machines must see it at the same path.",
             where=folder,
         )
+    # as many as dask lets this worker have, so that several of them share a machine
+    threads = min(int(get_worker().state.nthreads), available_threads(), int(numba.config.NUMBA_NUM_THREADS))
     with _KERNELS:
-        use_threads(_threads())
+        use_threads(threads)
         measured = measure_block(journal.spec, journal.spans[number])
     journal.keep(number, measured)
-    return number
-
-
-def _threads() -> int:
-    import numba
-    from distributed import get_worker
-
-    # as many as dask lets this worker have, so that several of them share a machine
-    return min(int(get_worker().state.nthreads), available_threads(), int(numba.config.NUMBA_NUM_THREADS))
 
 
 def _connected(address: str) -> Any:
@@ -151,7 +117,7 @@ def _computed(
                 )
             number = numbers_left.pop(future.key)
             if future.status == "finished":
-                yield FinishedBlock(number, None)
+                yield number, None
             else:
                 failed[number] = future.exception()
             future.release()

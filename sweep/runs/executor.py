@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 from sweep.engine.compute import measure_block, use_threads
 from sweep.runs.journal import Columns, Journal
@@ -20,15 +20,8 @@ _AHEAD: Final = 2
 def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
     """Give the items of a generator that runs in another thread, always the same one.
 
-    Parameters
-    ----------
-    items : generator
-
-    Raises
-    ------
-    BaseException
-        Whatever the generator raised, where the consumer takes its next item. When the consumer leaves early, the item
-        in the making is finished and dropped, and the generator is closed.
+    What the generator raises is raised where the consumer takes its next item. When the consumer leaves early, the item
+    in the making is finished and dropped, and the generator is closed.
     """
     pool = ThreadPoolExecutor(max_workers=1)
     ended = object()
@@ -58,13 +51,8 @@ Say = Callable[[str], None]
 #: Returns whether the run should end before its next block.
 Stopping = Callable[[], bool]
 
-
-class FinishedBlock(NamedTuple):
-    """A block that is kept in the journal: its number, and its measured columns if they are still in memory."""
-
-    number: int
-    measured: Columns | None
-
+#: A block that is kept in the journal: its number, and its measured columns if they are still in memory.
+FinishedBlock = tuple[int, Columns | None]
 
 #: Computes the numbered blocks of a journal until `Stopping` returns true, and yields each one when it is kept there.
 Executor = Callable[[Journal, Sequence[int], Stopping], Iterator[FinishedBlock]]
@@ -89,7 +77,7 @@ def local(threads: int | None) -> Executor:
             with prefetch(computed()) as blocks:
                 for number, measured in blocks:
                     journal.keep(number, measured)
-                    yield FinishedBlock(number, measured)
+                    yield number, measured
 
         with prefetch(kept()) as finished:
             yield from finished

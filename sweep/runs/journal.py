@@ -39,14 +39,7 @@ class DamagedBlockError(Exception):
 
 
 class Journal:
-    """The finished blocks of a run.
-
-    Parameters
-    ----------
-    folder : Path
-        The run's folder; it exists.
-    manifest : Manifest
-    """
+    """The finished blocks of a run in its folder."""
 
     def __init__(self, folder: Path, manifest: Manifest) -> None:
         self.folder = folder
@@ -57,12 +50,7 @@ class Journal:
 
     @classmethod
     def create(cls, folder: Path, manifest: Manifest) -> "Journal":
-        """Make the journal of a new run in a folder that exists.
-
-        Raises
-        ------
-        OSError
-        """
+        """Make the journal of a new run in a folder that exists."""
         # before the manifest: writing the manifest synchronises the folder, and with it the name of this one
         (folder / BLOCKS).mkdir(exist_ok=True)
         manifest.write(folder / MANIFEST)
@@ -70,13 +58,7 @@ class Journal:
 
     @classmethod
     def at(cls, folder: Path) -> "Journal":
-        """Return the journal in a folder.
-
-        Raises
-        ------
-        RequestError
-            If there is none, or its manifest is damaged.
-        """
+        """Return the journal in a folder; a RequestError says that there is none, or that its manifest is damaged."""
         try:
             return cls(folder, Manifest.read(folder / MANIFEST))
         except OSError as problem:
@@ -98,26 +80,21 @@ class Journal:
                     found.setdefault(int(number), []).append(path)
         return found
 
-    def missing(self, held: Iterable[int]) -> list[int]:
-        """Return the numbers of the other blocks."""
-        return sorted(set(range(len(self.spans))) - set(held))
+    def cells(self, numbers: Iterable[int]) -> int:
+        """Return how many cells some blocks have."""
+        return sum(len(self.spans[number]) for number in numbers)
 
     def kept(self) -> str:
         """Return how many blocks are finished, in words."""
         count = len(self.held())
-        return (
-            f"{count} of {len(self.spans)} blocks are kept in {self.folder}"
-            if count
-            else "no block was finished"
-        )
+        if not count:
+            return "no block was finished"
+        return f"{count} of {len(self.spans)} blocks are kept in {self.folder}"
 
     def keep(self, number: int, measured: Columns) -> None:
         """Write a finished block; once this returns, not even a power cut loses it.
 
-        Raises
-        ------
-        OSError
-            If the file system refuses; nothing of the block is left then.
+        If the file system refuses, with an OSError, nothing of the block is left.
         """
         content = encode(measured, self.spec.shape[-1] if self.spec.axes else 1)
         publish_bytes(self._blocks / f"{number:06d}-{self._checksum(number, content)}{BLOCK}", content)
@@ -125,48 +102,32 @@ class Journal:
     def read(self, number: int, paths: Sequence[Path]) -> Columns:
         """Return the measured columns of a block from its file, bit for bit as they were given to `keep`.
 
-        Parameters
-        ----------
-        number : int
-        paths : sequence of Path
-            As from `held`.
-
-        Raises
-        ------
-        DamagedBlockError
-            If there is not one file but none or several, or the file is not what was written.
+        `paths` are those of `held`. A DamagedBlockError says that there are none or several, or that the file is not
+        what was written.
         """
         return decode(self._content(number, paths), len(self.spans[number]))
 
-    def verify(self, numbers: Iterable[int] | None = None) -> tuple[set[int], list[str]]:
-        """Read blocks, all if not given; set aside those that are damaged, and those with two different results.
+    def verify(self, numbers: Iterable[int]) -> tuple[list[int], list[str]]:
+        """Read blocks, and set aside those that are damaged, and those with two different results.
 
-        Returns
-        -------
-        (sound, damaged) : set of int, list of str
-            Numbers of the blocks that can be relied on; what is wrong with the others.
+        Returned are the numbers of the blocks that are not there or were set aside, and what is wrong with the latter.
         """
-        sound, damaged = set(), []
+        missing, damaged = [], []
         held = self.held()
-        for number in held if numbers is None else held.keys() & set(numbers):
-            paths = held[number]
+        for number in numbers:
+            paths = held.get(number, [])
             try:
                 self._content(number, paths)
-                sound.add(number)
             except DamagedBlockError as problem:
-                damaged.append(str(problem))
+                missing.append(number)
+                if paths:
+                    damaged.append(str(problem))
                 for path in paths:
                     path.rename(path.with_name(path.name + DAMAGED))
-        return sound, damaged
+        return missing, damaged
 
     def blocks(self) -> Generator[tuple[int, Columns], None, None]:
-        """Yield the numbers and the measured columns of all blocks in order.
-
-        Raises
-        ------
-        DamagedBlockError
-            If one is missing or damaged.
-        """
+        """Yield the numbers and the measured columns of all blocks in order, by `read`."""
         held = self.held()
         for number in range(len(self.spans)):
             yield number, self.read(number, held.get(number, ()))

@@ -21,19 +21,10 @@ _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 @contextlib.contextmanager
 def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
-    """Hold the lock of a folder.
+    """Hold the lock of a folder that exists; a RequestError names the process, machine and time of another holder.
 
-    Parameters
-    ----------
-    folder : Path
-        It exists.
-    shared : bool
-        Hold it together with other processes that ask for it shared: the jobs of an array write different blocks.
-
-    Raises
-    ------
-    RequestError
-        If another process holds it, where the message names process, machine and time; or the folder takes no files.
+    A shared lock is held together with other processes that ask for it shared: the jobs of an array write different
+    blocks.
     """
     handle = _acquired(folder / LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     if handle is None:

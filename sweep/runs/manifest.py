@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
@@ -28,31 +28,19 @@ _RECORDED = ("xarray", "netCDF4")
 
 @dataclass(frozen=True)
 class Manifest:
-    """A run.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    block_cells : int
-        Cells of a block.
-    created : str
-        When the run was begun, ISO 8601 in UTC: the time that the finished file states.
-    command : str
-        The command that makes this atlas, for its history.
-    arithmetic : mapping of str to str
-        What decides the bits of a cell besides the spec: hash of the code, format of the journal, versions.
-    recorded : mapping of str to str
-        Versions of other packages.
-    fingerprint : str
-        SHA-256 over the spec and `arithmetic`, made when the run was begun. Every block is tied to it.
-    """
+    """What a run is."""
 
     spec: SweepSpec
     block_cells: int
+    #: When the run was begun, ISO 8601 in UTC: the time that the finished file states.
     created: str
+    #: The command that makes this atlas, for its history.
     command: str
+    #: What decides the bits of a cell besides the spec: hash of the code, format of the journal, versions.
     arithmetic: Mapping[str, str]
+    #: Versions of other packages.
     recorded: Mapping[str, str]
+    #: SHA-256 over the spec and `arithmetic`, made when the run was begun. Every block is tied to it.
     fingerprint: str
 
     @classmethod
@@ -60,8 +48,9 @@ class Manifest:
         """Return the manifest of a run that is begun by this program."""
         deciding = arithmetic(spec)
         recorded = {name: version(name) for name in _RECORDED}
-        fingerprint = _digest([spec.canonical(), deciding])
-        return cls(spec, block_cells, created, command, deciding, recorded, fingerprint)
+        return cls(
+            spec, block_cells, created, command, deciding, recorded, _digest([spec.canonical(), deciding])
+        )
 
     @property
     def versions(self) -> dict[str, str]:
@@ -91,34 +80,14 @@ class Manifest:
         return found
 
     def write(self, path: Path) -> None:
-        """Write the manifest; the file is absent or complete.
-
-        Raises
-        ------
-        OSError
-        """
-        content: dict[str, Any] = {
-            "spec": json.loads(self.spec.canonical()),
-            "block_cells": self.block_cells,
-            "created": self.created,
-            "command": self.command,
-            "arithmetic": dict(self.arithmetic),
-            "recorded": dict(self.recorded),
-            "fingerprint": self.fingerprint,
-        }
+        """Write the manifest; the file is absent or complete."""
+        content = vars(self) | {"spec": json.loads(self.spec.canonical())}
         content["checksum"] = _digest(content)
         publish_bytes(path, (json.dumps(content, indent=1) + "\n").encode("ascii"))
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Return the manifest in a file.
-
-        Raises
-        ------
-        RequestError
-            If it is damaged, or of another version of this program.
-        FileNotFoundError
-        """
+        """Return the manifest in a file; a RequestError says that it is damaged or of another version."""
         try:
             content = json.loads(path.read_text(encoding="ascii"))
             if content.pop("checksum") != _digest(content):

@@ -4,10 +4,12 @@ import contextlib
 import itertools
 import json
 from collections.abc import Generator, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.dataset import boundaries
@@ -17,12 +19,70 @@ from sweep.errors import StoppedError, StorageError
 from sweep.files.netcdf import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
+from sweep.model.description import FAILED
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op, prefetch
-from sweep.runs.failures import Failures
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
+
+#: How many failed cells are listed.
+_LISTED = 10
+
+
+@dataclass(frozen=True)
+class Failures:
+    """The cells of an atlas that could not be computed.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    endings : array of int8, shape (cells,)
+        The codes of the endings of all cells, in C order.
+    """
+
+    spec: SweepSpec
+    endings: npt.NDArray[np.int8]
+
+    @classmethod
+    def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
+        """Return those of an atlas in a file."""
+        # a refusal does not wait for this library
+        import netCDF4
+
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_mask(False)
+            return cls(spec, file["ending"][...].reshape(-1))
+
+    @property
+    def total(self) -> int:
+        """Number of failed cells."""
+        return int(np.count_nonzero(self._failed()))
+
+    def describe(self) -> list[str]:
+        """Return one line on how many cells failed, and one for each of the first ones: its coordinates and ending."""
+        cells, names = np.flatnonzero(self._failed()), self.spec.model.endings.flags
+        counts = {
+            code: np.count_nonzero(self.endings == code) for code in self.spec.model.endings.codes(FAILED)
+        }
+        kinds = " and ".join(f"{count} {names[code]}" for code, count in counts.items() if count)
+        return [
+            f"{cells.size} of {self.spec.size} cells could not be computed "
+            f"({100.0 * cells.size / self.spec.size:.3g} %): {kinds}",
+            *(f"    {self._coordinates(cell)}: {names[self.endings[cell]]}" for cell in cells[:_LISTED]),
+            *(["    ..."] if cells.size > _LISTED else []),
+        ]
+
+    def _failed(self) -> npt.NDArray[np.bool_]:
+        return self.spec.model.endings.have(FAILED, self.endings)
+
+    def _coordinates(self, cell: int) -> str:
+        words = []
+        for name, place in zip(self.spec.axes, np.unravel_index(cell, self.spec.shape), strict=True):
+            quantity = self.spec.model.parameters[name]
+            units = "deg" if quantity.units == "rad" else ""
+            words.append(f"{name}={getattr(self.spec, name).array()[place] * quantity.plot_scale:.9g}{units}")
+        return " ".join(words) or "the only cell"
 
 
 def run_to_file(
@@ -80,11 +140,10 @@ def run_to_file(
     """
     path = run_directory.resolved(path)
     with run_directory.claimed(path, overwrite) as folder:
-        earlier = run_directory.published_file(folder, path)
-        if earlier is not None:
+        if run_directory.has_published(folder, path, spec):
             # an earlier run was killed between publishing its file and removing its folder
             run_directory.remove(folder)
-            return earlier
+            return Failures.in_file(path, spec)
         check_target(path, overwrite)
         usable_threads(threads)
         check_device(spec)
@@ -92,7 +151,7 @@ def run_to_file(
         missing = _missing_blocks(journal, say, progress)
 
         def bytes_to_write() -> float:
-            left = sum(len(journal.spans[number]) for number in journal.missing(journal.held()))
+            left = spec.size - journal.cells(journal.held())
             return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
@@ -102,7 +161,7 @@ def run_to_file(
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
             if executor is None and len(missing) == len(journal.spans):
                 # all blocks come in order from this process: they are written to the file while the next are computed
-                measured = ((each.number, each.measured) for each in finished if each.measured is not None)
+                measured = ((number, columns) for number, columns in finished if columns is not None)
                 return _write_and_publish(journal, path, measured, threads, stopping)
             # computing comes first: however often a run is killed, it gets further
             for _ in finished:
@@ -113,14 +172,14 @@ def run_to_file(
 def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
-    sound, damaged = journal.verify()
-    missing = journal.missing(sound)
+    blocks = len(journal.spans)
+    missing, damaged = journal.verify(range(blocks))
     for each in damaged:
         say(f"damaged, set aside and computed again: {each}")
-    if sound or damaged:
-        say(f"going on: {len(sound)} of {len(journal.spans)} blocks are there, {len(missing)} to compute")
-    if sound:
-        progress(sum(len(journal.spans[number]) for number in sound), journal.spec.size)
+    if damaged or len(missing) < blocks:
+        say(f"going on: {blocks - len(missing)} of {blocks} blocks are there, {len(missing)} to compute")
+    if len(missing) < blocks:
+        progress(journal.spec.size - journal.cells(missing), journal.spec.size)
     return missing
 
 
@@ -128,31 +187,19 @@ def _reported(
     journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
 ) -> Generator[FinishedBlock, None, None]:
     """Yield the computed blocks, report progress, and raise StoppedError if they end before the last missing one."""
-    size = journal.spec.size
-    left = {number: len(journal.spans[number]) for number in missing}
-    for block in computed:
-        left.pop(block.number, None)
-        progress(size - sum(left.values()), size)
-        yield block
+    size, left = journal.spec.size, set(missing)
+    for number, measured in computed:
+        left.discard(number)
+        progress(size - journal.cells(left), size)
+        yield number, measured
     if left:
-        blocks = len(journal.spans)
-        raise StoppedError(str(journal.folder), blocks - len(left), blocks)
+        raise StoppedError(journal.kept())
 
 
 def publish_from_journal(
     journal: Journal, path: Path, threads: int | None = None, stopping: Stopping = lambda: False
 ) -> Failures:
-    """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder.
-
-    Raises
-    ------
-    StorageError
-        If a block is damaged.
-    OSError, RuntimeError
-        If the file system or netCDF refuses.
-    StoppedError
-        If `stopping` said so.
-    """
+    """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder."""
     with prefetch(journal.blocks()) as blocks:
         measured = itertools.takewhile(lambda _: not stopping(), blocks)
         return _write_and_publish(journal, path, measured, threads, stopping)
@@ -171,8 +218,8 @@ def _write_and_publish(
     use_threads(threads)
     try:
         blocks = _derived(journal, measured, stopping)
-        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
-        run_directory.publish_file(journal.folder, path, failures)
+        write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
+        run_directory.publish_file(journal.folder, path, journal.spec)
     except DamagedBlockError as problem:
         raise StorageError(
             f"A block was damaged after it had been verified: {problem}.",
@@ -182,7 +229,7 @@ def _write_and_publish(
     finally:
         unfinished.unlink(missing_ok=True)
     run_directory.remove(journal.folder)
-    return failures
+    return Failures.in_file(path, journal.spec)
 
 
 def _derived(
@@ -195,44 +242,24 @@ def _derived(
             span = journal.spans[number]
             yield Block(span, derive_block(journal.spec, span, columns))
     if stopping():
-        raise StoppedError(str(journal.folder), len(journal.spans), len(journal.spans))
+        raise StoppedError(journal.kept())
 
 
-def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
-    """Write the cells of an atlas, find its boundary, and write that too.
+def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> None:
+    """Write the cells of an atlas from blocks in C order, find its boundary, and write that too.
 
-    Parameters
-    ----------
-    path : Path
-        A temporary name.
-    spec : SweepSpec
-    attributes : dict
-        The global attributes of the file.
-    blocks : iterable of Block
-        All cells in C order.
-
-    Returns
-    -------
-    Failures
-        The cells that could not be computed.
-
-    Raises
-    ------
-    OSError, RuntimeError
-        If the file system or netCDF refuses, or the file does not hold what was written.
+    `path` is a temporary name. Errors are those of `AtlasWriter`.
     """
-    stability, failures = np.zeros(spec.size, np.int8), Failures.none(spec)
+    stability = np.zeros(spec.size, np.int8)
 
     def noted() -> Iterator[Block]:
         for block in blocks:
             stability[block.span.start : block.span.stop] = block.columns["stability"]
-            failures.count(block)
             yield block
 
     with AtlasWriter(path, spec, attributes) as writer:
         writer.write_cells(noted())
         writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
-    return failures
 
 
 def attributes_of(manifest: Manifest) -> dict[str, Any]:

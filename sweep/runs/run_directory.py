@@ -12,7 +12,6 @@ from sweep.errors import RequestError
 from sweep.files.paths import check_target
 from sweep.files.publish import publish, publish_bytes, refusals, sync_folder
 from sweep.request.spec import SweepSpec
-from sweep.runs.failures import Failures
 from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
 from sweep.runs.locks import LOCK, OWNER, locked
 from sweep.runs.manifest import MANIFEST, Manifest, discard
@@ -42,12 +41,8 @@ def directory_of(path: Path) -> Path:
 def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     """Make and lock the folder of the run that makes a file.
 
-    A folder that is new is removed again when the ``with`` block fails before a block was kept.
-
-    Raises
-    ------
-    RequestError
-        If the folder cannot be made or holds other things, or another process has locked it.
+    A RequestError says that the folder cannot be made or holds other things, or that another process has locked it. A
+    folder that is new is removed again when the ``with`` block fails before a block was kept.
     """
     folder = directory_of(path)
     found = unrecognised(folder)
@@ -82,13 +77,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
 def begin_or_resume(
     spec: SweepSpec, path: Path, folder: Path, block_cells: int | None, threads: int | None, command: str
 ) -> Journal:
-    """Return the journal of the run in a claimed folder, or of a new one.
-
-    Raises
-    ------
-    RequestError
-        If the folder holds another run, or the disk has not enough room.
-    """
+    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run."""
     if block_cells is not None and block_cells < 1:
         raise RequestError(
             f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
@@ -107,13 +96,7 @@ def begin_or_resume(
 
 
 def check_same_run(journal: Journal, spec: SweepSpec) -> None:
-    """Refuse to go on with a journal of another spec, or begun by a program that computes other bits.
-
-    Raises
-    ------
-    RequestError
-        It names the fields that differ.
-    """
+    """Refuse to go on with a journal of another spec, or begun by a program that computes other bits."""
     differences = journal.manifest.differences(spec)
     if differences:
         raise RequestError(
@@ -130,35 +113,25 @@ def remove_unfinished(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def publish_file(folder: Path, path: Path, failures: Failures) -> None:
-    """Give the finished file of a run its final name, and record that before: the folder may outlive a crash.
-
-    Raises
-    ------
-    OSError
-    """
-    unfinished = folder / UNFINISHED
-    record = {"file": _identity(unfinished), "failures": [list(failures.counts.items()), failures.first]}
-    publish_bytes(folder / PUBLISHED, json.dumps(record).encode("ascii"))
-    publish(unfinished, path)
+def publish_file(folder: Path, path: Path, spec: SweepSpec) -> None:
+    """Give the finished file of a run its final name, and record that before: the folder may outlive a crash."""
+    publish_bytes(folder / PUBLISHED, _record(folder / UNFINISHED, spec))
+    publish(folder / UNFINISHED, path)
 
 
-def published_file(folder: Path, path: Path) -> Failures | None:
-    """Return the failures of the run in a folder if that run published its file, and was killed before removing it."""
+def has_published(folder: Path, path: Path, spec: SweepSpec) -> bool:
+    """Return whether a run of `spec` has published its file, and was killed before it removed its folder."""
     try:
-        record = json.loads((folder / PUBLISHED).read_text(encoding="ascii"))
-        if record["file"] != _identity(path):
-            return None
-        counts, first = record["failures"]
-        return Failures(dict(counts), [(cell, code) for cell, code in first])
-    except (OSError, ValueError):
-        return None
+        return (folder / PUBLISHED).read_bytes() == _record(path, spec)
+    except OSError:
+        return False
 
 
-def _identity(path: Path) -> list[int]:
+def _record(path: Path, spec: SweepSpec) -> bytes:
     # a rename changes none of these
     status = os.stat(path)
-    return [status.st_ino, status.st_size, status.st_mtime_ns]
+    identity = [status.st_ino, status.st_size, status.st_mtime_ns]
+    return json.dumps({"file": identity, "spec": spec.canonical()}).encode("ascii")
 
 
 def remove(folder: Path) -> None:

@@ -126,18 +126,15 @@ def test_a_format_that_cannot_be(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-class Extremes(Format):
-    """A format of a test: one line of JSON."""
-
-    def write(self, dataset, path):
-        """Write the extreme tilts of the atlas."""
-        with published(path) as unfinished:
-            unfinished.write_text(json.dumps([float(dataset.tilt_min.min()), float(dataset.tilt_max.max())]))
+def extremes(dataset, path):
+    """Write the extreme tilts of an atlas as one line of JSON."""
+    with published(path) as unfinished:
+        unfinished.write_text(json.dumps([float(dataset.tilt_min.min()), float(dataset.tilt_max.max())]))
 
 
-def test_a_format_is_one_class(tmp_path, monkeypatch):
-    """A class and its name are all that the command needs: checks, replacing and the list of formats follow."""
-    monkeypatch.setitem(FORMATS, "extremes", Extremes())
+def test_a_format_is_one_entry(tmp_path, monkeypatch):
+    """A function and its name are all that the command needs: checks, replacing and the list of formats follow."""
+    monkeypatch.setitem(FORMATS, "extremes", Format(extremes))
     sweep.run_to_file(SPECS["cell"], tmp_path / "a.nc")
     for line, status in (("", 0), ("", 2), ("--overwrite", 0)):
         words = ["eulerdisk", "export", str(tmp_path / "a.nc"), "--to", "extremes", *line.split()]

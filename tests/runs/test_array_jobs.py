@@ -269,6 +269,17 @@ def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
     assert (tmp_path / "a.nc").stat() == before
 
 
+def test_another_run_is_not_taken_for_done(command, tmp_path, monkeypatch):
+    """A request for other cells, after a run that was killed once its file was there, does not end as if done."""
+    monkeypatch.setattr("sweep.runs.run_directory.remove", lambda _: None)
+    run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    status, _, err = command(f"run {WORDS} alpha=0.7 -o a.nc --overwrite")
+    assert status == 2
+    assert "alpha: 0.5 there, 0.7 here" in err
+
+
 def test_another_file_at_the_final_name_is_not_taken_for_the_runs_own(command, tmp_path):
     """A run that is stopped, and a file that appears at its name meanwhile: refused without --overwrite, kept whole."""
     stopped_after(tmp_path / "a.nc", 1)
