@@ -36,7 +36,9 @@ class Findings:
     agreeing, disagreeing, missing : int
         Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
         others are unresolved or invalid, in the atlas or in the reference.
-    tilt : (median, 99 %, largest)
+    coordinate, units : str
+        Whose extremes were held against the exact ones, and their unit.
+    extremes : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
         none.
     period : (median, 99 %, largest)
@@ -47,7 +49,7 @@ class Findings:
         Cells by their coordinates, each with its flag: of those that disagree the first few, or else the one with the
         largest difference.
     tolerance : float
-        That of the atlas, rad.
+        That of the atlas, in the same unit.
     method : str
         That of the atlas.
     """
@@ -56,7 +58,9 @@ class Findings:
     agreeing: int
     disagreeing: int
     missing: int
-    tilt: tuple[float, float, float]
+    coordinate: str
+    units: str
+    extremes: tuple[float, float, float]
     period: tuple[float, float, float]
     period_share: float
     named: Sequence[tuple[str, Mapping[str, float]]]
@@ -114,7 +118,8 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
         {
             **dataset.attrs,
             "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
-            "summary": "Every cell of a stability atlas held against the exact extreme tilts and period of its motion.",
+            "summary": "Every cell of a stability atlas held against the exact extreme "
+            f"{spec.model.coordinate}s and period of its motion.",
             "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
             "tolerance": spec.tolerance,
             "method": spec.method,
@@ -124,7 +129,8 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
 
 def findings(audited: "xr.Dataset") -> Findings:
     """Return the counts and statistics of an audit, as from `verify`."""
-    audit = _reference(spec_named(audited)).audit
+    spec = spec_named(audited)
+    model, audit = spec.model, _reference(spec).audit
     codes = audited["audit"].values
     flags = audit.variables["audit"].flags or {}
     wrong = np.isin(codes, audit.disagreeing)
@@ -138,7 +144,9 @@ def findings(audited: "xr.Dataset") -> Findings:
         agreeing=int(np.isin(codes, audit.agreeing).sum()),
         disagreeing=int(wrong.sum()),
         missing=int((codes == audit.missing).sum()),
-        tilt=_distribution(difference),
+        coordinate=model.coordinate,
+        units=model.parameters[model.coordinate].units,
+        extremes=_distribution(difference),
         period=_distribution(np.abs(error) / exact),
         period_share=_distribution(share)[2],
         named=[

@@ -69,10 +69,11 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
     lines = [
         f"cells        {counted}",
-        f"tilts        the extremes differ from the exact ones by {_spread(found.tilt)} rad",
+        f"{found.coordinate + 's':<12} the extremes differ from the exact ones by {_spread(found.extremes)} "
+        f"{found.units}",
         f"periods      differ from the exact ones by {_spread(found.period)} of them; "
         f"largest {found.period_share:.2g} of what the tolerance allows",
-        f"tolerance    {found.tolerance:.1e} rad",
+        f"tolerance    {found.tolerance:.1e} {found.units}",
     ]
     head = "wrong" if found.disagreeing else "worst cell"
     lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
@@ -89,8 +90,8 @@ def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
     if found.passed:
         return (
-            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} rad, "
-            f"largest difference {found.tilt[2]:.1e} rad"
+            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "
+            f"largest difference {found.extremes[2]:.1e} {found.units}"
         )
     return (
         f"NOT verified: {found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"

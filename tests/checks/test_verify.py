@@ -22,7 +22,7 @@ def test_the_presets_agree(preset):
     assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}
     assert found.passed
     assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0)
-    assert 0.0 < found.tilt[0] < found.tilt[1] <= found.tilt[2] <= 1e-8
+    assert 0.0 < found.extremes[0] < found.extremes[1] <= found.extremes[2] <= 1e-8
     assert found.period_share < 0.01
 
 
@@ -92,7 +92,7 @@ def test_a_run_that_time_ended_is_within(preset):
     assert found.agreeing == 1200
     assert found.passed
     # they say nothing of how exact the others are
-    assert np.isnan(found.tilt[0]) if horizon == 1200 else 0.0 < found.tilt[2] < 1e-8
+    assert np.isnan(found.extremes[0]) if horizon == 1200 else 0.0 < found.extremes[2] < 1e-8
 
 
 def test_exact_atlases_agree():
@@ -100,7 +100,7 @@ def test_exact_atlases_agree():
     for preset in PRESETS:
         found = findings(verify(sweep.run(coarse(preset, method="exact"))))
         assert found.agreeing == 1200
-        assert found.tilt == (0.0, 0.0, 0.0)
+        assert found.extremes == (0.0, 0.0, 0.0)
 
 
 def test_unresolved_cells_are_counted_apart():
