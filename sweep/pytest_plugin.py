@@ -44,6 +44,9 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
     def compared(words: str, reference: str | Path) -> None:
         __tracebackhide__ = True
+        from sweep.platforms import check_system
+
+        check_system()
         from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
         from sweep.checks.comparison_report import in_words

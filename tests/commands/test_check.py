@@ -11,7 +11,7 @@ import xarray as xr
 import sweep
 from sweep.checks.verify import verify
 from sweep.files.netcdf import open_atlas, save
-from sweep.model.disk.exact import AUDIT
+from sweep.model.disk.audit import AUDIT
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
