@@ -61,6 +61,8 @@ when_imported("xarray", lambda: import_module("sweep.accessor"))
 def __getattr__(name: str) -> Any:
     """Import a public name from its home."""
     if name in _HOME:
+        # not above: there it would end the command line with a traceback, which `sweep.cli` can avoid
+        import_module("sweep.platforms").check_system()
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'sweep' has no attribute {name!r}")
 

@@ -13,6 +13,7 @@ import typer
 
 from sweep.commands import check, inspect, run, simulate
 from sweep.errors import RequestError
+from sweep.platforms import check_system
 from sweep.version import __version__
 
 app = typer.Typer(
@@ -61,6 +62,7 @@ def main() -> None:
     with 1 if the reader of the output has gone, as in ``eulerdisk boundary a.nc | head``.
     """
     try:
+        check_system()
         app(prog_name="eulerdisk")
     except RequestError as error:
         print(f"eulerdisk: {error}", file=sys.stderr)

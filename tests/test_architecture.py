@@ -1,7 +1,9 @@
 """The layout is checked by a machine: import contracts, names, what kernels hold, and what loading a request loads."""
 
 import ast
+import importlib
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,6 +20,12 @@ CONTRACTS = {contract["id"]: contract for contract in read_configuration(PYPROJE
 SOURCES = sorted(
     path for folder in ("kernels", "sweep", "scripts", "tests") for path in (CHECKOUT / folder).rglob("*.py")
 )
+PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
+#: Paths and dotted names of the project, as pages and docstrings spell them.
+PATH_NAME = re.compile(r"(?<![\w./-])((?:kernels|sweep|scripts|tests|docs)/[\w./-]*\w)(?:::(\w+))?")
+DOTTED_NAME = re.compile(r"(?<![\w./-])(?:kernels|sweep)(?:\.[A-Za-z_]\w*)+(?![\w/-])")
+#: What commands of the gallery write.
+WRITTEN = ("docs/atlases", "docs/motion.nc")
 DRAWERS = {"utils", "util", "common", "helpers", "helper", "core", "misc", "lib", "tools"}
 HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", "typer", "rich"}
 
@@ -25,6 +33,30 @@ HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", 
 def named(path: Path) -> str:
     """Return the path as the project's own pages spell it."""
     return str(path.relative_to(CHECKOUT))
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a page, or the docstrings of a module."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        return text
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    nodes = (node for node in ast.walk(ast.parse(text)) if isinstance(node, kinds))
+    return "\n".join(ast.get_docstring(node) or "" for node in nodes)
+
+
+def exists(name: str) -> bool:
+    """Return whether a dotted name is a module, or a name in one."""
+    module, members = name, list[str]()
+    while not ((CHECKOUT / module.replace(".", "/")).with_suffix(".py").is_file() or is_package(module)):
+        module, _, last = module.rpartition(".")
+        members.insert(0, last)
+    return not members or hasattr(importlib.import_module(module), members[0])
+
+
+def is_package(name: str) -> bool:
+    """Return whether a dotted name is a package of the project."""
+    return (CHECKOUT / name.replace(".", "/") / "__init__.py").is_file()
 
 
 def top_level_imports(path: Path) -> Iterator[str]:
@@ -87,6 +119,17 @@ def test_path_says_what_it_is_for(path: Path) -> None:
     """No module or folder is a drawer for everything."""
     parts = {part.strip("_") for part in path.relative_to(CHECKOUT).with_suffix("").parts}
     assert parts & DRAWERS == set()
+
+
+@pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=named)
+def test_what_a_text_names_exists(path: Path) -> None:
+    """Every path and dotted name of the project in a page or a docstring leads to a file, a test or a module."""
+    text = text_of(path)
+    for file, test in PATH_NAME.findall(text):
+        assert file.startswith(WRITTEN) or (CHECKOUT / file).exists(), file
+        assert f"def {test}" in (CHECKOUT / file).read_text(encoding="utf-8") if test else True, test
+    missing = [name for name in DOTTED_NAME.findall(text) if not exists(name)]
+    assert missing == []
 
 
 @pytest.mark.parametrize("room", CONTRACTS["light-request"]["source_modules"])

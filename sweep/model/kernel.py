@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import RequestError
+from sweep.platforms import warn_of_processor
 
 #: What may hold a quote or a hash sign that means nothing: strings and comments.
 _STRING_OR_COMMENT = re.compile(
@@ -59,6 +60,7 @@ class Kernel:
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
+    warn_of_processor()
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
         module, _, name = each.partition(":")

@@ -6,6 +6,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from collections.abc import Callable
@@ -17,6 +18,7 @@ import sweep
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
+PRESETS = ("rolling", "spinning", "circling")
 
 
 def succeeded(*command: str | Path, **options: object) -> str:
@@ -26,12 +28,16 @@ def succeeded(*command: str | Path, **options: object) -> str:
     return done.stdout
 
 
+def build(target: str, folder: Path, source: Path = CHECKOUT) -> None:
+    """Build a wheel or an sdist into a folder, without a network."""
+    succeeded(sys.executable, "-m", "hatchling", "build", "-t", target, "-d", folder, cwd=source)
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     """Return the wheel, built from the checkout without a network and without writing into the checkout."""
     folder = tmp_path_factory.mktemp("wheel")
-    build = ("hatchling", "build", "--target", "wheel", "--directory", folder)
-    succeeded(sys.executable, "-m", *build, cwd=CHECKOUT)
+    build("wheel", folder)
     (built,) = folder.glob("*.whl")
     with zipfile.ZipFile(built) as archive:
         yield archive
@@ -80,21 +86,51 @@ def metadata(wheel: zipfile.ZipFile, name: str) -> str:
 
 
 def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
-    """The wheel contains every module and preset of sweep and kernels, and no test, script or cache."""
+    """The wheel holds every file of sweep and kernels, byte for byte: modules, presets, pages; no test, no cache."""
     expected = {
-        path.relative_to(CHECKOUT).as_posix()
+        path.relative_to(CHECKOUT).as_posix(): path.read_bytes()
         for package in ("sweep", "kernels")
-        for pattern in ("*.py", "*.toml")
-        for path in (CHECKOUT / package).rglob(pattern)
+        for path in (CHECKOUT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
     }
-    assert {path for path in wheel.namelist() if ".dist-info/" not in path} == expected
+    assert {path for path in wheel.namelist() if ".dist-info/" not in path} == set(expected)
+    assert [path for path, content in expected.items() if wheel.read(path) != content] == []
 
 
-@pytest.mark.parametrize("preset", ["rolling", "spinning", "circling"])
-def test_wheel_holds_preset(wheel: zipfile.ZipFile, preset: str) -> None:
-    """Each preset travels with the package, byte for byte."""
-    path = f"sweep/presets/{preset}.toml"
-    assert wheel.read(path) == (CHECKOUT / path).read_bytes()
+def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_path: Path) -> None:
+    """Away from the checkout every preset of the disk is read from the installed files."""
+    read = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import sweep\n"
+        "print(*(sweep.SweepSpec.preset(name).model.name for name in sys.argv[2:]), sweep.__file__)"
+    )
+    said = succeeded(sys.executable, "-P", "-c", read, installed, *PRESETS, cwd=tmp_path)
+    assert said.split() == ["disk"] * len(PRESETS) + [str(installed / "sweep" / "__init__.py")]
+
+
+def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
+    """The sdist holds all that git keeps, nothing else that lies in the checkout, and builds the very same wheel."""
+    build("sdist", tmp_path)
+    (built,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(built) as archive:
+        archive.extractall(tmp_path, filter="data")
+    unpacked = tmp_path / built.name.removesuffix(".tar.gz")
+    held = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*") if path.is_file()}
+    assert {name.partition("/")[0] for name in held} == {
+        *("sweep", "kernels", "scripts", "tests", "docs", ".ci"),
+        *("LICENSE", "README.md", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md"),
+        *("pyproject.toml", ".gitignore", "PKG-INFO"),
+    }
+    kept = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=CHECKOUT, capture_output=True, text=True, check=False
+    )
+    assert set(filter(None, kept.stdout.split("\0"))) - held == set()
+    build("wheel", tmp_path, unpacked)
+    (again,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(again) as other:
+        assert {each.filename: each.CRC for each in other.infolist()} == {
+            each.filename: each.CRC for each in wheel.infolist()
+        }
 
 
 def test_version_has_one_source(wheel: zipfile.ZipFile) -> None:

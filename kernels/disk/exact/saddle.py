@@ -203,7 +203,7 @@ def _maxima_on_panel(block, alpha, table, panels, nodes, k):
 def find_saddles(block, alpha, table, panels, nodes):
     """Find the saddles of the potentials, into TOP (y) and HEIGHT (V there minus h): NaN with one well only.
 
-    Needs what `kernels.disk.exact.near_turning_points.begin` leaves.
+    Needs what `kernels.disk.exact.near_turning_points.expand_about_starts` leaves.
     """
     if not _two_well_candidates(block, alpha):
         return
