@@ -34,9 +34,16 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
 
     def check(words: str, reference: str | Path) -> None:
         __tracebackhide__ = True
-        # an unsupported system is refused here
-        from sweep import RequestError, SweepSpec, compare, open_atlas, run, run_to_file
+        from sweep.platforms import check_system
+
+        check_system()
+        from sweep.atlas.dataset import run
+        from sweep.checks.compare import compare
         from sweep.checks.comparison_report import in_words
+        from sweep.errors import RequestError
+        from sweep.files.netcdf import open_atlas
+        from sweep.request.spec import SweepSpec
+        from sweep.runs.run import run_to_file
 
         path = folder / reference
         first, *changes = shlex.split(words)
