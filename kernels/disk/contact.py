@@ -9,8 +9,6 @@ from numba import prange
 
 from kernels.disk.arrays import (
     ALPHA,
-    CONTACT_FRICTION_NEEDED,
-    CONTACT_LEAST_NORMAL_FORCE,
     GRAVITY,
     PRECESSION_RATE,
     RADIUS,
@@ -21,6 +19,7 @@ from kernels.disk.arrays import (
     TILT_RATE,
 )
 from kernels.disk.equations import inertia, scaled_state
+from kernels.disk.motion_arrays import CONTACT_FRICTION_NEEDED, CONTACT_LEAST_NORMAL_FORCE
 from kernels.disk.rk4 import tilt_acceleration
 from kernels.jit import internal, kernel, parallel
 

@@ -6,8 +6,11 @@ angle and path are integrals over the state; Simpson's rule over the three state
 
 import math
 
-from kernels.disk.arrays import (
-    ALPHA,
+from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
+from kernels.disk.contact import contact_forces, friction_needed, suitable_step, vertical_momentum
+from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
+from kernels.disk.equations import energy, energy_change, inertia, scaled_state
+from kernels.disk.motion_arrays import (
     CONTACT_X,
     CONTACT_Y,
     DERIVED_ENERGY,
@@ -18,22 +21,13 @@ from kernels.disk.arrays import (
     DERIVED_NORMAL_FORCE,
     DERIVED_VERTICAL_MOMENTUM,
     DERIVED_VERTICAL_MOMENTUM_RATE,
-    GRAVITY,
     HEADING,
     MOMENTUM_GAINED,
-    PRECESSION_RATE,
-    RADIUS,
     ROLL_ANGLE,
-    ROLL_RATE,
-    TILT,
-    TILT_RATE,
     TRAJECTORY_FALL_TILT,
     TRAJECTORY_RELATIVE_STEP,
     TRAJECTORY_STEP,
 )
-from kernels.disk.contact import contact_forces, friction_needed, suitable_step, vertical_momentum
-from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
-from kernels.disk.equations import energy, energy_change, inertia, scaled_state
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.jit import internal, kernel
 

@@ -16,9 +16,6 @@ import sweep
 from kernels.disk.arrays import (
     ALPHA,
     COUNTS,
-    EXACT_NUTATION_PERIOD,
-    EXACT_TILT_MAX,
-    EXACT_TILT_MIN,
     GRAVITY,
     MEASURES,
     PRECESSION_RATE,
@@ -27,6 +24,7 @@ from kernels.disk.arrays import (
     TILT,
     TILT_RATE,
 )
+from kernels.disk.exact.arrays import EXACT_NUTATION_PERIOD, EXACT_TILT_MAX, EXACT_TILT_MIN
 from sweep.engine.grid import whole
 from sweep.model.disk.exact import EXTREMES
 

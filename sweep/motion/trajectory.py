@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.disk import arrays
+from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from kernels.disk.steady import steady_roll_rate
 from sweep.atlas.cf_metadata import COMPRESSION, CONTENT, CONVENTIONS, ascii_text, created
@@ -103,7 +103,7 @@ def _start(spec: TrajectorySpec) -> Array:
 
 def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
     """Return times close enough together for the fastest turn that samples show."""
-    turns = np.abs(np.diff(samples[[arrays.HEADING, arrays.ROLL_ANGLE]])).max(initial=0.0)
+    turns = np.abs(np.diff(samples[[motion_arrays.HEADING, motion_arrays.ROLL_ANGLE]])).max(initial=0.0)
     count = min((times.size - 1) * max(1.0, turns / _TURN), _MOST_SAMPLES)
     return np.linspace(0.0, spec.duration, math.ceil(count) + 1)
 
@@ -111,17 +111,17 @@ def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
 def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:
     """Integrate one start by the kernels, with a step that keeps the energy.
 
-    Returns the samples, shape (9, m), rows as in `kernels.disk.arrays.SAMPLES`, and the fall time [s], that of the
+    Returns the samples, shape (9, m), rows as in `motion_arrays.SAMPLES`, and the fall time [s], that of the
     last sample, or None if the disk did not fall.
     """
-    samples = np.empty((len(arrays.SAMPLES), times.size))
+    samples = np.empty((len(motion_arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
     for refinement in range(_MOST_REFINEMENTS + 1):
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
             continue
-        drift = np.abs(_derived(start, samples[:, :filled])[arrays.DERIVED_ENERGY_DRIFT]).max()
+        drift = np.abs(_derived(start, samples[:, :filled])[motion_arrays.DERIVED_ENERGY_DRIFT]).max()
         if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
     raise RequestError(
@@ -185,7 +185,7 @@ def _slope(_: float, y: Array, alpha: float, radius: float, gravity: float) -> l
 
 
 def _derived(start: Array, samples: Array) -> Array:
-    results = np.empty((len(arrays.DERIVED), samples.shape[1]))
+    results = np.empty((len(motion_arrays.DERIVED), samples.shape[1]))
     _DERIVED.load()(start, np.ascontiguousarray(samples[: len(arrays.STATE)]), results)
     return results
 
@@ -193,7 +193,7 @@ def _derived(start: Array, samples: Array) -> Array:
 def _variables(
     spec: TrajectorySpec, start: Array, samples: Array, derived: Array
 ) -> dict[str, npt.NDArray[Any]]:
-    values = dict(zip(arrays.SAMPLES, samples, strict=True))
+    values = dict(zip(motion_arrays.SAMPLES, samples, strict=True))
     gained = values.pop("momentum_gained")
     energy, drift, momentum, momentum_rate, normal, across, along, needed = derived
     radius, weight = spec.radius, spec.mass * spec.gravity

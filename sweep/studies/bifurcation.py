@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernels.disk import arrays
+from kernels.disk import motion_arrays
 from kernels.disk.endings import HORIZON
 from sweep.model.disk.theory import carried_rates
 from sweep.model.kernel import Kernel
@@ -127,15 +127,15 @@ def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift
     """
     precession_rate = o / np.cos(tilt)
     roll_rate = s - precession_rate * np.sin(tilt)
-    ends = np.full((len(arrays.SAMPLES), tilt.size), np.nan)
+    ends = np.full((len(motion_arrays.SAMPLES), tilt.size), np.nan)
     for i in np.flatnonzero(np.isfinite(period)):
         start = np.array([tilt[i], 0.0, precession_rate[i], roll_rate[i], alpha, 1.0, 1.0])
-        samples = np.empty((len(arrays.SAMPLES), 2))
+        samples = np.empty((len(motion_arrays.SAMPLES), 2))
         settings = np.array([period[i] / _STEPS, 0.0, _FLAT])
         ending, *_ = _TRAJECTORY.load()(start, settings, np.array([0.0, period[i]]), samples)
         if ending == HORIZON:
             ends[:, i] = samples[:, 1]
-    turn = ends[arrays.HEADING]
-    advance = np.hypot(ends[arrays.CONTACT_X], ends[arrays.CONTACT_Y])
+    turn = ends[motion_arrays.HEADING]
+    advance = np.hypot(ends[motion_arrays.CONTACT_X], ends[motion_arrays.CONTACT_Y])
     with np.errstate(divide="ignore"):
         return Drift(turn, advance, advance / (2.0 * np.abs(np.sin(0.5 * turn))))

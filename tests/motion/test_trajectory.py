@@ -6,7 +6,7 @@ import referee
 from scipy.integrate import solve_ivp
 
 import sweep
-from kernels.disk import arrays
+from kernels.disk import motion_arrays
 from kernels.disk.steady import steady_roll_rate
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.kernel import Kernel
@@ -119,7 +119,7 @@ def test_every_quantity_is_of_fourth_order(row):
     kernel = Kernel("kernels.disk.trajectory", "trajectory").load()
 
     def samples(step):
-        rows = np.empty((len(arrays.SAMPLES), times.size))
+        rows = np.empty((len(motion_arrays.SAMPLES), times.size))
         kernel(start, np.array([step, 0.0, 1.5]), times, rows)
         return rows[: len(STATE)]
 

@@ -9,7 +9,8 @@ import math
 import numpy as np
 from numba import prange
 
-from kernels.disk.arrays import ALPHA, EXACT_COUNTS, EXACT_MEASURES
+from kernels.disk.arrays import ALPHA
+from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from kernels.disk.exact.chunk import Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk

@@ -5,7 +5,8 @@ The scalar side of the reduction, once per cell. `motions` holds a row per motio
 
 import math
 
-from kernels.disk.arrays import (
+from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
+from kernels.disk.exact.arrays import (
     EXACT_ENDING,
     EXACT_NUTATION_PERIOD,
     EXACT_SEPARATRIX,
@@ -14,7 +15,6 @@ from kernels.disk.arrays import (
     EXACT_TILT_MIN,
     EXACT_WELLS,
 )
-from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
 from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
 from kernels.disk.exact.period import period
 from kernels.jit import inlined, internal

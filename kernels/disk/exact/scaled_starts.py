@@ -8,7 +8,11 @@ import math
 
 import numpy as np
 
-from kernels.disk.arrays import (
+from kernels.disk.arrays import GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
+from kernels.disk.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
+from kernels.disk.exact import layout as at
+from kernels.disk.exact import motion as of
+from kernels.disk.exact.arrays import (
     EXACT_ENDING,
     EXACT_NUTATION_PERIOD,
     EXACT_SEPARATRIX,
@@ -16,16 +20,7 @@ from kernels.disk.arrays import (
     EXACT_TILT_MAX,
     EXACT_TILT_MIN,
     EXACT_WELLS,
-    GRAVITY,
-    PRECESSION_RATE,
-    RADIUS,
-    ROLL_RATE,
-    TILT,
-    TILT_RATE,
 )
-from kernels.disk.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
-from kernels.disk.exact import layout as at
-from kernels.disk.exact import motion as of
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
 from kernels.jit import internal

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels.disk import arrays
+from kernels.disk import arrays, motion_arrays
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Starts
 from sweep.model.disk.tables import CONTACT_VARIABLES
@@ -32,9 +32,9 @@ def contact_columns(starts: Starts, measured: Columns) -> Columns:
     """
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     tilts = np.stack([measured["tilt_min"], measured["tilt_max"]])
-    extremes = np.empty((len(arrays.CONTACT), rows.shape[1]))
+    extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
     CONTACT_EXTREMES.load()(rows, tilts, extremes)
-    return dict(zip(arrays.CONTACT, extremes, strict=True))
+    return dict(zip(motion_arrays.CONTACT, extremes, strict=True))
 
 
 def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kernels.disk import arrays
+from kernels.disk.exact import arrays as exact_arrays
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk import audit
 from sweep.model.disk.initial_conditions import computed_rate
@@ -42,8 +43,8 @@ class ExactReduction:
         """
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
         measures, counts = EXTREMES.load()(rows, spec.fall_tilt, True)
-        found = dict(zip(arrays.EXACT_MEASURES, measures, strict=True))
-        found |= zip(arrays.EXACT_COUNTS, counts, strict=True)
+        found = dict(zip(exact_arrays.EXACT_MEASURES, measures, strict=True))
+        found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
         vague = found["tilt_error"] > spec.tolerance
         for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
             found[name][vague] = np.nan

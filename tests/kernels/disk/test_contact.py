@@ -10,7 +10,7 @@ from kernel_runner import flow
 
 from kernels.disk import contact
 from kernels.disk import equations as disk
-from kernels.disk.arrays import CONTACT, CONTACT_FRICTION_NEEDED, CONTACT_LEAST_NORMAL_FORCE
+from kernels.disk.motion_arrays import CONTACT, CONTACT_FRICTION_NEEDED, CONTACT_LEAST_NORMAL_FORCE
 from sweep.model.disk.contact import CONTACT_EXTREMES
 
 TILTS = st.floats(-1.4, 1.4)

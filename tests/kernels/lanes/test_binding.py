@@ -148,7 +148,7 @@ def test_each_model_has_an_entry_point_of_its_own(integrate):
 
 _CACHE_USE = """
 import numpy as np
-from kernels.disk.arrays import COUNTS, MEASURES
+from kernels.disk.arrays import (COUNTS, MEASURES)
 from sweep.model.disk.model import DISK
 starts = np.array([[0.3, 0.0, 0.0, 4.0, 0.5, 0.5, 9.81]]).T.copy()
 kernel = DISK.integrate.load()

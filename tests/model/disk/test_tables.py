@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from kernels.disk import arrays, endings
+from kernels.disk import arrays, endings, motion_arrays
+from kernels.disk.exact import arrays as exact_arrays
 from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import (
@@ -76,9 +77,9 @@ def test_rows_are_those_of_the_kernels():
     assert tuple(PARAMETERS) == arrays.PARAMETERS
     assert tuple(SETTINGS) == arrays.SETTINGS
     assert (DISK.measures, DISK.counts) == (arrays.MEASURES, arrays.COUNTS)
-    assert tuple(CONTACT_VARIABLES) == arrays.CONTACT
+    assert tuple(CONTACT_VARIABLES) == motion_arrays.CONTACT
     assert {*DISK.measures, *DISK.counts} <= set(VARIABLES)
-    assert {*arrays.EXACT_MEASURES, *arrays.EXACT_COUNTS} <= {*VARIABLES, *REDUCTION}
+    assert {*exact_arrays.EXACT_MEASURES, *exact_arrays.EXACT_COUNTS} <= {*VARIABLES, *REDUCTION}
 
 
 def test_endings_are_those_of_the_kernels():

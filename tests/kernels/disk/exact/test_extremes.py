@@ -6,8 +6,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kernels.disk import steady
-from kernels.disk.arrays import (
-    ALPHA,
+from kernels.disk.arrays import ALPHA
+from kernels.disk.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
+from kernels.disk.exact.arrays import (
     EXACT_ENDING,
     EXACT_NUTATION_PERIOD,
     EXACT_SEPARATRIX,
@@ -16,7 +17,6 @@ from kernels.disk.arrays import (
     EXACT_TILT_MIN,
     EXACT_WELLS,
 )
-from kernels.disk.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
 from kernels.disk.exact.extremes import TABLES, extremes
 
 # uncompiled, the tables alone take minutes

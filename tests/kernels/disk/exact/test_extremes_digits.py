@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 import referee
 
-from kernels.disk.arrays import (
+from kernels.disk.arrays import PARAMETERS
+from kernels.disk.endings import BOUNDED
+from kernels.disk.exact.arrays import (
     EXACT_ENDING,
     EXACT_NUTATION_PERIOD,
     EXACT_SEPARATRIX,
@@ -13,9 +15,7 @@ from kernels.disk.arrays import (
     EXACT_TILT_MAX,
     EXACT_TILT_MIN,
     EXACT_WELLS,
-    PARAMETERS,
 )
-from kernels.disk.endings import BOUNDED
 from kernels.disk.exact.extremes import extremes
 
 # uncompiled, the tables alone take minutes

@@ -1,0 +1,41 @@
+"""Rows of the arrays of what follows a motion: contact forces and trajectories; as `kernels.disk.arrays`."""
+
+from kernels.disk.arrays import STATE
+
+#: Extremes of the contact forces of a motion: least normal force over m g [1], largest friction coefficient needed [1].
+CONTACT = ("least_normal_force", "friction_needed")
+CONTACT_LEAST_NORMAL_FORCE, CONTACT_FRICTION_NEEDED = range(len(CONTACT))
+
+#: Settings of a single trajectory: longest step [s] (0: follows the state), step times the fastest frequency of the
+#: state [1], fall_tilt [rad].
+TRAJECTORY_SETTINGS = ("step", "relative_step", "fall_tilt")
+TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FALL_TILT = range(len(TRAJECTORY_SETTINGS))
+
+#: One sample of a trajectory: `STATE`, heading and roll angle [rad], contact point [m], vertical momentum gained per
+#: mass [m^2/s]; all but `STATE` count from 0.
+SAMPLES = (*STATE, "heading", "roll_angle", "contact_x", "contact_y", "momentum_gained")
+HEADING, ROLL_ANGLE, CONTACT_X, CONTACT_Y, MOMENTUM_GAINED = range(len(STATE), len(SAMPLES))
+
+#: What follows from one sample: energy over m g R; its relative change since the first sample; vertical angular
+#: momentum about the contact point per mass [m^2/s] and its rate of change [m^2/s^2]; normal force and horizontal
+#: forces across and along the track, over m g; friction coefficient needed, NaN where the normal force is not positive.
+DERIVED = (
+    "energy",
+    "energy_drift",
+    "vertical_momentum",
+    "vertical_momentum_rate",
+    "normal_force",
+    "friction_across",
+    "friction_along",
+    "friction_needed",
+)
+(
+    DERIVED_ENERGY,
+    DERIVED_ENERGY_DRIFT,
+    DERIVED_VERTICAL_MOMENTUM,
+    DERIVED_VERTICAL_MOMENTUM_RATE,
+    DERIVED_NORMAL_FORCE,
+    DERIVED_FRICTION_ACROSS,
+    DERIVED_FRICTION_ALONG,
+    DERIVED_FRICTION_NEEDED,
+) = range(len(DERIVED))
