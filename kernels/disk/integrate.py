@@ -23,6 +23,7 @@ from kernels.lanes.interface import LaneModel
 
 #: The functions of the disk for the machinery of `kernels.lanes`.
 LANE_MODEL = LaneModel(
+    name="disk",
     layout=layout,
     prepared_settings=prepared_settings,
     read_start=read_start,

@@ -3,15 +3,20 @@
 The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions
 that use such a global, and the copies see the model's functions under these names. A closure over the model's functions
 would compute the same, as fast, but Numba cannot keep closures in its disk cache (second process: 32.6 s, not 2.0 s).
-Numba's cache key ignores globals: each model needs a cache folder of its own.
+Numba's cache key ignores globals: each model needs a cache folder of its own. A copy bears the name of its model, too:
+Numba names machine code after the function and a number that counts in each process. Code that one process has kept on
+disk may have the names of what another process compiles, and of two pieces with one name the linker takes the first:
+without it a process ended with a damaged heap where one model was loaded and the other compiled.
 """
+
+from functools import partial
 
 from numba import jit
 
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
-_FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name != "layout")
+_FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout"))
 
 
 def bind(model):
@@ -26,7 +31,7 @@ def bind(model):
     callable
         `kernels.lanes.schedule.integrate`, which calls the functions of the model.
     """
-    return rebound(schedule.integrate, replacements(model), _recompiled, {})
+    return rebound(schedule.integrate, replacements(model), partial(_recompiled, model), {})
 
 
 def replacements(model):
@@ -73,11 +78,12 @@ def plain(kernel):
     return getattr(kernel, "py_func", kernel)
 
 
-def copied(kernel, different):
-    """Copy of the Python function of a kernel, some of whose globals are different ones."""
+def copied(model, kernel, different):
+    """Copy of the Python function of a kernel, some of whose globals are different ones, under a name of its own."""
     source = plain(kernel)
     copy = type(source)(source.__code__, source.__globals__ | different, source.__name__, source.__defaults__)
-    copy.__doc__, copy.__qualname__ = source.__doc__, source.__qualname__
+    copy.__doc__ = source.__doc__
+    copy.__qualname__ = f"{source.__qualname__}_of_{model.name}"
     return copy
 
 
@@ -88,8 +94,8 @@ def _is_kernel(value):
     )
 
 
-def _recompiled(kernel, different):
+def _recompiled(model, kernel, different):
     if not different:
         return kernel
-    copy = copied(kernel, different)
+    copy = copied(model, kernel, different)
     return jit(**kernel.targetoptions)(copy) if hasattr(kernel, "targetoptions") else copy

@@ -6,6 +6,7 @@ cell until an event, without waiting for others.
 """
 
 import math
+from functools import partial
 
 import numpy as np
 from numba import cuda
@@ -62,10 +63,10 @@ def _integrate(starts, run, measures, counts):
             going = finish_leg(cell, 0, run, own, measures, counts)
 
 
-def _recompiled(kernel, different):
+def _recompiled(model, kernel, different):
     # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
     # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts without being asked.
-    return cuda.jit(device=kernel is not _integrate)(copied(kernel, different))
+    return cuda.jit(device=kernel is not _integrate)(copied(model, kernel, different))
 
 
 def bind(model):
@@ -82,7 +83,7 @@ def bind(model):
         on the CPU, but differ from the CPU's: library functions (a few sines, powers) and the places where a
         multiplication and an addition become one instruction are others.
     """
-    kernel = rebound(_integrate, replacements(model), _recompiled, {})
+    kernel = rebound(_integrate, replacements(model), partial(_recompiled, model), {})
 
     def integrate(starts, settings, measures, counts):
         n = starts.shape[1]

@@ -133,10 +133,13 @@ class LaneModel(NamedTuple):
 
     Attributes
     ----------
+    name : str
+        Unlike that of any other model: the machine code of the copies of the machinery is named after it.
     layout : module
         Has STEPPING, RETURNED, STEPS and SIZE.
     """
 
+    name: str
     layout: Any
     prepared_settings: Any
     read_start: Any

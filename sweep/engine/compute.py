@@ -1,7 +1,7 @@
 """From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.engine.grid import BLOCK_CELLS, Span, blocks, starts_of
+from sweep.engine.grid import BLOCK_CELLS, Span, blocks, completed, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import code_hash
+from sweep.model.quantity import Quantity
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import AUTOMATIC
-
-#: Modules of the engine whose code decides the bits of a start.
-_AXES = ("sweep.request.axes", "sweep.engine.grid")
 
 #: The thread loop of an NVIDIA device.
 _CUDA = "kernels.lanes.cuda"
@@ -108,15 +107,12 @@ def measure(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     else:
         found = _integrated(spec, starts)
     found = {**found, **model.measure_more(spec, starts, found)}
-    table = model.cell_variables(spec)
-    measured = {
-        name: found[name].astype(quantity.dtype, copy=False)
-        for name, quantity in table.items()
-        if name in found
-    }
     for name in spec.computed:
-        measured[name] = np.where(np.isfinite(starts[name]), starts[name], np.nan)
-    return measured
+        found[name] = np.where(np.isfinite(starts[name]), starts[name], np.nan)
+    return {
+        name: found[name].astype(quantity.dtype, copy=False)
+        for name, quantity in measured_quantities(spec).items()
+    }
 
 
 def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
@@ -162,12 +158,21 @@ def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
 
 
 def arithmetic_hash(spec: SweepSpec) -> str:
-    """Return the SHA-256 of the code that decides the bits of the cells of a spec: kernels, starts and axes."""
+    """Return the SHA-256 of the code that decides the bits of what is measured: kernels, starts, axes, types."""
     model = spec.model
-    modules = [kernel.module for kernel in model.kernels(spec)]
-    modules += [_CUDA] if spec.device == "cuda" else []
-    modules += [type(model.exact).__module__] if spec.method == "exact" else []
-    return code_hash([*modules, *model.start_modules, *_AXES])
+    kernels = [kernel.module for kernel in model.kernels(spec)]
+    device = [_CUDA] if spec.device == "cuda" else []
+    engine: list[Callable[..., Any]] = [measure, _integrated, starts_of, completed, Range.array, Values.array]
+    types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
+    return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
+
+
+def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:
+    """Return the variables of an atlas that are measured in each cell; all others follow from them (`derive`)."""
+    model = spec.model
+    derived = model.variables.keys() - {*model.measures, *model.counts}
+    held = {name: each for name, each in model.cell_variables(spec).items() if name not in derived}
+    return held | {name: model.parameters[name] for name in spec.computed}
 
 
 @lru_cache

@@ -6,15 +6,16 @@ Nothing heavy is imported here before the speed of the kernels is measured.
 import math
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from sweep.engine.compute import compute, usable_threads, use_threads
+from sweep.engine.compute import check_device, compute, measured_quantities, usable_threads, use_threads
 from sweep.engine.grid import MOST_BLOCK_CELLS, whole
 from sweep.errors import RequestError
 from sweep.model.kernel import chunk_cells
+from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
 
 #: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
@@ -38,20 +39,17 @@ _GRID_BYTES = 6
 
 def cell_bytes(spec: SweepSpec) -> int:
     """Return the bytes of one cell's variables in the file."""
-    return sum(_sizes(spec).values())
+    parameters = {name: spec.model.parameters[name] for name in spec.computed}
+    return _bytes({**spec.model.cell_variables(spec), **parameters})
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:
     """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
-    derived = spec.model.variables.keys() - {*spec.model.measures, *spec.model.counts}
-    stored = sum(size for name, size in _sizes(spec).items() if name not in derived)
-    return 1.01 * cells * stored + 1e4
+    return 1.01 * cells * _bytes(measured_quantities(spec)) + 1e4
 
 
-def _sizes(spec: SweepSpec) -> dict[str, int]:
-    kinds = {name: each.dtype for name, each in spec.model.cell_variables(spec).items()}
-    kinds |= {name: spec.model.parameters[name].dtype for name in spec.computed}
-    return {name: np.dtype(kind).itemsize for name, kind in kinds.items()}
+def _bytes(quantities: Mapping[str, Quantity]) -> int:
+    return sum(np.dtype(each.dtype).itemsize for each in quantities.values())
 
 
 def file_bytes(spec: SweepSpec) -> float:
@@ -148,9 +146,10 @@ def cells_per_second(
     Raises
     ------
     RequestError
-        If `threads` is out of range.
+        If `threads` is out of range, or the spec's device is not there.
     """
     use_threads(threads)
+    check_device(spec)
     wanted = usable_threads(threads)
     # loading or compiling the kernels is not what is measured
     _seconds(coarse(spec, 1), clock)
@@ -164,7 +163,7 @@ def cells_per_second(
         if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
             # a small sample does not keep all threads busy
             return sample.size / took * wanted / min(wanted, -(-sample.size // least_cells(1)))
-        # no further than needed: the next one must not take for ever
+        # grow slowly, so that the next sample does not take much longer than `patience`
         cells *= 4 if 8 * took < patience else 2
 
 
@@ -251,7 +250,7 @@ def size(count: float) -> str:
 
 
 def duration(time: float) -> str:
-    """Return a time for people: what `plan` expects and what `run` has to go are told alike."""
+    """Return a time for people: `plan` and the progress of `run` use the same format."""
     if time < 120.0:
         return f"{time:.0f} s"
     if time < 7200.0:

@@ -5,7 +5,7 @@ to know about the system from here; docs/architecture.md walks through a complet
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -210,8 +210,6 @@ class Model(ABC):
     integrate : Kernel
         integrate(starts, settings, measures, counts), which `kernels.lanes.binding.bind` has made of the LANE_MODEL in
         the same module.
-    start_modules : tuple of str
-        Modules outside of the kernels whose code decides the bits of a start (see `complete`).
     words : Words
     synonyms : mapping of str to str
         Names of the equations and of other books -> names of parameters, for suggestions.
@@ -236,7 +234,6 @@ class Model(ABC):
     lost_name: str = ""
     presets: Path
     integrate: Kernel
-    start_modules: tuple[str, ...] = ()
     words: Words
     synonyms: Mapping[str, str] = MappingProxyType({})
     ambiguous: Mapping[str, str] = MappingProxyType({})
@@ -279,6 +276,14 @@ class Model(ABC):
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the compiled functions that compute the cells of a spec: their code decides the bits."""
         return (self.integrate,)
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return the code outside of the kernels that decides the bits of what is measured: modules and functions.
+
+        By default the module of the model, if it completes starts or measures more; see `sweep.model.kernel.code_hash`.
+        """
+        own = (type(self).complete, type(self).measure_more) != (Model.complete, Model.measure_more)
+        return [type(self).__module__] if own else []
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return measures that need a kernel of their own, from those that `integrate` or `exact` has found."""

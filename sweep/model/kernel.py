@@ -31,6 +31,7 @@ _STRING_OR_COMMENT = re.compile(
 )
 #: What follows a docstring: a new line that closes no bracket.
 _NEW_LINE = re.compile(r"[ \t]*(?:#[^\n]*)?(?:\n\s*[^)\]},\s]|\s*\Z)")
+_DEFINITION = re.compile(r"\s*(?:def|class) (\w+)")
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
 )
@@ -73,35 +74,61 @@ def chunk_cells() -> int:
     return int(import_module("kernels.lanes.schedule").CHUNK)
 
 
-def code_hash(modules: Iterable[str]) -> str:
-    """Return the SHA-256, in hexadecimal, of the code of modules and of all that they import from their own package.
+def code_hash(code: Iterable[str | Callable[..., Any]], *more: str) -> str:
+    """Return the SHA-256, in hexadecimal, of code: what it computes, not how it is explained.
 
     Parameters
     ----------
-    modules : iterable of str
-        Names of modules. Of a module of `sweep` its own code counts, not what it imports: what else of `sweep` decides
-        the bits of a cell is named beside it (`sweep.model.description.Model.start_modules`).
+    code : iterable of str or callable
+        Names of modules, each of which counts with all that it imports from its own package and from `kernels` (of a
+        module of `sweep` its own code alone counts); and functions, each of which counts alone.
+    *more : str
+        What else decides the bits.
     """
+    names = (each if isinstance(each, str) else f"{each.__module__}:{each.__qualname__}" for each in code)
     digest = hashlib.sha256()
-    for name, code in sorted(_closure(modules).items()):
-        digest.update(f"{name}\0{code}\0".encode())
+    for name, text in sorted(_closure(names).items()):
+        digest.update(f"{name}\0{text}\0".encode())
+    digest.update("\0".join(more).encode())
     return digest.hexdigest()
 
 
-def _closure(modules: Iterable[str]) -> dict[str, str]:
-    """Return each module, and all that they import from their own package and from `kernels`, with its code."""
+def _closure(names: Iterable[str]) -> dict[str, str]:
+    """Return each function, each module, and all that the modules import from their package and `kernels`: its code."""
     found: dict[str, str] = {}
-    waiting = list(modules)
+    waiting = list(names)
     while waiting:
         name = waiting.pop()
-        spec = _spec(name)
+        module, _, function = name.partition(":")
+        spec = _spec(module)
         if name in found or spec is None or spec.origin is None:
             continue
         found[name] = significant(Path(spec.origin).read_text(encoding="utf-8"))
         packages = (name.partition(".")[0], "kernels")
-        if packages[0] != "sweep":
+        if function:
+            found[name] = _definition(found[name], function)
+        elif packages[0] != "sweep":
             waiting += _imported(found[name], spec.parent, packages)
     return found
+
+
+def _definition(code: str, qualified_name: str) -> str:
+    """Return the lines of one function of significant source: up to the next that is not indented further."""
+    lines = code.splitlines()
+    depth = [len(line) - len(line.lstrip()) for line in lines]
+    first = -1
+    for part in qualified_name.split("."):
+        first = next(i for i, line in enumerate(lines) if i > first and _defined(line) == part)
+    after = (
+        i for i in range(first + 1, len(lines)) if depth[i] <= depth[first] and lines[i].strip()[0] != ")"
+    )
+    return "\n".join(lines[first : next(after, len(lines))])
+
+
+def _defined(line: str) -> str:
+    """Return the name of the function or class that a line begins; empty if it begins none."""
+    found = _DEFINITION.match(line)
+    return found[1] if found else ""
 
 
 def _imported(code: str, parent: str | None, packages: tuple[str, ...]) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """From starts to columns: what is measured of each cell, what follows from it, and on how many threads or devices."""
 
 import math
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -249,3 +250,13 @@ def test_without_cuda_nothing_is_computed(tmp_path, words, facts):
     assert "device: " in done.stderr
     assert all(fact in done.stderr for fact in facts), done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_hash_follows_the_types_of_what_is_measured(monkeypatch):
+    """A measure of another type makes another hash; a variable that follows from the measures does not."""
+    spec, variables = SweepSpec(), dict(DISK.variables)
+    before = compute.arithmetic_hash(spec)
+    for name, same in (("steps", False), ("amplification", True)):
+        changed = {**variables, name: replace(variables[name], dtype="f8" if name == "steps" else "f4")}
+        monkeypatch.setattr(type(DISK), "variables", changed)
+        assert (compute.arithmetic_hash(spec) == before) is same

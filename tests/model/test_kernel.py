@@ -118,7 +118,8 @@ from sweep.model.kernel import _closure, code_hash
 from sweep.request.spec import SweepSpec
 
 spec = SweepSpec()
-ways = {"rk4": spec, "exact": spec.replace(method="exact"), "contact": spec.replace(contact="yes")}
+ways = {"rk4": spec, "exact": spec.replace(method="exact"), "contact": spec.replace(contact="yes"),
+        "steady": spec.replace(tilt=0.1, precession_rate=1.0, roll_rate="steady")}
 hashes = lambda: {name: arithmetic_hash(way) for name, way in ways.items()}
 before, changed = hashes(), {}
 for path, old, new in json.load(sys.stdin):
@@ -136,11 +137,11 @@ files = [path / "__init__.py" if path.is_dir() else path.with_suffix(".py") for 
 print(json.dumps([before, list(changed.values()), "numba" in sys.modules, list(map(str, files))]))
 """
 
-ALL = ["rk4", "exact", "contact"]
+ALL, RK4 = ["rk4", "exact", "contact", "steady"], ["rk4", "contact", "steady"]
 EDITS = [
-    ("kernels/disk/equations.py", "unit * tilt_rate,", "3.0 * unit * tilt_rate,", ["rk4", "contact"]),
-    ("kernels/disk/rk4.py", "", "_MORE = 1\n", ["rk4", "contact"]),
-    ("kernels/lanes/schedule.py", "", "_MORE = 1\n", ["rk4", "contact"]),
+    ("kernels/disk/equations.py", "unit * tilt_rate,", "3.0 * unit * tilt_rate,", RK4),
+    ("kernels/disk/rk4.py", "", "_MORE = 1\n", RK4),
+    ("kernels/lanes/schedule.py", "", "_MORE = 1\n", RK4),
     ("kernels/lanes/layout.py", "", "_MORE = 1\n", ALL),
     ("kernels/jit.py", '"contract"', '"contract", "reassoc"', ALL),
     ("kernels/disk/exact/root.py", "", "_MORE = 1\n", ["exact"]),
@@ -149,11 +150,27 @@ EDITS = [
     ("kernels/disk/growth_rates.py", "", "_MORE = 1\n", []),
     ("kernels/disk/equations.py", "", "# a remark\n", []),
     ("kernels/lanes/schedule.py", '"""', '"""In other words: ', []),
-    ("kernels/disk/steady.py", "", "_MORE = 1\n", ALL),
-    ("sweep/model/disk/initial_conditions.py", "", "_MORE = 1\n", ALL),
-    ("sweep/model/disk/initial_conditions.py", "", "# a remark\n", []),
-    ("sweep/request/axes.py", "", "_MORE = 1\n", ALL),
-    ("sweep/engine/grid.py", "", "_MORE = 1\n", ALL),
+    ("kernels/disk/motion_arrays.py", "", "_MORE = 1\n", ["contact"]),
+    ("kernels/disk/exact/arrays.py", "", "_MORE = 1\n", ["exact"]),
+    ("kernels/disk/steady.py", "", "_MORE = 1\n", ["steady"]),
+    ("sweep/model/disk/initial_conditions.py", "    return starts\n", "    return {**starts}\n", ["steady"]),
+    (
+        "sweep/model/disk/initial_conditions.py",
+        "    return starts\n",
+        "    # a remark\n    return starts\n",
+        [],
+    ),
+    ("sweep/model/disk/initial_conditions.py", 'hint="Give a number', 'hint="Write a number', []),
+    ("sweep/model/disk/contact.py", "np.empty(", "np.zeros(", ["contact"]),
+    ("sweep/model/disk/exact.py", "vague = ", "vague = True | ", ["exact"]),
+    ("sweep/model/disk/exact.py", "from sweep", "_MORE = 1\nfrom sweep", []),
+    ("sweep/request/axes.py", "return np.linspace(", "return 1.0 * np.linspace(", ALL),
+    ("sweep/request/axes.py", "return np.array(self.values)", "return np.array(sorted(self.values))", ALL),
+    ("sweep/request/axes.py", '"A range must have count', '"The range must have count', []),
+    ("sweep/engine/grid.py", "np.full(len(span), given)", "np.full(len(span), 1.0 * given)", ALL),
+    ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16", []),
+    ("sweep/engine/compute.py", "0.0 if value == AUTOMATIC", "1.0 if value == AUTOMATIC", ALL),
+    ("sweep/engine/compute.py", "amplification = np.where(", "amplification = 1.0 * np.where(", []),
     ("sweep/engine/estimate.py", "", "_MORE = 1\n", []),
     ("sweep/model/disk/theory.py", "", "_MORE = 1\n", []),
 ]
@@ -180,7 +197,7 @@ def test_the_hash_follows_the_code_that_decides_the_bits(tmp_path):
     assert dict(zip((edit[:3] for edit in EDITS), changed, strict=True)) == {
         edit[:3]: edit[3] for edit in EDITS
     }
-    assert len(set(before.values())) == 3
+    assert len(set(before.values())) == 4
     assert all(re.fullmatch("[0-9a-f]{64}", each) for each in before.values())
     # the hash of a request needs no compiler
     assert not compiler

@@ -1,6 +1,6 @@
 """The disk: the model of a request that names none."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
 from sweep.model.disk.exact import EXTREMES, ExactReduction
-from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
+from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rate
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
@@ -36,7 +36,6 @@ class Disk(Model):
     lost_name = "the disk falls"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate")
-    start_modules = ("sweep.model.disk.initial_conditions", "kernels.disk.steady")
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every "
         "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",
@@ -102,6 +101,13 @@ class Disk(Model):
         """Return the kernel of the method, and that of the contact forces where they are asked for."""
         contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
         return (EXTREMES if spec.method == "exact" else self.integrate, *contact)
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
+        code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
+        code += ["kernels.disk.steady", complete, computed_rate] if circling(spec) else []
+        code += [ExactReduction.measures] if spec.method == "exact" else []
+        return code + ([contact_columns] if spec.contact == "yes" else [])
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces, where they are asked for."""

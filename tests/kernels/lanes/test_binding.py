@@ -9,7 +9,7 @@ from kernel_runner import process
 from kernels.disk import integrate as disk
 from kernels.jit import internal, kernel, simd
 from kernels.lanes import schedule
-from kernels.lanes.binding import bind
+from kernels.lanes.binding import bind, copied, rebound, replacements
 from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES, offsets
 
@@ -93,6 +93,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
 
 
 MODEL = LaneModel(
+    name="counter",
     layout=LAYOUT,
     prepared_settings=prepared_settings,
     read_start=read_start,
@@ -144,6 +145,20 @@ def test_each_model_has_an_entry_point_of_its_own(integrate):
     assert bind(MODEL) is not integrate
     assert getattr(disk.integrate, "py_func", disk.integrate).__globals__ is not vars(schedule)
     assert schedule.advance.__module__ == "kernels.lanes.interface"
+
+
+def test_copies_of_two_models_have_different_names():
+    """Numba names machine code after module, function and a number; of two of one name the linker takes the first."""
+    names = []
+    for model in (MODEL, disk.LANE_MODEL):
+        made = {}
+        rebound(
+            schedule.integrate, replacements(model), lambda *given, model=model: copied(model, *given), made
+        )
+        copies = [copy for source, copy in made.items() if source.__module__.startswith("kernels.lanes.")]
+        names.append({(copy.__module__, copy.__qualname__) for copy in copies})
+        assert len(copies) == len(names[-1]) > 5
+    assert not names[0] & names[1]
 
 
 _CACHE_USE = """

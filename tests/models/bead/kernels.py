@@ -116,7 +116,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
 
 
 LANE_MODEL = LaneModel(
-    sys.modules[__name__], prepared_settings, read_start, fill_idle, prepare, needs_integration, set_off, advance,
-    land, finish_leg,
+    "bead", sys.modules[__name__], prepared_settings, read_start, fill_idle, prepare, needs_integration, set_off,
+    advance, land, finish_leg,
 )  # fmt: skip
 integrate = bind(LANE_MODEL)
