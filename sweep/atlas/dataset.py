@@ -124,20 +124,8 @@ def place_of(dataset: "xr.Dataset") -> str:
 
 
 def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
-    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it.
-
-    Every file holds the upper edge. Where neither cells nor theory have one, but a lower one, it is left out.
-    """
-    for axis in spec.axes:
-        held = [edge for edge in EDGES if edge_names(axis, edge)[0] in dataset]
-        known = [
-            edge
-            for edge in held
-            if any(
-                np.isfinite(dataset[name].values).any() for name in edge_names(axis, edge) if name in dataset
-            )
-        ]
-        yield from ((axis, edge) for edge in known or held)
+    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
+    yield from ((axis, edge) for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] in dataset)
 
 
 def boundaries(

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from sweep.atlas.cf_metadata import created
-from sweep.atlas.dataset import edge_variables, spec_of
+from sweep.atlas.dataset import edge_variables, require, spec_of
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import whole
 from sweep.request.criterion import Criterion
@@ -68,7 +68,8 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
 
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
-    needed = spec.criterion.needs(spec.model)
+    needed = dict.fromkeys((*spec.criterion.needs(spec.model), *spec.model.extremes))
+    require(dataset, needed)
     measured = {name: dataset[name].values.reshape(-1) for name in needed}
     found = spec.criterion.verdict(
         spec.model.endings, measured, *reach_and_scale(spec, whole(spec), measured)

@@ -25,6 +25,7 @@ def describe(dataset: "xr.Dataset") -> str:
     spec = spec_of(dataset)
     model = spec.model
     require(dataset, (model.peak, model.error_name))
+    errors = list(_errors(dataset, spec))
     known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
         known["title"],
@@ -39,7 +40,7 @@ def describe(dataset: "xr.Dataset") -> str:
         *_counts(dataset, spec, "stability"),
         "",
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
-        f"errors      {', '.join(_errors(dataset, spec))} (estimated in every cell)",
+        f"errors      {', '.join(errors)} ({'both ' * (len(errors) == 2)}estimated in every cell)",
         *_boundary_lines(dataset, spec),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
@@ -207,7 +208,7 @@ def _range(values: "xr.DataArray", quantity: Quantity) -> str:
 
 def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
-    yield f"extremes of the {spec.model.coordinate.replace('_', ' ')} within {_most(dataset[error.name])} {error.units}"
+    yield f"extreme {spec.model.coordinate.replace('_', ' ')}s within {_most(dataset[error.name])} {error.units}"
     for name, quantity in spec.model.variables.items():
         if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"

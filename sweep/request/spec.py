@@ -110,6 +110,7 @@ class SweepSpec:
             ("_values", MappingProxyType(values)),
         ):
             object.__setattr__(self, name, value)
+        _check_criterion(self)
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a parameter, a setting or an option."""
@@ -332,6 +333,20 @@ def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
         hint="Leave it out: the order given is the order of the axes.",
         where="axes",
     )
+
+
+def _check_criterion(spec: SweepSpec) -> None:
+    """Refuse a criterion that judges by variables that the model does not have."""
+    missing = [
+        name for name in spec.criterion.needs(spec.model) if name not in spec.model.cell_variables(spec)
+    ]
+    if missing:
+        raise RequestError(
+            f"The criterion {spec.criterion} judges by {' and '.join(missing)}, which the model {spec.model.name} does "
+            "not compute.",
+            hint="Use another criterion.",
+            where="criterion",
+        )
 
 
 def _check_steps(values: Mapping[str, Any]) -> None:

@@ -8,6 +8,8 @@ import sweep
 from sweep.errors import RequestError
 from sweep.files.netcdf import open_atlas, save
 from sweep.model.disk.tables import VARIABLES
+from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.request.criterion import Departure
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
@@ -97,3 +99,18 @@ def test_public_names_are_not_modules():
     """No public name of the package is one of its modules: importing the module would take the name's place."""
     for name in sweep.__all__:
         assert importlib.util.find_spec(f"sweep.{name}") is None, name
+
+
+def test_a_criterion_that_judges_by_other_variables(monkeypatch):
+    """A criterion that needs a time and no extremes gives a finished atlas its verdicts, too."""
+    atlas = sweep.run(SPECS["falling"].replace(tilt_rate=1.0, precession_rate="0:2:5"))
+    middle = float(atlas.fall_time.median())
+
+    def verdict(self, endings, measured, reach, scale):
+        return np.where(measured["fall_time"] < middle, UNSTABLE, STABLE).astype(np.int8)
+
+    monkeypatch.setattr(Departure, "needs", lambda self, model: ("ending", "fall_time"))
+    monkeypatch.setattr(Departure, "verdict", verdict)
+    found = sweep.reclassify(atlas, "departure:2deg").stability
+    assert ((found == UNSTABLE) == (atlas.fall_time < middle)).all()
+    assert 0 < (found == UNSTABLE).sum() < found.size

@@ -211,3 +211,13 @@ def test_a_criterion_gives_the_reason_of_a_verdict(criterion, ending, reach, sta
 def test_verdicts_follow_from_what_a_criterion_needs(criterion):
     """The ending and both extremes are enough: another criterion on an atlas needs no other variable."""
     assert criterion.needs(DISK) == ("ending", "tilt_min", "tilt_max")
+
+
+def test_a_criterion_that_the_model_cannot_serve_is_refused(monkeypatch):
+    """A criterion that judges by what the model does not compute is refused; the message names all three."""
+    monkeypatch.setattr(Departure, "needs", lambda self, model: ("ending", "time_aloft"))
+    with pytest.raises(
+        RequestError, match=r"departure:5deg judges by time_aloft, which the model disk"
+    ) as caught:
+        SweepSpec(criterion="departure:5deg")
+    assert caught.value.where == "criterion"
