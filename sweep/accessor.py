@@ -193,7 +193,7 @@ class Eulerdisk:
         raise RequestError(
             "There is no such boundary, or more than one: this atlas has "
             f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
-            hint="Name one of them, as in boundary('roll_rate', 'upper').",
+            hint="Name a parameter and an edge, upper or lower.",
         )
 
 

@@ -14,7 +14,7 @@ from sweep.request.spec import SweepSpec
 #: Share of the width that each side of an undecided stretch may keep.
 _SIDE = 0.25
 
-#: What rounding alone may do to an extreme [rad]: the estimated errors do not count it.
+#: What rounding alone may change in an extreme [SI unit]: the estimated errors do not count it.
 _ROUNDING = 2e-14
 
 
@@ -62,7 +62,7 @@ def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
     Brackets
         The ends have the verdicts that they had. Where starts between them are undecided, or have a verdict that the
         estimated error of their extremes leaves open, the bracket holds all of these and each side of them is no wider
-        than a quarter of `width`: it stays as wide as what is not search.
+        than a quarter of `width`: it stays as wide as the undecided stretch.
         Where the verdict changes more than once between the given ends, one of the changes is found.
     """
     search = _Search(given)

@@ -185,7 +185,7 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     if not dims:
         raise RequestError(
             "A figure shows an atlas of one axis or two; this one is a single cell.",
-            hint="Give a parameter a range, e.g. roll_rate=2:4:100.",
+            hint="Give a parameter a range, start:stop:count.",
         )
     spec = spec_named(dataset)
     return spec.replace(**{name: float(dataset[name]) for name in spec.axes if name not in dims})

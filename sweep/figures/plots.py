@@ -20,7 +20,6 @@ from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
-from sweep.model.disk.contact import slipping
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +73,8 @@ def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> F
     for dataset in datasets:
         require(dataset, (spec_named(dataset).model.peak,))
     panels = [
-        panel(dataset, None if friction is None else slipping(dataset, friction)) for dataset in datasets
+        panel(dataset, None if friction is None else spec_named(dataset).model.slipping(dataset, friction))
+        for dataset in datasets
     ]
     columns = min(len(panels), _MOST_IN_ROW)
     rows = -(-len(panels) // columns)

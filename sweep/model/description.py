@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Input, Quantity, Truths, Word
 
@@ -343,6 +344,19 @@ class Model(ABC):
     ) -> Iterable[str]:
         """Return lines that say what linear theory expects of one cell; none if the model has no such theory."""
         return ()
+
+    def slipping(self, dataset: Any, friction: float) -> Any:
+        """Return which cells of an atlas need more than a friction coefficient, as an xarray.DataArray of bool.
+
+        Raises
+        ------
+        RequestError
+            If the model or the atlas has no contact forces.
+        """
+        raise RequestError(
+            f"The model {self.name} has no contact forces to compare with friction={friction:g}.",
+            hint="Leave the friction out.",
+        )
 
     def reach(self, spec: Request, starts: Starts, measured: Columns) -> Array:
         """Return how far the coordinate went from its undisturbed value, in its SI unit; NaN without extremes."""

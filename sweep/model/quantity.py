@@ -47,7 +47,7 @@ GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits 
 BOUNDARY = Tolerance(
     0.0, 1.3e-3, "a verdict on the edge can move it by one cell: 2/800 rad/s of 2 rad/s in the presets"
 )
-ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: a gauge matters by its size, not by its digits")
+ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: only the magnitude of an error estimate matters")
 STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")
 
 
@@ -138,7 +138,7 @@ _Row = TypeVar("_Row", Quantity, Input, Word)
 
 
 def table(*rows: _Row) -> Mapping[str, _Row]:
-    """Return rows by their names, not to be changed."""
+    """Return a read-only mapping from the name of each row to the row."""
     return MappingProxyType({row.name: row for row in rows})
 
 

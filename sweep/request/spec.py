@@ -36,7 +36,7 @@ from sweep.request.words import (
 
 #: Beyond this no disk holds the atlas.
 _MOST_CELLS = 2**40
-#: More steps than this take a cell many seconds, and a run for ever; the kernels give such a cell up.
+#: Most steps of a cell: more take many seconds for each cell, and the kernels give such a cell up.
 MOST_STEPS = 10**8
 
 
@@ -55,7 +55,7 @@ class SweepSpec:
     duration, step : float or str
         Longest time simulated for a cell, and time step, s; a step of ``"auto"`` is the engine's own.
     fall_tilt, tolerance : float or str
-        Tilt at which the disk counts as fallen, and error that the gauges of a cell may show before its step is
+        Tilt at which the disk counts as fallen, and largest estimated error of a cell before its step is
         reduced, rad.
     method, device, title : str
         ``rk4`` or ``exact``; ``cpu`` or ``cuda``; what the atlas is about, in one line.

@@ -190,7 +190,7 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     Parameters
     ----------
     unit : str
-        Any spelling that pint knows, CF's (``m s-2``) and the plain hand's (``m/s2``); empty for none.
+        Any spelling that pint knows, that of CF (``m s-2``) and the common one (``m/s2``); empty for none.
     quantity : Quantity
         Says which units fit.
 

@@ -307,7 +307,7 @@ def unknown_word(
     name : str
     known : sequence of str
     model : Model
-        Knows the names of the equations and of other books.
+        Its `synonyms` and `ambiguous` give the hints.
     elsewhere : mapping of str to str, optional
         Names that have no place here -> where they have one, in words.
 

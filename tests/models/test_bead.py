@@ -252,3 +252,11 @@ def test_docs_walk_through_this_model():
     quoted = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     assert len(quoted) > 4
     assert [quote for quote in quoted if not any(quote in each for each in code)] == []
+
+
+def test_friction_is_refused_by_name():
+    """A model without contact forces says so, and gives no advice that only the disk can follow."""
+    atlas = sweep.run(sweep.SweepSpec.preset("bottom").replace(hoop_rate="4:5:5", angle="1deg,2deg"))
+    with pytest.raises(sweep.RequestError, match="model bead has no contact forces") as caught:
+        plots.figure([atlas], friction=0.3)
+    assert "contact=yes" not in str(caught.value)

@@ -236,7 +236,7 @@ def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
 
 
 def _decidable(spec: Request) -> bool:
-    """Whether the reduction knows all that the criterion needs: it knows no duration and no fall time."""
+    """Whether the reduction knows all that the criterion needs: it has no time, so neither duration nor fall_time."""
     return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
 
 

@@ -63,5 +63,5 @@ class ExactReduction:
         return tuple(dict.fromkeys(needed))
 
     def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
-        """Hold stored cells against the reduction; see `sweep.model.disk.audit.check`."""
+        """Compare stored cells with the reduction; see `sweep.model.disk.audit.check`."""
         return audit.check(spec, starts, stored, self.measures(spec, starts))

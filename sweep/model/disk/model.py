@@ -9,7 +9,7 @@ import numpy as np
 from kernels.disk import arrays
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
-from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns
+from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
 from sweep.model.disk.exact import EXTREMES, ExactReduction
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rate
 from sweep.model.kernel import Kernel
@@ -117,6 +117,10 @@ class Disk(Model):
         """Return the peak tilt."""
         least, greatest = measured["tilt_min"], measured["tilt_max"]
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest))}
+
+    def slipping(self, dataset: Any, friction: float) -> Any:
+        """Return which cells need more than a friction coefficient, or lift off."""
+        return slipping(dataset, friction)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
         """Return which cells come so near to fall_tilt that they may as well have fallen."""

@@ -126,7 +126,7 @@ SETTINGS: Mapping[str, Input] = table(
     STEP,
     _input("fall_tilt", r"\theta_f", "rad", "tilt at which the disk counts as fallen",
            math.radians(85.0), "0 deg < fall_tilt < 90 deg", lambda tilt: (tilt > 0.0) & _upright(tilt)),
-    _input("tolerance", r"\epsilon", "rad", "error that the gauges of a cell may show before its step is reduced",
+    _input("tolerance", r"\epsilon", "rad", "largest estimated error of a cell before its step is reduced",
            1e-8, "1e-12 rad <= tolerance <= 0.1 rad", lambda error: (error >= 1e-12) & (error <= 0.1)),
 )
 

@@ -55,7 +55,7 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
         return {}
     if along[0] < 0.0 < along[1]:
         return {"upper": fast, "lower": _signed(fast, -1.0)}
-    # the motion does not care for the sign of its rates: on a negative axis the band lies mirrored
+    # the motion is symmetric under a change of sign of its rates: on a negative axis the band lies mirrored
     sign, outer, inner = (1.0, "upper", "lower") if along[1] > 0.0 else (-1.0, "lower", "upper")
     found = {outer: _signed(fast, sign)}
     return found if slow is None else found | {inner: _signed(slow, sign)}
