@@ -276,7 +276,7 @@ def test_selection_from_a_larger_atlas():
 
 def test_nothing_to_draw():
     """A single cell and an empty list are refused."""
-    with pytest.raises(sweep.RequestError, match=r"one axis or two.*a single cell.*roll_rate=2:4"):
+    with pytest.raises(sweep.RequestError, match=r"one axis or two.*a single cell.*start:stop"):
         plots.figure([sweep.run(LINE.replace(roll_rate=3.0))])
     with pytest.raises(sweep.RequestError, match="Give an atlas"):
         plots.figure([])
