@@ -176,7 +176,8 @@ def plan(
 def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
-    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
+    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
+    cannot be loaded is reported and left out.
     """
     from sweep.atlas.dataset import run
     from sweep.model import registry
@@ -184,7 +185,13 @@ def warmup() -> None:
     from sweep.request.spec import SweepSpec
 
     kernels: list[Kernel] = []
-    for model in registry.every():
+    for name in registry.names():
+        try:
+            model = registry.named(name)
+        except RequestError as problem:
+            # exit status 0 all the same: the kernels of the other models can be used
+            say(f"left out: {problem}")
+            continue
         for method in model.methods:
             began = time.perf_counter()
             spec = SweepSpec(model=model.name, method=method)
