@@ -22,7 +22,7 @@ def prepare(
     *,
     overwrite: bool = False,
     block_cells: int | None = None,
-    command: str = "sweep.prepare",
+    command: str = "sweep.runs.array_jobs.prepare",
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
