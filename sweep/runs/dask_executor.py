@@ -25,7 +25,7 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
         import distributed  # noqa: F401 - only to see that it is there
     except ImportError as problem:
         raise RequestError(
-            f"--dask needs the package distributed, which cannot be imported: {problem}.",
+            f"The package distributed is needed for this and cannot be imported: {problem}.",
             hint="Run `pip install 'eulerdisk[dask]'` here and on the workers.",
             where="--dask",
         ) from problem
@@ -80,7 +80,7 @@ def _connected(address: str) -> Any:
         return Client(address, timeout=_TIMEOUT, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
         raise RequestError(
-            f"--dask takes the address of a running dask scheduler, and none answers at {address}: {problem}.",
+            f"No running dask scheduler answers at the address {address}: {problem}.",
             hint="Start one with `dask scheduler`, and workers with `dask worker ADDRESS`.",
             where="--dask",
         ) from problem

@@ -71,7 +71,7 @@ def _opened(path: Path) -> int:
         return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as problem:
         raise RequestError(
-            f"The folder of the run or its lock file cannot be written, which going on with a run needs: {path}: "
+            f"The folder of the run or its file {path.name} cannot be written, which going on with a run needs: "
             f"{problem.strerror}.",
             hint="Let the owner of the folder go on with the run, or give another output.",
             where=str(path.parent),

@@ -49,7 +49,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     if found and not (folder / MANIFEST).exists():
         raise RequestError(
             f"A run keeps its blocks in a folder named like the file with {SUFFIX} at its end, and that name is taken: "
-            f"{folder} holds {', '.join(found[:5])}, which no run has made.",
+            f"{folder.name} holds {', '.join(found[:5])}, which no run has made.",
             hint="Give another name, or move that folder.",
             where=str(path),
         )
@@ -59,7 +59,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
         # what keeps the folder from being made keeps the file from being written, and has a better name there
         check_target(path, overwrite)
         raise RequestError(
-            f"A run keeps its blocks in a folder beside the file, and that folder could not be made: {folder}: "
+            f"A run keeps its blocks in a folder beside the file, and {folder.name} could not be made: "
             f"{problem.strerror}.",
             hint="Give another name or folder.",
             where=str(path),
