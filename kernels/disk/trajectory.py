@@ -37,7 +37,7 @@ from kernels.disk.equations import energy, energy_change, inertia, scaled_state
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.jit import internal, kernel
 
-#: Steps after which a motion is given up.
+#: Steps after which a motion is abandoned.
 _MOST_STEPS = 100_000_000
 
 

@@ -61,7 +61,7 @@ def run(
         from sweep.runs.dask_executor import on_cluster
 
         executor = on_cluster(dask, say)
-    # The history names what decides the atlas. Its bytes do not depend on the other options or the file name.
+    # The history names only what decides the atlas: the bytes of the file do not depend on other options or its name.
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
     with stoppable() as stopping, reporting() as progress:
@@ -156,7 +156,7 @@ def plan(
     from sweep.files.paths import check_target
 
     request = read_request(spec, words or [], None)
-    # an existing file does not change the estimate; only the run needs --overwrite
+    # --overwrite is needed for the run alone: the estimate is the same if the file exists
     check_target(output, True)
     rate, used, there = None, 1, 1
     if calibrate:

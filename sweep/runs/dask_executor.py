@@ -46,8 +46,8 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
 def compute_block(folder: str, fingerprint: str, number: int) -> None:
     """Compute one block and keep it in the journal; runs on a worker.
 
-    `folder` is that of the run, as the worker sees it, and `fingerprint` that of the run's manifest: a worker that sees
-    another run there, or computes other bits than the program that began it, refuses.
+    `folder` is the path of the run's folder on the worker, and `fingerprint` that of the run's manifest. A RequestError
+    says that the folder holds another run, or that this program computes other bits than the program that began it.
     """
     import numba
     from distributed import get_worker
@@ -108,7 +108,7 @@ def _computed(
                 waiting.add(future)
                 continue
             if future.status == "cancelled":
-                # by the end of the scheduler: this process cancels only after the loop
+                # The scheduler has ended: this process itself cancels tasks only after the loop.
                 raise FailedBlocksError(
                     f"The dask scheduler has ended before the run: {len(numbers_left)} of {len(numbers)} blocks were "
                     "not computed yet.",

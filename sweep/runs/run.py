@@ -46,7 +46,7 @@ class Failures:
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
         """Return those of an atlas in a file."""
-        # a refusal does not wait for this library
+        # not at the top: a request that is refused need not wait for this import
         import netCDF4
 
         failures = cls(spec)
