@@ -1,4 +1,4 @@
-"""Compiled arithmetic of the rolling disk: floats and arrays in, floats, arrays and an ending out."""
+"""Compiled arithmetic of the models: floats and arrays in; floats, arrays and codes of endings out."""
 
-# Other distributions own the import name `kernels` too; `sweep` looks for this mark before it trusts what it found.
+# Other distributions use the import name `kernels` too; `sweep` checks this mark before it uses the package.
 MARK = "eulerdisk"

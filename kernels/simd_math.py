@@ -10,9 +10,9 @@ _REST_OF_QUARTER = 6.123233995736766e-17
 
 @simd_kernel
 def sine_cosine(tilt):
-    """Sine and cosine of a tilt of at most pi/2, each to 3e-16 of itself.
+    """Sine and cosine of an angle (`tilt`, at most pi/2 in magnitude), each with a relative error of at most 3e-16.
 
-    Taylor's series in Horner form, of the tilt or of pi/2 minus the tilt; the first terms that are left out are below
+    Taylor's series in Horner form, of the angle or of pi/2 minus the angle; the first terms that are left out are below
     3e-18 of the sum at pi/4.
     """
     size = abs(tilt)
@@ -29,9 +29,10 @@ def sine_cosine(tilt):
 
 @simd_kernel
 def angle_of(S, C):
-    """Angle of a sine and a cosine, or of a common multiple of both, to 1e-15 of itself.
+    """Angle of a sine and a cosine, or of a common multiple of both, with a relative error of at most 1e-15.
 
-    The tangent of an eighth of it is 1/5 at most within pi/2, where eleven terms of the arc tangent are enough.
+    For angles within pi/2 the tangent of an eighth of the angle is at most 1/5, where eleven terms of the arc tangent
+    are enough.
     """
     tangent = S / (math.sqrt(S * S + C * C) + C)
     for _ in range(2):

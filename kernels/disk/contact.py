@@ -27,7 +27,7 @@ from kernels.jit import internal, kernel, parallel
 #: forces, on parabolas through three steps, are then good to about 1e-6.
 _TILT_STEP, _FEWEST = 0.01, 32.0
 
-#: No step is shorter than this [rad]: close to flat the loop would not end.
+#: No step is shorter than this [rad]: at tilts near 90 deg the loop would not end.
 _SMALLEST = 1e-7
 
 
@@ -165,7 +165,7 @@ def _extremes(start, constants, alpha, least_tilt, greatest_tilt):
 
 @parallel
 def contact_extremes(starts, tilts, extremes):
-    """Find what rolling without slip asks of the contact along the motion of every cell.
+    """Find the extremes of the contact forces that rolling without slip needs along the motion of every cell.
 
     Parameters
     ----------

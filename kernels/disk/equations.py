@@ -84,8 +84,8 @@ def energy(S, C, w, o, s, alpha):
 def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     """Energy minus the start's energy, over m g R, formed from differences.
 
-    Subtracting two energies would drown a nearly upright motion, whose whole budget is tilt**2, in the rounding of
-    cos(tilt) = 1 - tilt**2/2.
+    Near upright all changes of the energy are of the order of tilt**2: in the difference of two energies the rounding
+    of cos(tilt) = 1 - tilt**2/2 would hide them.
     """
     return (
         0.5 * (1.0 + 0.5 * alpha) * (w - w0) * (w + w0)

@@ -36,7 +36,7 @@ def _coefficient(starts, cell):
     kick, constants, h = _KICK * fastest, inertia(starts[ALPHA, cell]), 1.0 / (fastest * _STEPS)
     up = _deviation((S, C, T, kick, o, s), S, C, constants, h)
     down = _deviation((S, C, T, -kick, o, s), S, C, constants, h)
-    # of sinh(g t) and sin(f t) alike, twice the time gives the function times twice its cosine
+    # sinh(2 g t) = 2 sinh(g t) cosh(g t) and sin(2 f t) = 2 sin(f t) cos(f t): half the ratio is cosh(g t) or cos(f t)
     cosine = 0.5 * (up[1] - down[1]) / (up[0] - down[0])
     rate = math.acosh(cosine) if cosine > 1.0 else math.acos(cosine)
     rate *= fastest / unit

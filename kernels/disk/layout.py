@@ -16,11 +16,11 @@ HEADING, END = offsets(13, 15)
 #: Numbers of the lanes while they step; of these, the numbers that a block needs back after an event.
 STEPPING, RETURNED = 15 * LANES, HALF
 
-# What a cell remembers between its events: the start,
+# What is kept of a cell between its events: the start,
 S_0, C_0, W_0, O_RATE_0, S_RATE_0, ENERGY_0 = offsets(15, 21)
 #: alpha, 1 + alpha and its reciprocal, sqrt(R/g) in s,
 ALPHA, I_ROLL, I_INVERSE, UNIT = offsets(21, 25)
-#: whether it is at rest for ever, the second derivative of its potential,
+#: whether its start is a steady motion, the second derivative of its potential,
 STEADY, CURVATURE = offsets(25, 27)
 #: the scale of the step, how often it was reduced, the estimated error that was last found too large,
 STEP, REFINED, FAILED = offsets(27, 30)

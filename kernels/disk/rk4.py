@@ -18,7 +18,7 @@ def _along(start, slope, angle):
     """`start` + angle * `slope`, of five numbers each."""
     S, C, T, o, p = start
     dS, dC, dT, do, dp = slope
-    # what has a minus sign is subtracted without it: for `+ -x` the compiler would spend a negation
+    # what has a minus sign is subtracted without it: for `+ -x` the compiler emits an extra negation
     return S + angle * dS, C - angle * -dC, T + angle * dT, o + angle * do, p - angle * -dp
 
 

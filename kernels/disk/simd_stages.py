@@ -14,7 +14,7 @@ from kernels.disk.step_size import first_step
 from kernels.jit import simd
 from kernels.simd_math import angle_of, sine_cosine
 
-#: After about this many steps a leg is given up, and its cell unresolved.
+#: After about this many steps a leg is abandoned; its cell is then unresolved.
 MOST_STEPS = 1.0e8
 
 

@@ -43,7 +43,7 @@ def first_step(state, constants, relative_step):
     """Scaled step over cos(tilt), where the request leaves it open; see `share_near_maximum` too.
 
     The rates of the start give the fastest frequency of the linearised motion; the step then shrinks like cos(tilt)
-    on the way to flat.
+    as the tilt approaches 90 deg.
     """
     _, _, _, w, o, s = state
     return relative_step / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)

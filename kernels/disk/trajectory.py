@@ -31,7 +31,7 @@ from kernels.disk.motion_arrays import (
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.jit import internal, kernel
 
-#: Steps after which a motion is given up.
+#: Steps after which a motion is abandoned.
 _MOST_STEPS = 100_000_000
 
 

@@ -1,1 +1,1 @@
-"""Machinery that knows no physics: lanes of trajectories side by side, their scheduling and refill."""
+"""Machinery that contains no physics: lanes of trajectories side by side, their scheduling and refill."""

@@ -1,7 +1,7 @@
 """Any model on an NVIDIA device: one cell per thread, from the same functions as on the CPU.
 
-The functions of a model, and all that they call, are compiled a second time for the device; a thread owns what a lane
-owns on the CPU and takes it through the same stages to the same endings. Only the loop differs: a thread steps its one
+The functions of a model, and all that they call, are compiled a second time for the device; a thread holds the numbers
+that a lane holds on the CPU and runs the same stages to the same endings. Only the loop differs: a thread steps its one
 cell until an event, without waiting for others.
 """
 
@@ -24,7 +24,7 @@ from kernels.lanes.interface import (
     set_off,
 )
 
-#: Threads of a block: with 32 to 256 an H200 is equally fast; with few, those whose cells end early wait less.
+#: Threads of a block: with 32 to 256 an H200 is equally fast; in a small block threads whose cells end early wait less.
 THREADS = 64
 
 
@@ -51,7 +51,7 @@ def _step_to_event(run, own):
 
 
 def _integrate(starts, run, measures, counts):
-    """What one thread does."""
+    """Integrate one cell per thread."""
     # its numbers lie as in lane 0 of the model's layout, so that the functions of the model serve unchanged
     own = cuda.local.array(SIZE, np.float64)
     cell = cuda.grid(1)
@@ -65,7 +65,7 @@ def _integrate(starts, run, measures, counts):
 
 def _recompiled(model, kernel, different):
     # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
-    # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts without being asked.
+    # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts a*b + c by default.
     return cuda.jit(device=kernel is not _integrate)(copied(model, kernel, different))
 
 

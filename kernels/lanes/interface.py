@@ -1,10 +1,10 @@
-"""What a model gives to the machinery: the numbers of its layout and the functions of a cell's life.
+"""What a model gives to the machinery: the numbers of its layout and the functions for the stages of a cell.
 
 The functions of this module are stand-ins without a body. The machinery (`kernels.lanes.schedule`,
 `kernels.lanes.cuda`) calls them by these names; `kernels.lanes.binding` puts the functions of one model in their place.
 Their docstrings say what a model has to provide. `kernels.disk.integrate` is the worked example.
 
-The life of a cell
+The stages of a cell
     `read_start` puts the start of a cell into a lane, `prepare` computes what follows from it, `needs_integration`
     decides whether it has to be stepped at all, and `set_off` places it at the beginning of its first *leg*: a series
     of steps that ends with an event. `advance` makes one step. When it reports an event, `land` computes where the leg
@@ -14,7 +14,7 @@ Two kinds of functions
     Those marked *vector* run over all lanes at once and have to be decorated with `kernels.jit.simd`, as has all that
     they call. So that the loop over lanes becomes full-width vector code they have no branch that cannot become a
     selection and load before they store: one call that is left when the loop is first compiled keeps it scalar, seven
-    times as slow. A lane without a cell goes through them too: its numbers mean nothing, and no result is written.
+    times as slow. They run for an idle lane too: its numbers have no meaning, and no result is written.
     Those marked *scalar* run for one cell at a time (`kernels.jit.internal` or `simd`). No function raises.
 
 Arguments
@@ -23,7 +23,7 @@ Arguments
     lane : int
         Its place among the LANES cells of `lanes`.
     starts : float64[parameters, n]
-        The cells, one per column; which rows there are is the model's affair.
+        The cells, one per column; the model defines the rows.
     run : tuple of floats
         What `prepared_settings` returned.
     lanes : float64[:]
@@ -61,7 +61,7 @@ def prepared_settings(settings):
     Returns
     -------
     tuple of floats
-        A NamedTuple serves best.
+        Preferably a NamedTuple.
     """
 
 
@@ -77,7 +77,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
 
 
 def fill_idle(lane, lanes):
-    """Put numbers into a lane without a cell with which any arithmetic can be done (scalar)."""
+    """Fill an idle lane with numbers for which every operation is defined (scalar)."""
 
 
 def prepare(lane, run, lanes):
@@ -101,8 +101,8 @@ def set_off(lane, run, lanes):
 def advance(lane, run, lanes):
     """Make one step of one lane and store its state (vector).
 
-    A lane with an event has to rest from then on: the machinery looks at the event only while the next step is under
-    way, so that one more call must leave the numbers before RETURNED as they are.
+    A lane with an event has to rest from then on: the machinery handles the event only after it has begun the next
+    step, so one more call must not change the numbers before RETURNED.
 
     Returns
     -------

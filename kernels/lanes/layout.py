@@ -2,7 +2,7 @@
 
 A *lane* is the place of one cell among the LANES cells of such an array. A model numbers its quantities ("rows") with
 `offsets`; quantity `row` of lane `lane` is then `lanes[row + lane]`. Constant offsets into a single array let the
-compiler see that no lane touches another one's numbers; with two dimensions or several arrays it gives up and the
+compiler prove that no lane accesses another one's numbers; with two dimensions or several arrays it cannot, and the
 lane loop stays scalar (30 times slower).
 """
 

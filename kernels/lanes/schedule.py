@@ -1,11 +1,11 @@
 """The entry point: many cells, each integrated until its ending is known, in SIMD lanes and in parallel.
 
-A worker owns a chunk of cells and LANES cells at a time, side by side in memory; the loop over lanes is innermost, so
-that the compiler turns it into full-width vector code. When the cell of a lane has ended, the next cell of the chunk
-takes the lane over: no lane waits for a slower neighbour. What comes before and after the steps of a cell is done for a
-block of LANES consecutive cells at a time, in vector code too. Lanes never exchange a number, every loop over them has
-the same fixed length, and the step follows from the cell alone: a cell's bits do not depend on threads, chunks, order
-or neighbours.
+A worker processes a chunk of cells, LANES cells at a time, side by side in memory; the loop over lanes is innermost, so
+that the compiler turns it into full-width vector code. When the cell of a lane has ended, the next cell of the chunk is
+loaded into the lane: no lane waits for a slower neighbour. What comes before and after the steps of a cell is done for
+a block of LANES consecutive cells at a time, in vector code too. Lanes never exchange a number, every loop over them
+has the same fixed length, and the step follows from the cell alone: a cell's bits do not depend on threads, chunks,
+order or neighbours.
 
 The functions of the model are those of `kernels.lanes.interface`; `kernels.lanes.binding` replaces them.
 
@@ -37,7 +37,7 @@ from kernels.lanes.intrinsics import count_trailing_zeros, without_refcount
 from kernels.lanes.layout import CACHE_LINE, LANES, aligned
 from kernels.lanes.stride import coprime_stride
 
-#: Cells that one task of the parallel loop owns: long enough that filling and draining the lanes costs little.
+#: Cells that one task of the parallel loop processes: so many that filling and draining the lanes costs little.
 CHUNK = 2048
 
 #: The word of all lanes, or of all blocks.
@@ -55,7 +55,7 @@ _WAITING = 3
 # Of each stepping lane:
 #: where the numbers of its cell begin in the memory of the blocks,
 _PLACE = 4
-#: the number of steps that all lanes had made when it took the cell over.
+#: the number of steps that all lanes had made when the cell was loaded.
 _SINCE = 5
 _NOTE_ROWS = _SINCE + 1
 
@@ -78,8 +78,8 @@ def _advance_to_event(pending, idle, run, lanes):
     """
     events, steps = 0, 0
     while events == 0:
-        # The events of a step are looked at while the next step is under way, through which a lane with an event rests:
-        # the processor need not wait for the end of one step before it begins the next.
+        # The events of a step are handled after the next step has begun, in which a lane with an event rests: the
+        # processor need not wait for the end of one step before it begins the next.
         events = pending
         pending = _advance_all(run, lanes) & ~(events | idle)
         steps += 1
@@ -178,8 +178,8 @@ def _store(events, steps, memory, notes):
 @internal
 def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
     """Integrate the cells from `start` to `stop`; `memory` holds the stepping lanes, all zero, then the blocks."""
-    # The caller keeps the arrays until this call returns. Without a reference count already there, they would be freed
-    # before it.
+    # The caller holds counted references until this call returns. If the caller dropped the counts itself, this call
+    # could be the last use of the arrays, and they would be freed before it.
     memory, notes = without_refcount(memory), without_refcount(notes)
     following, total = start, 0
     # words of stepping lanes: without a cell, with an event that is not handled yet

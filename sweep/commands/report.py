@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Attributes of an atlas that other programs may have taken away.
+#: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 
 
@@ -138,7 +138,7 @@ def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         words = [
             word
             for value, half in zip(values[::2], values[1::2], strict=True)
-            # on the grid a place is known to the last bit
+            # a point on the grid is known to the last bit
             for word in (_number(value, half or 1e-12), f"{half:.1e}" if half else "0")
         ]
         yield "  ".join([f"{number + 1} {'closed' if closed[number] else 'open'}", *words])

@@ -61,7 +61,7 @@ def run(
         from sweep.runs.dask_executor import on_cluster
 
         executor = on_cluster(dask, say)
-    # The history names what decides the atlas. Its bytes do not depend on the other options or the file name.
+    # The history names only what decides the atlas: the bytes of the file do not depend on other options or its name.
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
     with stoppable() as stopping, reporting() as progress:
@@ -156,7 +156,7 @@ def plan(
     from sweep.files.paths import check_target
 
     request = read_request(spec, words or [], None)
-    # an existing file does not change the estimate; only the run needs --overwrite
+    # --overwrite is needed for the run alone: the estimate is the same if the file exists
     check_target(output, True)
     rate, used, there = None, 1, 1
     if calibrate:
@@ -176,7 +176,8 @@ def plan(
 def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
-    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
+    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
+    cannot be loaded is reported and left out.
     """
     from sweep.atlas.dataset import run
     from sweep.model import registry
@@ -184,7 +185,13 @@ def warmup() -> None:
     from sweep.request.spec import SweepSpec
 
     kernels: list[Kernel] = []
-    for model in registry.every():
+    for name in registry.names():
+        try:
+            model = registry.named(name)
+        except RequestError as problem:
+            # exit status 0 all the same: the kernels of the other models can be used
+            say(f"left out: {problem}")
+            continue
         for method in model.methods:
             began = time.perf_counter()
             spec = SweepSpec(model=model.name, method=method)

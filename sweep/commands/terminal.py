@@ -1,4 +1,4 @@
-"""What a command says on standard error while it computes, and how it ends on Ctrl-C and SIGTERM."""
+"""Messages and progress on standard error, and how a command ends on Ctrl-C and SIGTERM."""
 
 import os
 import shlex
@@ -33,16 +33,16 @@ def say(text: str) -> None:
 
 @contextmanager
 def reporting(stream: TextIO | None = None, what: str = "cells") -> Iterator["Progress"]:
-    """Give a function of (done, all) that shows the progress: a bar on a terminal, lines in a log.
+    """Yield a function of (done, all) that shows the progress: a bar on a terminal, lines in a log.
 
-    `what` is counted, and shown on standard error if no stream is given.
+    `what` names the things that are counted. The progress is shown on standard error if no stream is given.
     """
     # not at the top: it loads numpy, which `eulerdisk --help` does not need
     from sweep.engine import estimate
 
     stream = stream or sys.stderr
     began = time.monotonic()
-    # the speed is that since the first report, which counts blocks of an earlier run too
+    # the speed is measured from the first report on, because that one counts the blocks of an earlier run too
     first: tuple[float, int] | None = None
 
     with _bar(stream, what) if stream.isatty() else nullcontext(_log(stream, what)) as show:
@@ -99,7 +99,7 @@ class _Abandoned(BaseException):
 def abandonable(output: Path) -> Iterator[Callable[[], None]]:
     """On a signal, give up the work, whose unfinished result is of no use; a second signal does not wait.
 
-    Gives a function to be called regularly: it ends the work if a signal has come.
+    Yields a function to be called regularly: it ends the work if a signal has arrived.
     """
     arrived: list[int] = []
 
@@ -123,9 +123,9 @@ def abandonable(output: Path) -> Iterator[Callable[[], None]]:
 def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
     """On a signal, end the run after the current block, say which command continues it, and exit.
 
-    Gives a function that says whether to stop. The signal handler only takes a note: an exception raised in it can get
-    lost in a callback of the compiler. A second signal does not wait for the block, which may be inside a kernel for
-    long. `program` is the word that starts this program in a shell; it is found out if not given.
+    Yields a function that returns whether to stop. The signal handler only records the signal: an exception raised in
+    it can get lost in a callback of the compiler. A second signal does not wait for the end of the block, which may
+    take long. `program` is the word that starts this program in a shell, by default that of this process.
     """
     arrived: list[int] = []
     words = [program] if program else _program()
@@ -133,7 +133,7 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
 
     def stop(number: int, _frame: FrameType | None) -> None:
         if arrived:
-            # not print: the signal may have come in the middle of one
+            # not print, which is not reentrant: the signal may have interrupted a print
             os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
             os._exit(128 + number)
         arrived.append(number)
@@ -163,5 +163,5 @@ def _program() -> list[str]:
     if os.path.basename(started) == "__main__.py":
         return [sys.executable, "-m", "sweep"]
     found = shutil.which("eulerdisk")
-    # The bare name if it leads to this program; else the path it was called by, e.g. in an environment not activated.
+    # The bare name if the shell finds this program under it; else the path of the call (environment not activated).
     return ["eulerdisk"] if found and os.path.realpath(found) == os.path.realpath(started) else [started]

@@ -1,6 +1,6 @@
 """Atlases in other formats: tables of cells (csv, parquet), and zarr.
 
-A format is an entry in `FORMATS`; nothing else knows the formats.
+A format is an entry in `FORMATS`; no other code depends on which formats there are.
 """
 
 import contextlib

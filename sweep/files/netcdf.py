@@ -25,8 +25,8 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Bytes of netCDF's chunk cache for one variable. Chunks are written and read whole, one after the other: of netCDF's
-#: default, 16 MB for every variable, nothing would be used again.
+#: Bytes of netCDF's chunk cache for one variable. Chunks are written and read whole, one after the other: netCDF's
+#: default, 16 MB for every variable, would hold chunks that are never used again.
 _CACHE_BYTES = 2**20
 
 
@@ -44,7 +44,7 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     path = Path(path)
     check_target(path, overwrite)
     check_room(path, dataset.nbytes * FILE_SHARE)
-    # xarray gives every float a fill value, and forgets on reading that coordinates had none
+    # xarray gives every float variable a fill value, also coordinates that were read from a file without one
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
     with published(path) as unfinished:
         dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
@@ -53,8 +53,8 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
 class AtlasWriter:
     """The netCDF file of an atlas while it is written: cells first, then the boundary; a context manager.
 
-    When the ``with`` block ends well, the file is closed, and its cells are read again and compared with what was
-    written. All netCDF calls have to be made in one thread.
+    When the ``with`` block ends without an error, the file is closed, and its cells are read again and compared with
+    what was written. All netCDF calls have to be made in one thread.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class AtlasWriter:
     """
 
     def __init__(self, path: Path, spec: SweepSpec, attributes: Mapping[str, Any]) -> None:
-        # a refusal before any file is opened does not wait for this library
+        # not at the top: a request that is refused before any file is opened need not wait for this import
         import netCDF4
 
         self._path, self._spec, self._attributes = path, spec, dict(attributes)

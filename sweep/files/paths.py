@@ -24,12 +24,17 @@ def check_format(path: str | Path) -> str:
 
 
 def check_atlas(path: str | Path) -> None:
-    """Refuse to read an atlas that does not exist."""
+    """Refuse to read an atlas that does not exist, or that is a folder or another thing than a file."""
     # os.path, because a pathlib.Path raises where the folder cannot be searched, or where the name is too long
-    if not os.path.isfile(path):
-        raise RequestError(
-            "There is no such file; an atlas is a netCDF file.", hint="Check the path.", where=str(path)
-        )
+    if os.path.isfile(path):
+        return
+    if os.path.isdir(path):
+        wrong = "This is a folder"
+    elif os.path.exists(path):
+        wrong = "This is not a regular file"
+    else:
+        wrong = "There is no such file"
+    raise RequestError(f"{wrong}; an atlas is a netCDF file.", hint="Check the path.", where=str(path))
 
 
 def check_target(path: Path, overwrite: bool) -> None:
@@ -38,7 +43,7 @@ def check_target(path: Path, overwrite: bool) -> None:
     # os.path for the same reason as in check_atlas
     if not os.path.isdir(folder):
         raise RequestError(
-            f"There is no such folder as {folder}; the folder of an output must exist.",
+            "There is no such folder; the folder of an output must exist.",
             hint=f"Run `mkdir -p {shlex.quote(str(folder))}`, or give another output.",
             where=where,
         )
@@ -55,7 +60,9 @@ def check_target(path: Path, overwrite: bool) -> None:
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise RequestError(
-            f"The folder cannot be written: {folder}.", hint="Choose another folder.", where=where
+            "The folder cannot be written; an output needs one that can.",
+            hint="Choose another folder.",
+            where=where,
         )
 
 

@@ -24,8 +24,8 @@ def publish(unfinished: Path, path: Path) -> None:
 
 def publish_bytes(path: Path, content: bytes) -> None:
     """Write a file that is either absent or complete, also after a power cut; if that fails no temporary file stays."""
-    # not the tempfile module: it makes files that nobody but their owner can read, and another account of the same
-    # group may have to go on with a run
+    # not the tempfile module: only the owner can read its files, and another account of the same group may have to go
+    # on with a run
     unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
     try:
         with open(unfinished, "xb") as file:
@@ -37,7 +37,7 @@ def publish_bytes(path: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def published(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path`; the file that was written there is published when the block ends well.
+    """Yield a temporary name beside `path`; the file written there is published when the block ends without an error.
 
     If the file system refuses, the error is a StorageError.
     """

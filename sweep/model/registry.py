@@ -30,7 +30,7 @@ def named(name: str) -> Model:
     Raises
     ------
     RequestError
-        If there is none, or what is registered cannot be imported or is no model of that name.
+        If there is none, or what is registered cannot be imported, for whatever reason, or is no model of that name.
     """
     if name == DEFAULT:
         from sweep.model.disk.model import DISK
@@ -47,19 +47,29 @@ def named(name: str) -> Model:
 
 
 def every() -> Iterator[Model]:
-    """Yield all models, the default first."""
-    return map(named, names())
+    """Yield the models that can be loaded, the default first; `named` says why another one cannot be."""
+    for name in names():
+        try:
+            model = named(name)
+        except RequestError:
+            # a request that does not name a broken model must not fail because of it
+            continue
+        yield model
 
 
 def _load(registered: EntryPoint) -> Model:
     try:
         found = registered.load()
-        problem = "it is no sweep.model.description.Model of that name"
-    except (ImportError, AttributeError) as error:
-        found, problem = None, f"it cannot be imported: {error}"
+    except Exception as error:
+        # the module of another distribution may raise anything when it is imported; the repr has no line break
+        raise _refused(registered, f"it cannot be imported: {error!r}") from error
     if isinstance(found, Model) and found.name == registered.name:
         return found
-    raise RequestError(
+    raise _refused(registered, "it is no sweep.model.description.Model of that name")
+
+
+def _refused(registered: EntryPoint, problem: str) -> RequestError:
+    return RequestError(
         f"{registered.value} is registered as the model {registered.name}, but {problem}.",
         hint="Ask the author of the distribution that registers it.",
         where=f"model={registered.name}",

@@ -22,7 +22,7 @@ def prepare(
     *,
     overwrite: bool = False,
     block_cells: int | None = None,
-    command: str = "sweep.prepare",
+    command: str = "sweep.runs.array_jobs.prepare",
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
@@ -46,8 +46,8 @@ def compute_part(
 ) -> tuple[int, int]:
     """Compute every `parts`-th block of a prepared run, from the `part`-th on (1 to `parts`); one job of an array.
 
-    Returned are the numbers of blocks of this part that were there, and that were computed now. Errors are those of
-    `run_to_file`; jobs of one array run at the same time, but not together with `run_to_file`.
+    Returns how many blocks of this part were there, and how many were computed now. Errors are those of `run_to_file`.
+    Jobs of one array may run at the same time, but not together with `run_to_file`.
     """
     folder = Path(folder)
     usable_threads(threads)
@@ -69,8 +69,8 @@ def compute_part(
 def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[Path, Failures]:
     """Make the file of a run whose blocks are all there, and remove its folder.
 
-    Returned are the file, and the cells that could not be computed. A RequestError says that blocks are missing or
-    damaged; other errors are those of `run_to_file`.
+    Returns the file, and the cells that could not be computed. A RequestError says that blocks are missing or damaged;
+    other errors are those of `run_to_file`.
     """
     # the path "." has no name
     folder = Path(folder) if Path(folder).name else Path(folder).resolve()

@@ -25,7 +25,7 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
         import distributed  # noqa: F401 - only to see that it is there
     except ImportError as problem:
         raise RequestError(
-            f"--dask needs the package distributed, which cannot be imported: {problem}.",
+            f"The package distributed is needed for this and cannot be imported: {problem}.",
             hint="Run `pip install 'eulerdisk[dask]'` here and on the workers.",
             where="--dask",
         ) from problem
@@ -46,8 +46,8 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
 def compute_block(folder: str, fingerprint: str, number: int) -> None:
     """Compute one block and keep it in the journal; runs on a worker.
 
-    `folder` is that of the run, as the worker sees it, and `fingerprint` that of the run's manifest: a worker that sees
-    another run there, or computes other bits than the program that began it, refuses.
+    `folder` is the path of the run's folder on the worker, and `fingerprint` that of the run's manifest. A RequestError
+    says that the folder holds another run, or that this program computes other bits than the program that began it.
     """
     import numba
     from distributed import get_worker
@@ -80,7 +80,7 @@ def _connected(address: str) -> Any:
         return Client(address, timeout=_TIMEOUT, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
         raise RequestError(
-            f"--dask takes the address of a running dask scheduler, and none answers at {address}: {problem}.",
+            f"No running dask scheduler answers at the address {address}: {problem}.",
             hint="Start one with `dask scheduler`, and workers with `dask worker ADDRESS`.",
             where="--dask",
         ) from problem
@@ -108,7 +108,7 @@ def _computed(
                 waiting.add(future)
                 continue
             if future.status == "cancelled":
-                # by the end of the scheduler: this process cancels only after the loop
+                # The scheduler has ended: this process itself cancels tasks only after the loop.
                 raise FailedBlocksError(
                     f"The dask scheduler has ended before the run: {len(numbers_left)} of {len(numbers)} blocks were "
                     "not computed yet.",

@@ -11,8 +11,8 @@ from sweep.runs.journal import Columns, Journal
 
 T = TypeVar("T")
 
-#: Items that are computed or wait to be taken: one in the making and one that is ready, so that neither side waits for
-#: the other where items differ in their cost.
+#: Items that are being computed or wait to be used: one of each kind, so that neither thread waits for the other where
+#: items differ in their cost.
 _AHEAD: Final = 2
 
 
@@ -20,8 +20,8 @@ _AHEAD: Final = 2
 def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
     """Give the items of a generator that runs in another thread, always the same one.
 
-    What the generator raises is raised where the consumer takes its next item. When the consumer leaves early, the item
-    in the making is finished and dropped, and the generator is closed.
+    What the generator raises is raised where the consumer takes its next item. When the consumer stops early, the item
+    that is being computed is finished and discarded, and the generator is closed.
     """
     pool = ThreadPoolExecutor(max_workers=1)
     ended = object()
@@ -31,13 +31,13 @@ def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
         while (item := waiting.popleft().result()) is not ended:
             waiting.append(pool.submit(next, items, ended))
             yield item  # type: ignore[misc]  # only `ended` is no T
-            # while the next item is waited for, this one need not be in memory
+            # free the memory of this item before waiting for the next one
             del item
 
     try:
         yield taken()
     finally:
-        # waits for the item in the making; then no thread uses the generator
+        # shutdown waits for the item that is being computed; after it no thread uses the generator
         pool.shutdown(cancel_futures=True)
         items.close()
 

@@ -2,12 +2,13 @@
 
 A block is `blocks/000123-1a2b3c4d.block`: one line of JSON, which lists for each measured column its name, its type,
 and the type and number of the values that are stored of it; then these values, column after column. The name of the
-file ends in the CRC-32 of its content, seeded with the fingerprint of the run and the number and cells of the block: a
-file that was cut, filled with zeros or altered does not fit its name, and neither does a block of another run or place.
-The checksum costs 4 ns of the microsecond that a cell takes at the fastest.
+file ends in the CRC-32 of its content, seeded with the fingerprint of the run and the number and cells of the block:
+the checksum detects a file that was truncated, filled with zeros or altered, and a block of another run or place. It
+takes 4 ns of the microsecond that the fastest cells take.
 
-The journal lives until the file is there, and costs time for every byte. So a column that repeats itself is stored up
-to its first repetition, and integers have the smallest type that holds them: 63 bytes of a cell become 17 to 46.
+The journal is removed when the file of the atlas is complete, and every byte of it costs time. So a column that repeats
+itself is stored up to its first repetition, and integers have the smallest type that holds them: 63 bytes of a cell
+become 17 to 46.
 """
 
 import contextlib
@@ -92,9 +93,9 @@ class Journal:
         return f"{count} of {len(self.spans)} blocks are kept in {self.folder}"
 
     def keep(self, number: int, measured: Columns) -> None:
-        """Write a finished block; once this returns, not even a power cut loses it.
+        """Write a finished block; after this has returned, the block survives a power cut.
 
-        If the file system refuses, with an OSError, nothing of the block is left.
+        If the file system raises an OSError, nothing of the block is left.
         """
         content = encode(measured, self.spec.shape[-1] if self.spec.axes else 1)
         publish_bytes(self._blocks / f"{number:06d}-{self._checksum(number, content)}{BLOCK}", content)
@@ -110,7 +111,7 @@ class Journal:
     def verify(self, numbers: Iterable[int]) -> tuple[list[int], list[str]]:
         """Read blocks, and set aside those that are damaged, and those with two different results.
 
-        Returned are the numbers of the blocks that are not there or were set aside, and what is wrong with the latter.
+        Returns the numbers of the blocks that are not there or were set aside, and what is wrong with the latter.
         """
         missing, damaged = [], []
         held = self.held()
@@ -190,7 +191,7 @@ def _without_repeats(column: npt.NDArray[Any], row: int) -> npt.NDArray[Any]:
     for period in sorted({1, row}):
         if period >= bits.size:
             break
-        # the ends alone tell of nearly every column that it does not repeat itself
+        # Comparing only the ends excludes nearly all columns without repeats.
         if (
             bits[period] == bits[0]
             and bits[-1] == bits[-1 - period]

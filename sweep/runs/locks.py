@@ -32,7 +32,7 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
             yield
         return
     try:
-        # the holder's name is only for messages: a full disk is reported when a block cannot be written
+        # The holder's name serves only messages, so a full disk is no error here; writing a block will report it.
         with contextlib.suppress(OSError):
             if not shared:
                 os.ftruncate(handle, 0)
@@ -56,8 +56,8 @@ def _acquired(path: Path, kind: int) -> int | None:
             if not isinstance(problem, BlockingIOError):
                 raise
             raise _taken(path.parent, holder) from None
-        # a run that has ended meanwhile has removed the file, and perhaps another process has made a new one: the lock
-        # counts only on the file that has the name now
+        # A run that has ended meanwhile has removed the file, and perhaps another process has made a new one. Only a
+        # lock on the file that has the name now excludes other processes.
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(handle), os.stat(path)):
                 return handle
@@ -71,7 +71,7 @@ def _opened(path: Path) -> int:
         return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as problem:
         raise RequestError(
-            f"The folder of the run or its lock file cannot be written, which going on with a run needs: {path}: "
+            f"The folder of the run or its file {path.name} cannot be written, which going on with a run needs: "
             f"{problem.strerror}.",
             hint="Let the owner of the folder go on with the run, or give another output.",
             where=str(path.parent),

@@ -28,7 +28,7 @@ _RECORDED = ("xarray", "netCDF4")
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a run is."""
+    """The spec of a run, its blocks, its origin, and what decides the bits of its cells."""
 
     spec: SweepSpec
     block_cells: int
@@ -40,7 +40,7 @@ class Manifest:
     arithmetic: Mapping[str, str]
     #: Versions of other packages.
     recorded: Mapping[str, str]
-    #: SHA-256 over the spec and `arithmetic`, made when the run was begun. Every block is tied to it.
+    #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
     fingerprint: str
 
     @classmethod

@@ -33,7 +33,7 @@ def describe(folder: Path) -> str:
     done = journal.cells(held)
     taken = 0
     for paths in held.values():
-        # another process may be going on with the run, and end it at any moment
+        # another process may finish the run and remove the file at any moment
         with contextlib.suppress(FileNotFoundError):
             taken += paths[0].stat().st_size
     return "\n".join(
@@ -50,8 +50,8 @@ def describe(folder: Path) -> str:
 def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     """Write an atlas of the blocks that there are; the cells of the others are marked as not computed.
 
-    The folder of the run is only read: the run may be going on. Returned are the number of cells that were there, and
-    that of all cells.
+    The folder of the run is only read: another process may be computing its blocks. Returns the number of cells that
+    were there, and that of all cells.
     """
     journal = Journal.at(folder)
     spec = journal.spec

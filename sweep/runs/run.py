@@ -1,10 +1,9 @@
-"""A run in its stages: claim the folder, compute missing blocks, derive, write cells, find the boundary, publish."""
+"""The stages of a run: claim the folder, compute missing blocks, derive, write cells, find the boundary, publish."""
 
 import contextlib
 import itertools
 import json
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,51 +29,62 @@ from sweep.runs.manifest import Manifest
 _LISTED = 10
 
 
-@dataclass(frozen=True)
 class Failures:
-    """The cells of an atlas that could not be computed.
+    """The cells of an atlas that could not be computed: how many, and which are the first ones.
 
     Parameters
     ----------
     spec : SweepSpec
-    endings : array of int8, shape (cells,)
-        The codes of the endings of all cells, in C order.
     """
 
-    spec: SweepSpec
-    endings: npt.NDArray[np.int8]
+    def __init__(self, spec: SweepSpec) -> None:
+        self.spec = spec
+        # code of an ending -> number of cells; flat index and code of the cells that are listed
+        self._counts = dict.fromkeys(spec.model.endings.codes(FAILED), 0)
+        self._first: list[tuple[int, int]] = []
 
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
         """Return those of an atlas in a file."""
-        # a refusal does not wait for this library
+        # not at the top: a request that is refused need not wait for this import
         import netCDF4
 
+        failures = cls(spec)
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
-            return cls(spec, file["ending"][...].reshape(-1))
+            failures.count(0, file["ending"][...].reshape(-1))
+        return failures
+
+    def count(self, start: int, endings: npt.NDArray[np.int8]) -> None:
+        """Add the failed ones of some cells; cells are added in C order.
+
+        Parameters
+        ----------
+        start : int
+            Flat index of the first cell.
+        endings : array of int8, shape (n,)
+            The codes of the endings.
+        """
+        for code in self._counts:
+            self._counts[code] += int(np.count_nonzero(endings == code))
+        failed = np.flatnonzero(self.spec.model.endings.have(FAILED, endings))
+        self._first += [(start + int(i), int(endings[i])) for i in failed[: _LISTED - len(self._first)]]
 
     @property
     def total(self) -> int:
         """Number of failed cells."""
-        return int(np.count_nonzero(self._failed()))
+        return sum(self._counts.values())
 
     def describe(self) -> list[str]:
         """Return one line on how many cells failed, and one for each of the first ones: its coordinates and ending."""
-        cells, names = np.flatnonzero(self._failed()), self.spec.model.endings.flags
-        counts = {
-            code: np.count_nonzero(self.endings == code) for code in self.spec.model.endings.codes(FAILED)
-        }
-        kinds = " and ".join(f"{count} {names[code]}" for code, count in counts.items() if count)
+        names = self.spec.model.endings.flags
+        kinds = " and ".join(f"{count} {names[code]}" for code, count in self._counts.items() if count)
         return [
-            f"{cells.size} of {self.spec.size} cells could not be computed "
-            f"({100.0 * cells.size / self.spec.size:.3g} %): {kinds}",
-            *(f"    {self._coordinates(cell)}: {names[self.endings[cell]]}" for cell in cells[:_LISTED]),
-            *(["    ..."] if cells.size > _LISTED else []),
+            f"{self.total} of {self.spec.size} cells could not be computed "
+            f"({100.0 * self.total / self.spec.size:.3g} %): {kinds}",
+            *(f"    {self._coordinates(cell)}: {names[code]}" for cell, code in self._first),
+            *(["    ..."] if self.total > _LISTED else []),
         ]
-
-    def _failed(self) -> npt.NDArray[np.bool_]:
-        return self.spec.model.endings.have(FAILED, self.endings)
 
     def _coordinates(self, cell: int) -> str:
         words = []
@@ -119,7 +129,7 @@ def run_to_file(
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
-        Asked before every block whether to end the run.
+        Called before every block; the run ends when it returns true.
     executor : callable, optional
         Computes the blocks; in this process if not given.
 
@@ -136,7 +146,7 @@ def run_to_file(
     StorageError
         If the file system refuses on the way; finished blocks are kept.
     StoppedError
-        If `stopping` said so; finished blocks are kept.
+        If `stopping` returned true; finished blocks are kept.
     """
     path = run_directory.resolved(path)
     with run_directory.claimed(path, overwrite) as folder:
@@ -157,13 +167,14 @@ def run_to_file(
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         estimate.check_room(path, bytes_to_write())
         computed = (executor or local(threads))(journal, missing, stopping)
-        finished = _reported(journal, computed, missing, progress)
+        finished = _report_or_raise_stopped(journal, computed, missing, progress)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
             if executor is None and len(missing) == len(journal.spans):
                 # all blocks come in order from this process: they are written to the file while the next are computed
                 measured = ((number, columns) for number, columns in finished if columns is not None)
                 return _write_and_publish(journal, path, measured, threads, stopping)
-            # computing comes first: however often a run is killed, it gets further
+            # All blocks are computed before the file is written: a run that is killed again and again still makes
+            # progress.
             for _ in finished:
                 pass
             return publish_from_journal(journal, path, threads, stopping)
@@ -183,10 +194,10 @@ def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]
     return missing
 
 
-def _reported(
+def _report_or_raise_stopped(
     journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
 ) -> Generator[FinishedBlock, None, None]:
-    """Yield the computed blocks, report progress, and raise StoppedError if they end before the last missing one."""
+    """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one."""
     size, left = journal.spec.size, set(missing)
     for number, measured in computed:
         left.discard(number)
@@ -217,8 +228,8 @@ def _write_and_publish(
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
     try:
-        blocks = _derived(journal, measured, stopping)
-        write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
+        blocks = _derive_or_raise_stopped(journal, measured, stopping)
+        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
         run_directory.publish_file(journal.folder, path, journal.spec)
     except DamagedBlockError as problem:
         raise StorageError(
@@ -229,15 +240,15 @@ def _write_and_publish(
     finally:
         unfinished.unlink(missing_ok=True)
     run_directory.remove(journal.folder)
-    return Failures.in_file(path, journal.spec)
+    return failures
 
 
-def _derived(
+def _derive_or_raise_stopped(
     journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
 ) -> Generator[Block, None, None]:
     """Yield blocks with all columns of the atlas, and raise StoppedError at their end if the run is to stop."""
     for number, columns in measured:
-        # after a signal the blocks that follow are still taken, so that the journal keeps them, but not written
+        # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written
         if not stopping():
             span = journal.spans[number]
             yield Block(span, derive_block(journal.spec, span, columns))
@@ -245,21 +256,23 @@ def _derived(
         raise StoppedError(journal.kept())
 
 
-def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> None:
+def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
     """Write the cells of an atlas from blocks in C order, find its boundary, and write that too.
 
-    `path` is a temporary name. Errors are those of `AtlasWriter`.
+    `path` is a temporary name. Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
     """
-    stability = np.zeros(spec.size, np.int8)
+    stability, failures = np.zeros(spec.size, np.int8), Failures(spec)
 
     def noted() -> Iterator[Block]:
         for block in blocks:
             stability[block.span.start : block.span.stop] = block.columns["stability"]
+            failures.count(block.span.start, block.columns["ending"])
             yield block
 
     with AtlasWriter(path, spec, attributes) as writer:
         writer.write_cells(noted())
         writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    return failures
 
 
 def attributes_of(manifest: Manifest) -> dict[str, Any]:

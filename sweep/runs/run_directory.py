@@ -16,7 +16,7 @@ from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
 from sweep.runs.locks import LOCK, OWNER, locked
 from sweep.runs.manifest import MANIFEST, Manifest, discard
 
-#: End of the name of the folder; before it stands the name of the output.
+#: Suffix of the name of the folder, after the name of the output.
 SUFFIX = ".run"
 
 #: The file while it is written, and the record of the file that was published.
@@ -49,17 +49,17 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     if found and not (folder / MANIFEST).exists():
         raise RequestError(
             f"A run keeps its blocks in a folder named like the file with {SUFFIX} at its end, and that name is taken: "
-            f"{folder} holds {', '.join(found[:5])}, which no run has made.",
+            f"{folder.name} holds {', '.join(found[:5])}, which no run has made.",
             hint="Give another name, or move that folder.",
             where=str(path),
         )
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:
-        # what keeps the folder from being made keeps the file from being written, and has a better name there
+        # a cause that prevents the folder prevents the file too, and check_target gives the clearer message for it
         check_target(path, overwrite)
         raise RequestError(
-            f"A run keeps its blocks in a folder beside the file, and that folder could not be made: {folder}: "
+            f"A run keeps its blocks in a folder beside the file, and {folder.name} could not be made: "
             f"{problem.strerror}.",
             hint="Give another name or folder.",
             where=str(path),
@@ -108,13 +108,16 @@ def check_same_run(journal: Journal, spec: SweepSpec) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a killed process left half written. Only for the process that has locked the folder alone."""
+    """Remove what a killed process left half written. Only for the process that holds the exclusive lock."""
     for path in [*(folder / BLOCKS).glob("*.tmp"), *folder.glob("*.tmp"), folder / UNFINISHED]:
         path.unlink(missing_ok=True)
 
 
 def publish_file(folder: Path, path: Path, spec: SweepSpec) -> None:
-    """Give the finished file of a run its final name, and record that before: the folder may outlive a crash."""
+    """Give the finished file of a run its final name.
+
+    Write the record first, because after a crash the folder may remain.
+    """
     publish_bytes(folder / PUBLISHED, _record(folder / UNFINISHED, spec))
     publish(folder / UNFINISHED, path)
 
@@ -137,7 +140,8 @@ def _record(path: Path, spec: SweepSpec) -> bytes:
 def remove(folder: Path) -> None:
     """Remove the folder of a run; unrecognised files stay, and then the folder too.
 
-    The record of what was published goes last: until then, the next process after a crash sees that the file is there.
+    The record of what was published is removed last: until then, the next process after a crash sees that the file is
+    there.
     """
     blocks = folder / BLOCKS
     names = [folder / name for name in _NAMES if name != PUBLISHED]

@@ -166,6 +166,23 @@ def test_warmup_fills_the_cache(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.compiled
+def test_warmup_leaves_out_what_cannot_be_loaded(tmp_path):
+    """A broken model of another distribution is reported under its name; the kernels of the others are ready."""
+    metadata = tmp_path / "site" / "aaa-1.0.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: aaa\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text("[eulerdisk.models]\naaa = aaa_model:AAA\n")
+    (tmp_path / "site" / "aaa_model.py").write_text("raise TypeError('too old')")
+    paths = (CHECKOUT, tmp_path / "site", CHECKOUT / "tests" / "models")
+    done = run(tmp_path, "warmup", PYTHONPATH=os.pathsep.join(map(str, paths)))
+    assert done.returncode == 0
+    assert [line.split()[0] for line in done.stdout.splitlines()] == ["disk", "disk", "bead", "cache"]
+    assert done.stderr.startswith("eulerdisk: left out: model=aaa: ")
+    assert "TypeError('too old')" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
 def test_warmup_says_that_nothing_was_kept(tmp_path):
     """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
     done = run(tmp_path, "warmup", NUMBA_DISABLE_JIT="1", EULERDISK_CACHE_DIR=str(tmp_path / "cache"))

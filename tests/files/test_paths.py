@@ -1,5 +1,6 @@
 """Paths are checked before anything is computed, without a heavy library."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -25,9 +26,15 @@ def test_ending_may_be_capital():
 
 
 def test_an_atlas_exists(tmp_path):
-    """A missing file, an empty name, a folder and a name that is too long are refused under their names."""
-    for name in ("missing.nc", "y" * 300, "."):
-        with pytest.raises(RequestError, match="no such file") as caught:
+    """A missing file, a folder, a pipe and a name that is too long are refused under their names, as what they are."""
+    os.mkfifo(tmp_path / "pipe")
+    for name, what in (
+        ("missing.nc", "no such file"),
+        ("y" * 300, "no such file"),
+        (".", "a folder"),
+        ("pipe", "not a regular file"),
+    ):
+        with pytest.raises(RequestError, match=f"{what}; an atlas is a netCDF file") as caught:
             check_atlas(tmp_path / name)
         assert caught.value.where == str(tmp_path / name)
     (tmp_path / "a.nc").touch()
@@ -45,6 +52,16 @@ def test_a_target_may_be_replaced_only_when_asked(tmp_path):
         check_target(tmp_path, True)
     with pytest.raises(RequestError, match=r"no such folder.*mkdir"):
         check_target(tmp_path / "missing" / "a.nc", False)
+
+
+def test_a_message_names_a_path_once(tmp_path, monkeypatch):
+    """The path stands before the message; the message does not repeat it, the hint may."""
+    monkeypatch.setattr("os.access", lambda *_: False)
+    for name in ("missing/a.nc", "a.nc"):
+        with pytest.raises(RequestError) as caught:
+            check_target(tmp_path / name, False)
+        assert str(tmp_path) not in caught.value.message
+        assert caught.value.where == str(tmp_path / name)
 
 
 def test_a_source_is_not_replaced(tmp_path):

@@ -43,8 +43,9 @@ def test_files_that_are_no_atlas(path, tmp_path):
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "Ocean"
     assert "Ocean" in refused("not a stability atlas", open_atlas, tmp_path / "foreign.nc")
-    for name in ("missing.nc", "", "y" * 300):
+    for name in ("missing.nc", "y" * 300):
         refused("no such file", open_atlas, tmp_path / name)
+    refused("a folder", open_atlas, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,33 @@ def test_an_entry_point_that_is_no_model_is_refused(installed, name, value):
     assert caught.value.hint
 
 
+@pytest.fixture(params=["raise TypeError('cannot add\\n1')", "import no_such_distribution", "1 / 0"])
+def broken(request, installed, tmp_path, monkeypatch):
+    """Register a sound model between two whose module fails in one way when it is imported."""
+    (tmp_path / "broken_model.py").write_text(request.param)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    installed(broken="broken_model:A", coin="installed_models:COIN", wrecked="broken_model:B")
+
+
+@pytest.mark.usefixtures("broken")
+def test_a_model_that_fails_when_it_is_imported_is_refused_by_name():
+    """Whatever its module raises, a request for it ends with one line that names it; the models beside it are there."""
+    with pytest.raises(RequestError, match=r"broken_model:B.*cannot be imported") as caught:
+        registry.named("wrecked")
+    assert caught.value.where == "model=wrecked"
+    assert "\n" not in str(caught.value)
+    assert list(registry.every()) == [DISK, COIN]
+
+
+@pytest.mark.usefixtures("broken")
+def test_a_broken_model_spoils_no_other_request():
+    """The presets and the suggestions are those of the models that can be loaded."""
+    with pytest.raises(RequestError, match="Did you mean rolling") as caught:
+        SweepSpec.preset("rollin")
+    assert caught.value.where == "rollin"
+    assert SweepSpec(model="coin").model is COIN
+
+
 def test_the_models_are_those_of_the_entry_points(tmp_path):
     """A distribution that states an entry point of the group is found by its metadata, and loaded only when named."""
     (tmp_path / "wheels.py").write_text(

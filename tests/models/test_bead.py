@@ -116,6 +116,18 @@ def test_turning_points_and_periods():
         assert float(cell.period) == pytest.approx(2.0 * np.pi / np.sqrt(CRITICAL**2 - hoop**2), rel=1e-8)
 
 
+def test_an_error_is_estimated_where_the_bead_turned(command):
+    """A cell whose time was over first has no estimate; `info` reports the largest one of the cells that turned."""
+    words = "hoop_rate=0:9:7 angle=-170deg:170deg:9 duration=2s"
+    cells = sweep.run(sweep.SweepSpec.from_words("bottom", words.split()))
+    ending, error = cells.ending.values, cells.angle_error.values
+    assert set(ending.flat) == {1, 2}
+    np.testing.assert_array_equal(np.isnan(error), ending == 2)
+    assert np.all(error[ending == 1] <= 1e-6)
+    assert command(f"run bottom {words} -o a.nc")[0] == 0
+    assert f"extremes of the angle within {np.nanmax(error):.1e} rad" in command("info a.nc")[1]
+
+
 def test_bits_depend_on_the_cell_alone():
     """Threads and block size change no bit, for a model with other rows than the disk's."""
     spec = sweep.SweepSpec.preset("bottom").replace(

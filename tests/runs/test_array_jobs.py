@@ -1,6 +1,8 @@
 """Prepared runs, their parts and their assembly; runs that go on; descriptions of unfinished runs."""
 
+import inspect
 import os
+import pkgutil
 import re
 import shutil
 import subprocess
@@ -15,7 +17,7 @@ import pytest
 from sweep.errors import StoppedError
 from sweep.files.netcdf import AtlasWriter, open_atlas
 from sweep.request.spec import SweepSpec
-from sweep.runs import executor
+from sweep.runs import array_jobs, executor
 from sweep.runs.locks import locked
 from sweep.runs.partial import unfinished
 from sweep.runs.run import run_to_file
@@ -59,6 +61,13 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
     assert command("assemble a.nc.run") == (0, "", "eulerdisk: a.nc: 18 cells\n")
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "whole.nc"]
+
+
+@pytest.mark.parametrize("begin", [array_jobs.prepare, run_to_file])
+def test_the_command_of_a_run_that_python_began_exists(begin):
+    """Without a command line the history names the function that was called, where it can be imported from."""
+    command = inspect.signature(begin).parameters["command"].default
+    assert pkgutil.resolve_name(command) is begin
 
 
 def test_the_documented_array_job(command, tmp_path, monkeypatch):

@@ -105,7 +105,7 @@ def test_an_address_without_a_port(tmp_path, capsys):
     from sweep.runs import dask_executor
 
     spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
-    with pytest.raises(RequestError, match=r"address of a running dask scheduler.*nonsense.*missing port"):
+    with pytest.raises(RequestError, match=r"^--dask: No running dask scheduler.*nonsense.*missing port"):
         run_to_file(spec, tmp_path / "a.nc", executor=dask_executor.on_cluster("nonsense"))
     gc.collect()
     assert time.monotonic() - began < 15
@@ -136,7 +136,9 @@ def test_dask_that_is_not_installed(monkeypatch):
     from sweep.runs import dask_executor
 
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[dask\]'"):
+    with pytest.raises(
+        RequestError, match=r"^--dask: The package distributed.*pip install 'eulerdisk\[dask\]'"
+    ):
         dask_executor.on_cluster("tcp://127.0.0.1:8786")
 
 

@@ -105,6 +105,7 @@ def test_a_run_of_another_user(tmp_path, monkeypatch, code):
     ):
         pass
     assert caught.value.status == 2
+    assert (caught.value.where, str(tmp_path) in caught.value.message) == (str(tmp_path), False)
 
 
 def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ import json
 import os
 from collections import namedtuple
 
+import netCDF4
 import numba
 import pytest
 
@@ -234,6 +235,31 @@ def test_a_program_of_another_version_goes_on(path, monkeypatch):
     run_to_file(SPEC, path, say=heard.append)
     assert heard[0].startswith("going on: ")
     assert path.read_bytes() == whole
+
+
+def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
+    """The finished file is read once, to check it; the failed cells are those in it, however it was cut into blocks."""
+    opened, dataset = [], netCDF4.Dataset
+    monkeypatch.setattr(
+        netCDF4, "Dataset", lambda *args, **how: opened.append(args[1:]) or dataset(*args, **how)
+    )
+    spec = SweepSpec(tilt="1deg:9deg:12", precession_rate="-1:1:3", roll_rate="steady")
+    failures = run_to_file(spec, path, block_cells=5)
+    assert opened == [("w",), ()]
+    assert failures.total == 12
+    assert failures.describe() == run.Failures.in_file(path, spec).describe()
+    assert len(failures.describe()) == 12, "a line for all, ten cells and dots"
+    assert failures.describe()[1].split(":")[0].split() == ["tilt=1deg", "precession_rate=0"]
+
+
+def test_a_run_that_was_published_says_what_failed(path, monkeypatch):
+    """Killed between publishing and removing its folder, a run reads from its file which cells failed."""
+    spec = SweepSpec(tilt="1deg:9deg:3", precession_rate="-1:1:3", roll_rate="steady")
+    with monkeypatch.context() as patch:
+        patch.setattr(run.run_directory, "remove", lambda _: None)
+        told = run_to_file(spec, path).describe()
+    assert run_to_file(spec, path).describe() == told
+    assert list(path.parent.iterdir()) == [path]
 
 
 def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):

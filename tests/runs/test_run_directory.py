@@ -15,8 +15,10 @@ def test_a_folder_with_other_files_is_not_taken(tmp_path):
     mine = tmp_path / "a.nc.run" / "mine.txt"
     mine.parent.mkdir()
     mine.write_text("years of work")
-    with pytest.raises(RequestError, match=r"that name is taken.*mine\.txt, which no run has made"):
+    with pytest.raises(RequestError, match=r"that name is taken.*mine\.txt, which no run has made") as caught:
         run_to_file(SPEC, tmp_path / "a.nc")
+    assert caught.value.where == str(tmp_path / "a.nc")
+    assert str(tmp_path) not in caught.value.message
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [mine]
 
 

@@ -18,7 +18,7 @@ from kernels.jit import parallel
 from kernels.lanes.intrinsics import without_refcount
 from kernels.lanes.stride import coprime_stride
 
-#: Cells that one task of the parallel loop owns.
+#: Cells that one task of the parallel loop processes.
 CHUNK = 2048
 #: Tables held at once when alpha is an axis: 147 kB each.
 TABLES = 128
@@ -87,7 +87,7 @@ def extremes(starts, fall_tilt, with_period=False):
     if known.size <= TABLES and (which[:-1] <= which[1:]).all():
         reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
         return measures, counts
-    # the cells of a table together, so that blocks are full and few tables are held at once
+    # the cells of one table are treated together, so that blocks are full and few tables are in memory at once
     order = np.argsort(which, kind="stable")
     which = which[order]
     for first in range(0, known.size, TABLES):

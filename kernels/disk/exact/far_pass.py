@@ -14,7 +14,7 @@ from kernels.jit import internal
 
 @internal
 def _sought(chunk, j):
-    """Of a search: its motion, the side (+1, -1) to which it looks, and where the motion's columns for it begin."""
+    """Motion of a search, its direction in y (+1, -1), and where the motion's columns for it begin."""
     i, behind = chunk.sought[j] // 2, chunk.sought[j] % 2
     ahead = chunk.motions[i, of.AHEAD]
     return i, -ahead if behind else ahead, of.BEHIND if behind else 0

@@ -34,7 +34,7 @@ from kernels.jit import internal, simd
 
 #: Relative rounding error of the terms of the excess (measured against 40-digit arithmetic).
 _TERM_ERROR = 8.0 * ROUNDING
-#: Error [rad] of the tables and of the sums over panels, most of it for motions that reach near flat.
+#: Error [rad] of the tables and of the sums over panels, most of it for motions that reach tilts near 90 deg.
 _TABLE_ERROR = 128.0 * ROUNDING
 #: A first guess is at most this often divided by eight: with a tilt rate of 1e-300 the disk turns within 1e-300.
 _MOST_REDUCTIONS = 350

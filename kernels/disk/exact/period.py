@@ -109,9 +109,10 @@ def _trapezoid(motion, panels, nodes, near, work, ends, full, anchor, sign, widt
 def period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, height):
     """Scaled nutation period: 2 int dtilt/w with w^2 = -4 excess/(2 + alpha).
 
-    Near a separatrix the motion lingers at the saddle `top`, a pole pair or a second root beside the path. It is
-    smoothed by dy = width sinh(u) about the saddle (passing over it) or width cosh(u) (turning before it), with
-    widths for which a parabolic saddle would be integrated exactly: the cost grows like the logarithm.
+    Near a separatrix the motion is slow at the saddle `top`, where the integrand has a pair of poles or a second root
+    near the interval. The substitution dy = width sinh(u) about the saddle (motion over it) or width cosh(u) (motion
+    that turns before it) makes the integrand smooth, with widths for which a parabolic saddle is integrated exactly:
+    the cost grows like the logarithm of the distance from the separatrix.
     """
     alpha, table, y0, k0, x0, c1, c2, base = motion
     factor = math.sqrt(2.0 + alpha)

@@ -53,8 +53,8 @@ def find_roots(block, scale):
     """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
 
     Newton in a bracket from the guesses in ROOT, in the lanes that are ACTIVE; leaves the roots in ROOT and the slopes
-    there in SLOPE, exact to the rounding of numbers of size `scale`. At a nearly double root Newton only halves its
-    distance at each step until it sees the two roots apart; the bracket keeps it on the right side.
+    there in SLOPE, exact to the rounding of numbers of size `scale`. Near a nearly double root each Newton step only
+    halves the distance, until it is smaller than that of the two roots; the bracket keeps it on the right side.
     """
     for lane in range(LANES):
         block[at.LAST + lane] = 0.0

@@ -162,7 +162,7 @@ def _newton_step(block, centre):
         inner = inner if first < 0.0 else t
         new = t - first / second
         new = new if (new - inner) * (new - outer) <= 0.0 else 0.5 * (inner + outer)
-        # V is flat there: half of the digits of the saddle's tilt are all of the digits of its height
+        # V' = 0 there: half of the digits of the saddle's tilt are enough for all digits of its height
         close = abs(new - t) <= 1e-5 * t
         on = active > 0.0
         block[at.ROOT + lane] = new if on else t

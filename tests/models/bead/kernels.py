@@ -95,7 +95,7 @@ def land(lane, run, lanes):
     lost = 0.5 * (w - w_0) * (w + w_0) - 0.5 * hoop * (s - s_0) * (s + s_0) - pull * (c - c_0)
     turned = (lanes[HEADING + lane] * lanes[W + lane] < 0.0) & (t <= lanes[END + lane])
     lanes[TURNED + lane], lanes[TIME + lane] = 1.0 if turned else 0.0, t
-    lanes[ERROR + lane] = abs(lost / acceleration(angle, hoop, pull))
+    lanes[ERROR + lane] = abs(lost / acceleration(angle, hoop, pull)) if turned else math.nan
     lanes[A + lane] = angle if turned else lanes[A + lane]
 
 
