@@ -39,6 +39,9 @@ LINES = [
     "run --from rolling-0.1.nc viscosity=0,1 -o axis.nc",
     "run rolling roll_rate=2:3:8 tilt=1deg viscosity=0.5 -o one.nc",
     "compare one.nc rolling-0.1.nc",
+    "simulate tilt_rate=0.01 roll_rate=2 duration=1s viscosity=0.5 -o path.nc --plot path.png",
+    "simulate tilt_rate=0.01 roll_rate=2 duration=1s method=dop853 -o other-path.nc",
+    "explain rolling-0.1.nc roll_rate=2 tilt=5deg --plot cell.png",
 ]
 
 _COMMANDS = """
@@ -78,7 +81,7 @@ def ends(folder):
         "sweep/model/disk/tables.py",
         '"gravity > 0", positive),\n)',
         '"gravity > 0", positive),\n'
-        '    Input("viscosity", r"\\eta", "1", "viscosity of the air", GRID, default=0.0, added_later=True),\n)',
+        '    _input("viscosity", r"\\eta", "1", "viscosity of the air", 0.0, "any", np.isfinite, added_later=True),\n)',
     )
     done = copy.python("-c", _COMMANDS, json.dumps(LINES), folder=folder)
     assert done.returncode == 0, done.stderr
@@ -114,7 +117,13 @@ def test_the_older_atlas_is_the_newer_one(folder, ends, name):
 
 @pytest.mark.compiled
 def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
-    """It is an axis like any other; with another value than its default, a request is another one."""
+    """It is an axis like any other; with another value than its default, a request is another one.
+
+    A single motion has it too, among the fixed parameters of its file.
+    """
+    with xr.open_dataset(folder / "path.nc") as path:
+        assert path["viscosity"].item() == 0.5
+        assert "viscosity" in path["tilt"].encoding["coordinates"]
     with xr.open_dataset(folder / "axis.nc") as found, xr.open_dataset(OLDER / "rolling-0.1.nc") as older:
         assert dict(found.sizes) == {**older.sizes, "viscosity": 2}
         for side in (0, 1):
