@@ -1,5 +1,6 @@
 """Align two atlases on one grid, or refuse them with the reason why they cannot be compared."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,8 @@ class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
     `cut` names the axes of which only a part is common, `other_steps` the settings of the integration that differ,
-    `boundaries` holds the option ``boundary`` of both. `spec` is that of the reference, with its whole grid.
+    `boundaries` holds the option ``boundary`` of both, `cell_variables` the table of what either has of every cell.
+    `spec` is that of the reference, with its whole grid.
     """
 
     new: "xr.Dataset"
@@ -37,6 +39,7 @@ class Pair:
     cut: frozenset[str]
     other_steps: tuple[str, ...]
     boundaries: tuple[str, str]
+    cell_variables: Mapping[str, Quantity]
     notes: tuple[str, ...]
 
 
@@ -80,6 +83,9 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         cut=cut,
         other_steps=tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
         boundaries=(specs[0].boundary, specs[1].boundary),
+        cell_variables={
+            name: quantity for each in specs for name, quantity in each.model.cell_variables(each).items()
+        },
         notes=tuple(
             f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
         ),

@@ -2,6 +2,7 @@
 
 Decisions (endings, verdicts) must be equal, measures must agree within the tolerances of the tables, and a value that
 is missing in one must be missing in the other. In a borderline cell the last bit decides: such flips are counted apart.
+What a reference holds of its cells, the new atlas must hold; what only the new one holds is named, and no difference.
 """
 
 from collections.abc import Iterator, Mapping
@@ -111,6 +112,8 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         name = quantity.name
         if reason := _left_out(quantity, axis, pair):
             notes.append(f"{name} is not compared: {reason}")
+        elif name not in pair.reference and name in pair.cell_variables:
+            notes.append(f"{name} is not compared: the reference atlas does not have it")
         elif name not in pair.new or name not in pair.reference:
             side, held = ("reference", pair.new) if name in pair.new else ("new", pair.reference)
             missing = np.ones(held[name].shape, bool)
@@ -140,7 +143,7 @@ def _left_out(quantity: Quantity, axis: str, pair: Pair) -> str:
 def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
     """Yield the quantities that either atlas holds; an edge of the boundary with the axis that it lies on."""
     model = pair.spec.model
-    known = [(each, "") for each in (*model.cell_variables(pair.spec).values(), *model.parameters.values())]
+    known = [(each, "") for each in (*pair.cell_variables.values(), *model.parameters.values())]
     for axis in pair.axes:
         for edge in EDGES:
             known += [(each, axis) for each in edge_quantities(model.parameters[axis], edge).values()]

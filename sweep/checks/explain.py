@@ -6,7 +6,7 @@ The cell is computed again from the file alone: its spec gives the start, the st
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,9 +32,10 @@ _WIDTH = 118
 class Explanation:
     """A cell in words.
 
-    `text` is the report; `start` has every parameter, `stored` every measure of the cell, `exact` those that the
-    exact reference knows [SI], none if the model lacks one; `repeated` says whether a new run of the cell agrees within
-    the tolerances, `exactly` whether to the bit. A cell that was not computed has nothing to disagree with.
+    `text` is the report; `start` has every parameter, `stored` every measure of the cell, NaN where it or the atlas has
+    none, `exact` those that the exact reference knows [SI], none if the model lacks one; `repeated` says whether a new
+    run of the cell agrees within the tolerances, `exactly` whether to the bit. A cell that was not computed has nothing
+    to disagree with.
     """
 
     text: str
@@ -68,10 +69,12 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     starts, model = starts_of(spec, span), spec.model
     start = {name: float(values[0]) for name, values in starts.items()}
     measures = model.cell_variables(spec)
-    require(dataset, measures)
+    require(dataset, ("stability", *spec.criterion.needs(model)))
     table = {**measures, **model.parameters}
     cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
-    stored = {str(name): float(values) for name, values in cell.data_vars.items()}
+    # an older file has no measure that was added later
+    stored = dict.fromkeys(measures, np.nan)
+    stored |= {str(name): float(values) for name, values in cell.data_vars.items()}
     exact = {}
     if model.exact is not None:
         exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
@@ -115,6 +118,8 @@ def _repeat(
     """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
     differing, beyond = [], []
     for name, column in compute(spec, starts_of(spec, span)).items():
+        if name not in cell:
+            continue
         new, old = column[0], cell[name].values[()]
         if new.tobytes() == old.tobytes() or (np.isnan(new) and np.isnan(old)):
             continue
@@ -148,7 +153,7 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
     variables = spec.model.cell_variables(spec)
     yield f"ending      {variables['ending'].flag(stored['ending'])}"
     for name, quantity in variables.items():
-        value: Any = stored.get(name, np.nan)
+        value = stored[name]
         if quantity.flags is None and np.isfinite(value):
             digits = 3 if quantity.dtype == "f4" else 10
             yield f"  {name:<17} {quantity.spell(value, digits):<22} {quantity.long_name}"

@@ -54,7 +54,7 @@ def compare(
     """Check an atlas against a trusted one. Exit status: 0 the same, 1 different, 2 not comparable.
 
     Endings and verdicts have to be equal, measures equal within tolerances. Cells on the edge between two verdicts
-    are counted separately. Provenance is listed, not judged.
+    are counted separately. A variable of the cells that only NEW.nc has is named, not judged; so is provenance.
     """
     import json
 

@@ -2,14 +2,14 @@
 
 The words of a sweep, each with one number::
 
-    TrajectorySpec(tilt="10deg", precession_rate=0.5, roll_rate="steady", duration="60s")
+    TrajectorySpec.read(tilt="10deg", precession_rate=0.5, roll_rate="steady", duration="60s")
     TrajectorySpec.from_words(["tilt_rate=0.01", "roll_rate=3"])
 """
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, make_dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -118,29 +118,28 @@ _MOST_SAMPLES = 10**7
 _SAMPLES = 1000
 
 
+def _field(row: Input | Word) -> tuple[str, object]:
+    if isinstance(row, Word):
+        return row.name, str
+    return row.name, (float | str) if row.words else float
+
+
+#: A field for each row of the tables, so that a parameter which the disk gets is a word of a single motion too.
+_Fields = make_dataclass(
+    "_Fields",
+    [*map(_field, MOTION_INPUTS.values()), *map(_field, MOTION_WORDS.values())],
+    frozen=True,
+    kw_only=True,
+)
+
+
 @dataclass(frozen=True, kw_only=True)
-class TrajectorySpec:
+class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
-    `roll_rate` may be ``"steady"``, `step` and `interval` may be ``"auto"``; the names are those of
-    `MOTION_INPUTS` and `MOTION_WORDS`.
+    Its fields have the names of `MOTION_INPUTS` and `MOTION_WORDS`, in their order. `roll_rate` may be ``"steady"``,
+    `step` and `interval` may be ``"auto"``.
     """
-
-    tilt: float
-    tilt_rate: float
-    precession_rate: float
-    roll_rate: float | str
-    alpha: float
-    radius: float
-    gravity: float
-    mass: float
-    friction: float
-    duration: float
-    interval: float | str
-    step: float | str
-    fall_tilt: float
-    title: str
-    method: str
 
     @classmethod
     def read(cls, **words: Any) -> Self:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kernels.disk import arrays
 from kernels.disk.steady import stability_coefficient
 from sweep.model.quantity import Array
 
@@ -28,8 +29,8 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
 
     Parameters
     ----------
-    start : float64 array, shape (7,)
-        Tilt [rad], tilt rate, precession rate, roll rate [rad/s], alpha, radius [m], gravity [m/s2].
+    start : float64 array, shape (len(PARAMETERS),)
+        Rows as in `kernels.disk.arrays.PARAMETERS`.
     times : float64 array, shape (n,)
         Increasing, from 0 [s]; dense enough to draw the path through.
 
@@ -44,7 +45,8 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
     distance d from the start tilt the tilt equation then reads d'' = a - k d, with a the acceleration at the start and
     k the stability coefficient there. The path is that of the rates of first order.
     """
-    tilt, rate, turning, rolling, alpha, radius, gravity = (float(each) for each in start)
+    tilt, rate, turning, rolling = (float(each) for each in start[: len(arrays.STATE)])
+    alpha, radius, gravity = (float(start[row]) for row in (arrays.ALPHA, arrays.RADIUS, arrays.GRAVITY))
     sin, cos = math.sin(tilt), math.cos(tilt)
     k = float(stability_coefficient(tilt, turning, rolling, alpha, radius, gravity))
     push = 2.0 * gravity / radius * sin + (2.0 + alpha) * turning**2 * sin * cos

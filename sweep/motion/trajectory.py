@@ -16,6 +16,7 @@ from sweep.model.disk.tables import STEADY_ROLL
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion.request import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY, TrajectorySpec
+from sweep.request.spec import MOST_STEPS
 from sweep.request.words import AUTOMATIC
 from sweep.version import __version__
 
@@ -43,7 +44,7 @@ _TURN, _MOST_SAMPLES = 0.2, 200_000
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 #: Parameters that the file holds as scalar coordinates; the start is the first sample.
-_FIXED = ("alpha", "radius", "gravity", "mass", "friction")
+_FIXED = (*(name for name in arrays.PARAMETERS if name not in arrays.STATE), "mass", "friction")
 
 _SUMMARY = (
     "One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path of the "
@@ -125,8 +126,8 @@ def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, fl
         if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
     raise RequestError(
-        "This motion could not be resolved: its state must stay finite, and it may take at most 1e8 steps; gave up at "
-        f"{last:.6g} s.",
+        "This motion could not be resolved: its state must stay finite, and it may take at most "
+        f"{MOST_STEPS} steps; gave up at {last:.6g} s.",
         hint="Give a shorter step or duration, slower rates, or a smaller fall_tilt.",
     )
 
@@ -140,16 +141,17 @@ def _by_dop853(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array,
     from scipy.integrate import solve_ivp
 
     def fall(_: float, y: Array, *system: float) -> float:
-        return abs(float(y[0])) - spec.fall_tilt
+        return abs(float(y[0])) - float(spec.fall_tilt)
 
     fall.terminal = True  # type: ignore[attr-defined]  # read by solve_ivp
-    first = np.concatenate([start[:4], np.zeros(5)])
+    system = tuple(start[[arrays.ALPHA, arrays.RADIUS, arrays.GRAVITY]])
+    first = np.concatenate([start[: len(arrays.STATE)], np.zeros(5)])
     problem = None
     try:
         with np.errstate(over="raise", invalid="raise"):
             run = solve_ivp(
                 _slope, (0.0, times[-1]), first, "DOP853", times,
-                events=fall, args=tuple(start[4:]), rtol=_RELATIVE, atol=_ABSOLUTE,
+                events=fall, args=system, rtol=_RELATIVE, atol=_ABSOLUTE,
             )  # fmt: skip
         problem = run.message if run.status < 0 else None
     except ArithmeticError as error:

@@ -10,6 +10,7 @@ import sweep
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.errors import RequestError
+from sweep.model.disk import tables
 from sweep.model.disk.tables import VARIABLES
 from sweep.model.quantity import FILL, STABLE, UNSTABLE
 
@@ -157,12 +158,34 @@ def test_other_units_or_codes_mean_another_thing(reference):
         assert value in finding(comparison, name).note
 
 
-def test_a_variable_that_one_does_not_have(reference):
-    """A measure that is not there is not the same as one that is."""
+def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
+    """A measure that was lost is a difference; one that the reference never had is named, and is none.
+
+    A version that records more of every cell, or a run with contact=yes, passes against an older reference.
+    """
     comparison = compare(reference.drop_vars("nutation_period"), reference)
     assert found(comparison) == {"nutation_period": SPEC.size}
     assert finding(comparison, "nutation_period").note == "the new atlas does not have it"
-    assert not compare(reference, reference.drop_vars("nutation_period")).same
+    comparison = compare(reference, reference.drop_vars("nutation_period"))
+    assert comparison.same
+    assert comparison.notes == ("nutation_period is not compared: the reference atlas does not have it",)
+    assert "not judged: nutation_period" in in_words(comparison)
+    forces = sweep.run(SPEC.replace(contact="yes"))
+    assert found(compare(reference, forces)) == dict.fromkeys(tables.CONTACT_VARIABLES, SPEC.size)
+    comparison = compare(forces, reference)
+    assert comparison.same
+    for name in tables.CONTACT_VARIABLES:
+        assert f"{name} is not compared: the reference atlas does not have it" in comparison.notes
+
+
+def test_a_boundary_that_one_does_not_have(reference):
+    """An edge or a curve where the other atlas has none is a difference: it is no output that one may lack."""
+    bare = reference.drop_vars("boundary_roll_rate")
+    assert (
+        list(found(compare(reference, bare)))
+        == list(found(compare(bare, reference)))
+        == ["boundary_roll_rate"]
+    )
 
 
 def test_provenance_is_listed_and_not_judged(reference):

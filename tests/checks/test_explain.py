@@ -169,6 +169,21 @@ def test_a_cell_that_was_tampered_with(tmp_path, monkeypatch, capsys):
     assert (status, "tilt_max DIFFER beyond the tolerance" in " ".join(out.split())) == (1, True)
 
 
+def test_a_measure_that_an_older_atlas_does_not_have():
+    """What a later version records besides is left out of the report; nothing is refused, and the rest is repeated."""
+    atlas = sweep.run(ROLLING)
+    cell = {"roll_rate": 3.5, "tilt": "0.1deg"}
+    whole = explain(atlas, cell)
+    older = explain(atlas.drop_vars(["nutation_period", "amplification", "steps"]), cell)
+    assert older.exactly
+    assert math.isnan(older.stored["nutation_period"])
+    lost = [line.split()[0] for line in whole.text.splitlines() if line not in older.text.splitlines()]
+    assert lost == ["amplification", "nutation_period", "steps", "nutation_period", "linear"]
+    assert cell_plot.figure(older).axes
+    with pytest.raises(sweep.RequestError, match="lacks tilt_max, which this needs"):
+        explain(atlas.drop_vars("tilt_max"), cell)
+
+
 def test_the_figure_has_the_extremes_and_the_limit():
     """The tilt runs between the atlas' extremes, and the criterion's limit is drawn where it can be seen."""
     found = explain(sweep.run(ROLLING), {"roll_rate": 2.5, "tilt": "1.5deg"})

@@ -1,11 +1,14 @@
 import json
 import math
-from dataclasses import asdict
+import pickle
+from dataclasses import FrozenInstanceError, asdict, replace
 
 import pytest
 
+from kernels.disk import simd_stages, trajectory
 from sweep import RequestError, TrajectorySpec
 from sweep.motion.request import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
+from sweep.request.spec import MOST_STEPS
 
 
 def test_words_are_read_in_si():
@@ -21,6 +24,23 @@ def test_every_word_is_a_field():
     spec = TrajectorySpec.read()
     assert set(asdict(spec)) == {*MOTION_INPUTS, *MOTION_WORDS}
     assert json.loads(spec.canonical()) == asdict(spec)
+
+
+def test_a_request_is_a_value():
+    """It cannot be changed, is equal to another one with the same values, and is replaced, shown and pickled whole."""
+    spec = TrajectorySpec.read(tilt="1deg", roll_rate=3)
+    for name in ("tilt", "wobble"):
+        with pytest.raises(FrozenInstanceError):
+            setattr(spec, name, 0.5)
+    heavier = replace(spec, mass=2.0)
+    assert heavier == TrajectorySpec.read(tilt="1deg", roll_rate=3, mass="2kg") != spec
+    assert len({spec, heavier, TrajectorySpec.read(tilt="1deg", roll_rate=3)}) == 2
+    assert eval(repr(heavier)) == pickle.loads(pickle.dumps(heavier)) == heavier
+
+
+def test_the_most_steps_are_those_of_the_kernels():
+    """A request is refused where the kernels would give its motion up."""
+    assert MOST_STEPS == trajectory._MOST_STEPS == simd_stages.MOST_STEPS
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Files outlive versions: atlases of version 0.1 serve a program whose disk has one parameter more.
+"""Files outlive versions: atlases of version 0.1 serve a program whose disk has one parameter and one output more.
 
 The files in tests/promises/older were made by version 0.1.0 with SOURCE_DATE_EPOCH=1700000000:
 `eulerdisk run rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log` and
@@ -20,7 +20,7 @@ from sweep.checks.compare import compare
 
 OLDER = Path(__file__).parent / "older"
 
-#: What the version with one parameter more does with the older files, in one process.
+#: What the version with one parameter and one output more does with the older files, in one process.
 LINES = [
     "info rolling-0.1.nc",
     "info circling-0.1.nc",
@@ -39,7 +39,14 @@ LINES = [
     "run --from rolling-0.1.nc viscosity=0,1 -o axis.nc",
     "run rolling roll_rate=2:3:8 tilt=1deg viscosity=0.5 -o one.nc",
     "compare one.nc rolling-0.1.nc",
+    "compare rolling-0.1.nc rolling.nc",
+    "simulate tilt_rate=0.01 roll_rate=2 duration=1s viscosity=0.5 -o path.nc --plot path.png",
+    "simulate tilt_rate=0.01 roll_rate=2 duration=1s method=dop853 -o other-path.nc",
+    "explain rolling-0.1.nc roll_rate=2 tilt=5deg --plot cell.png",
 ]
+
+#: Those of them that find a difference, or refuse to look for one.
+DIFFERING = ("compare one.nc rolling-0.1.nc", "compare rolling-0.1.nc rolling.nc")
 
 _COMMANDS = """
 import contextlib, io, json, shlex, sys
@@ -71,27 +78,39 @@ def folder(tmp_path_factory):
 def ends(folder):
     """Return how each of `LINES` ended under the newer version: status, output, messages."""
     # always in the same place, so that its kernels are found in the cache of the test run before
-    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "one-parameter-more")
+    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "one-parameter-and-one-output-more")
     copy.edit("kernels/disk/arrays.py", '"radius", "gravity")', '"radius", "gravity", "viscosity")')
     copy.edit("kernels/disk/arrays.py", "RADIUS, GRAVITY = range", "RADIUS, GRAVITY, VISCOSITY = range")
     copy.edit(
         "sweep/model/disk/tables.py",
         '"gravity > 0", positive),\n)',
         '"gravity > 0", positive),\n'
-        '    Input("viscosity", r"\\eta", "1", "viscosity of the air", GRID, default=0.0, added_later=True),\n)',
+        '    _input("viscosity", r"\\eta", "1", "viscosity of the air", 0.0, "any", np.isfinite, added_later=True),\n)',
+    )
+    copy.edit(
+        "kernels/disk/arrays.py", '"energy_drift", "tilt_error")', '"energy_drift", "tilt_error", "swing")'
+    )
+    copy.edit(
+        "kernels/disk/arrays.py", "DRIFT, TILT_ERROR = range(len(M", "DRIFT, TILT_ERROR, SWING = range(len(M"
+    )
+    copy.edit("kernels/disk/leg_control.py", "    TILT_ERROR,\n", "    SWING,\n    TILT_ERROR,\n")
+    copy.edit(
+        "kernels/disk/leg_control.py",
+        "    measures[TILT_ERROR, cell] = error\n",
+        "    measures[TILT_ERROR, cell] = error\n    measures[SWING, cell] = greatest - least\n",
+    )
+    copy.edit(
+        "sweep/model/disk/tables.py",
+        'STEP_COUNT, "", "i1"),\n)',
+        'STEP_COUNT, "", "i1"),\n    Quantity("swing", "", "rad", "between the extreme tilts", _TILT),\n)',
     )
     done = copy.python("-c", _COMMANDS, json.dumps(LINES), folder=folder)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
 
-def lines_of(word):
-    """Return the lines of one command."""
-    return [line for line in LINES if line.startswith(word)]
-
-
 @pytest.mark.compiled
-@pytest.mark.parametrize("line", [line for line in LINES if line != "compare one.nc rolling-0.1.nc"])
+@pytest.mark.parametrize("line", [line for line in LINES if line not in DIFFERING])
 def test_an_older_atlas_serves_every_command(ends, line):
     """Read, plotted, exported, repeated, compared, verified, explained: each command ends well."""
     status, out, err = ends[line]
@@ -108,13 +127,19 @@ def test_the_older_atlas_is_the_newer_one(folder, ends, name):
     with xr.open_dataset(OLDER / f"{name}-0.1.nc") as older, xr.open_dataset(folder / f"{name}.nc") as newer:
         for word in ("sweep_spec", "sweep_fingerprint"):
             assert newer.attrs[word] == older.attrs[word]
-        assert set(newer.variables) - set(older.variables) == {"viscosity"}
+        assert set(newer.variables) - set(older.variables) == {"viscosity", "swing"}
         assert newer["viscosity"].item() == 0.0
 
 
 @pytest.mark.compiled
 def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
-    """It is an axis like any other; with another value than its default, a request is another one."""
+    """It is an axis like any other; with another value than its default, a request is another one.
+
+    A single motion has it too, among the fixed parameters of its file.
+    """
+    with xr.open_dataset(folder / "path.nc") as path:
+        assert path["viscosity"].item() == 0.5
+        assert "viscosity" in path["tilt"].encoding["coordinates"]
     with xr.open_dataset(folder / "axis.nc") as found, xr.open_dataset(OLDER / "rolling-0.1.nc") as older:
         assert dict(found.sizes) == {**older.sizes, "viscosity": 2}
         for side in (0, 1):
@@ -123,6 +148,21 @@ def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
     status, _, err = ends["compare one.nc rolling-0.1.nc"]
     assert status == 2
     assert re.search(r"viscosity.*0\.5.*0\.0", err)
+
+
+@pytest.mark.compiled
+def test_the_output_that_was_added_is_an_output(folder, ends):
+    """The regression check names it where the reference lacks it, and misses it where the reference has it."""
+    with xr.open_dataset(folder / "rolling.nc") as newer:
+        swing = newer["tilt_max"] - newer["tilt_min"]
+        assert swing.notnull().any()
+        xr.testing.assert_allclose(newer["swing"], swing)
+    told = "not judged: swing is not compared: the reference atlas does not have it"
+    assert told in ends["compare rolling.nc rolling-0.1.nc"][1]
+    status, words, _ = ends["compare rolling-0.1.nc rolling.nc"]
+    assert status == 1
+    assert words.startswith("DIFFERENT in swing: ")
+    assert "swing" not in ends["explain rolling-0.1.nc roll_rate=2 tilt=5deg --plot cell.png"][1]
 
 
 @pytest.mark.parametrize("name", ["rolling", "circling"])

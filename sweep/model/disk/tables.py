@@ -60,14 +60,26 @@ def _input(
     rule: str,
     allows: Callable[[Array], Truths],
     words: tuple[str, ...] = (),
+    added_later: bool = False,
 ) -> Input:
-    return Input(name, symbol, units, long_name, GRID, default=default, rule=rule, allows=allows, words=words)
+    return Input(
+        name, symbol, units, long_name, GRID,
+        default=default, rule=rule, allows=allows, words=words, added_later=added_later,
+    )  # fmt: skip
 
 
 def _rate(
-    name: str, symbol: str, long_name: str, words: tuple[str, ...] = (), control: bool = False
+    name: str,
+    symbol: str,
+    long_name: str,
+    words: tuple[str, ...] = (),
+    control: bool = False,
+    added_later: bool = False,
 ) -> Input:
-    return Input(name, symbol, "rad s-1", long_name, GRID, default=0.0, words=words, control=control)
+    return Input(
+        name, symbol, "rad s-1", long_name, GRID,
+        default=0.0, words=words, control=control, added_later=added_later,
+    )  # fmt: skip
 
 
 def _upright(tilt: Array) -> Truths:
