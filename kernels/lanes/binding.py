@@ -9,8 +9,6 @@ disk may have the names of what another process compiles, and of two pieces with
 without it a process ended with a damaged heap where one model was loaded and the other compiled.
 """
 
-from functools import partial
-
 from numba import jit
 
 from kernels.lanes import interface, schedule
@@ -31,7 +29,7 @@ def bind(model):
     callable
         `kernels.lanes.schedule.integrate`, which calls the functions of the model.
     """
-    return rebound(schedule.integrate, replacements(model), partial(_recompiled, model), {})
+    return rebound(schedule.integrate, replacements(model), lambda *given: _recompiled(model, *given), {})
 
 
 def replacements(model):

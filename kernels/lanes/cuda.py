@@ -6,8 +6,6 @@ cell until an event, without waiting for others.
 """
 
 import math
-from functools import partial
-
 import numpy as np
 from numba import cuda
 
@@ -83,7 +81,7 @@ def bind(model):
         on the CPU, but differ from the CPU's: library functions (a few sines, powers) and the places where a
         multiplication and an addition become one instruction are others.
     """
-    kernel = rebound(_integrate, replacements(model), partial(_recompiled, model), {})
+    kernel = rebound(_integrate, replacements(model), lambda *given: _recompiled(model, *given), {})
 
     def integrate(starts, settings, measures, counts):
         n = starts.shape[1]
