@@ -6,6 +6,7 @@ cell until an event, without waiting for others.
 """
 
 import math
+
 import numpy as np
 from numba import cuda
 
