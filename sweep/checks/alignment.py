@@ -98,7 +98,8 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             f"The two atlases are of different models: {new.model.name} and {reference.model.name}.",
             hint="Compare atlases of one model.",
         )
-    settled = (*_STEPPING, *_PRESENTATION, *new.model.parameters, *new.model.options)
+    additions = [name for name, word in new.model.options.items() if not word.decides]
+    settled = (*_STEPPING, *_PRESENTATION, *new.model.parameters, *additions)
     fields = [
         name for name in new.words() if name not in settled and getattr(new, name) != getattr(reference, name)
     ]

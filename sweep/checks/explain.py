@@ -254,8 +254,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
     if missing:
         raise RequestError(
-            f"Which cell? A cell has a value for each of {', '.join(spec.axes)}; none was given for "
-            f"{', '.join(missing)}.",
+            f"A value is needed for each of {', '.join(spec.axes)}; none was given for {', '.join(missing)}.",
             hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
         )
     return {name: _place(getattr(spec, name), values.get(name)) for name in spec.axes}

@@ -125,13 +125,17 @@ class Input(Quantity):
 
 @dataclass(frozen=True)
 class Word:
-    """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`."""
+    """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`.
+
+    `decides` says whether it changes the cells of an atlas: one that only adds variables to them does not.
+    """
 
     name: str
     long_name: str
     default: str
     choices: tuple[str, ...] = ()
     added_later: bool = False
+    decides: bool = True
 
 
 _Row = TypeVar("_Row", Quantity, Input, Word)

@@ -109,7 +109,9 @@ TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)
 
 _NAMES = (*MOTION_INPUTS, *MOTION_WORDS)
 #: Words of a sweep only, for suggestions.
-_ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES}
+_ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
+    "model": "eulerdisk simulate follows the disk, and no other model"
+}
 
 #: A sample takes 180 bytes: a request for more than 1.8 GB is taken for a mistake.
 _MOST_SAMPLES = 10**7

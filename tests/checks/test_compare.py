@@ -1,6 +1,7 @@
 """The regression check finds what was changed, where it was changed, and nothing else."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.errors import RequestError
 from sweep.model.disk import tables
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import VARIABLES
-from sweep.model.quantity import FILL, STABLE, UNSTABLE
+from sweep.model.quantity import FILL, STABLE, UNSTABLE, Word, table
 
 
 @pytest.fixture(scope="module")
@@ -181,11 +183,8 @@ def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
 def test_a_boundary_that_one_does_not_have(reference):
     """An edge or a curve where the other atlas has none is a difference: it is no output that one may lack."""
     bare = reference.drop_vars("boundary_roll_rate")
-    assert (
-        list(found(compare(reference, bare)))
-        == list(found(compare(bare, reference)))
-        == ["boundary_roll_rate"]
-    )
+    for new, trusted in ((reference, bare), (bare, reference)):
+        assert list(found(compare(new, trusted))) == ["boundary_roll_rate"]
 
 
 def test_provenance_is_listed_and_not_judged(reference):
@@ -225,6 +224,20 @@ def test_another_model_or_criterion_is_refused(reference, changes, fields):
         for name, new, old in differing:
             assert new.startswith(fields[name][0])
             assert old.startswith(fields[name][1])
+
+
+def test_another_option_of_the_model_is_refused(reference, monkeypatch):
+    """An option of the model changes the cells, unless its table says that it only adds variables to them."""
+    grip = Word("grip", "what the plane is made of", "rough", ("rough", "icy"), added_later=True)
+    for decides in (True, False):
+        options = table(*tables.OPTIONS.values(), replace(grip, decides=decides))
+        monkeypatch.setattr(type(DISK), "options", options)
+        other = sweep.run(sweep.SweepSpec.from_canonical(SPEC.canonical()).replace(grip="icy"))
+        if decides:
+            with pytest.raises(RequestError, match=r"cannot be compared.* differ in grip \(icy and rough\)"):
+                compare(other, reference)
+        else:
+            assert compare(other, reference).same
 
 
 def test_another_grid_is_refused_unless_the_common_part_will_do(reference):

@@ -143,11 +143,15 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert (status, err) == (0, "")
     assert out.startswith("cell        roll_rate 2.5 rad s-1 (4 of 7)")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    for line in (
-        "explain a.nc roll_rate=2.4 --plot b.png",
-        "explain a.nc roll_rate=2 tilt=1deg --plot b.xyz",
+    for line, said in (
+        (
+            "explain a.nc roll_rate=2.4 --plot b.png",
+            "each of roll_rate, tilt; none was given for tilt. Add tilt=",
+        ),
+        ("explain a.nc roll_rate=2 tilt=1deg --plot b.xyz", ".png"),
     ):
-        assert run(monkeypatch, capsys, line)[0] == 2
+        status, _, err = run(monkeypatch, capsys, line)
+        assert (status, said in err) == (2, True), err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "a.png"]
 
 

@@ -72,6 +72,7 @@ def test_every_quantity_is_complete(quantity):
         (["mass=3m"], ["mass=3m", "unit 'm'", "kg, g, pound"]),
         (["rollrate=3"], ["rollrate", "friction, duration, interval", "Did you mean roll_rate?"]),
         (["criterion=departure:5deg"], ["criterion", "word of eulerdisk run"]),
+        (["model=bead"], ["model", "simulate follows the disk", "Leave it out"]),
         (["roll_rate=3", "roll_rate=4"], ["once", "roll_rate=3", "roll_rate=4"]),
         (["roll_rate"], ["roll_rate", "NAME=VALUE"]),
         (["roll_rate=steady", "tilt=10deg"], ["roll_rate=steady", "other than 0", "precession_rate=0.5"]),

@@ -144,7 +144,7 @@ SETTINGS: Mapping[str, Input] = table(
 
 OPTIONS: Mapping[str, Word] = table(
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no", ("no", "yes"),
-         added_later=True),
+         added_later=True, decides=False),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(
