@@ -118,9 +118,12 @@ def test_a_damaged_part_is_found_out(folder, tmp_path, monkeypatch, capsys, line
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "good.nc"]
 
 
-@pytest.mark.parametrize(("line", "names"), [("info {}", "tilt_error"), ("explain {} tilt=1deg", "steps")])
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [("info {}", "tilt_error"), ("explain {} tilt=1deg", "tilt_max"), ("verify {}", "nutation_period")],
+)
 def test_what_a_command_needs_is_named(folder, tmp_path, monkeypatch, capsys, line, names):
-    """An atlas from which a variable was taken is refused by the commands that tell of it."""
+    """An atlas from which a variable was taken is refused by the commands that cannot do without it."""
     path = tmp_path / "less.nc"
     with sweep.open_atlas(folder / "good.nc") as atlas:
         sweep.save(atlas.drop_vars(names), path)
