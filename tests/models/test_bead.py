@@ -125,7 +125,7 @@ def test_an_error_is_estimated_where_the_bead_turned(command):
     np.testing.assert_array_equal(np.isnan(error), ending == 2)
     assert np.all(error[ending == 1] <= 1e-6)
     assert command(f"run bottom {words} -o a.nc")[0] == 0
-    assert f"extremes of the angle within {np.nanmax(error):.1e} rad" in command("info a.nc")[1]
+    assert f"extreme angles within {np.nanmax(error):.1e} rad" in command("info a.nc")[1]
 
 
 def test_bits_depend_on_the_cell_alone():
