@@ -123,7 +123,7 @@ class Disk(Model):
         return slipping(dataset, friction)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
-        """Return which cells come so near to fall_tilt that they may as well have fallen."""
+        """Return which cells come so near to fall_tilt that they could have fallen within the error."""
         low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
         return np.asarray(np.maximum(high, -low) + error >= spec.fall_tilt)
 
