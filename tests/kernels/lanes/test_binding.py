@@ -4,7 +4,6 @@ import types
 
 import numpy as np
 import pytest
-from kernel_runner import process
 
 from kernels.disk import integrate as disk
 from kernels.jit import internal, kernel, simd
@@ -159,22 +158,3 @@ def test_copies_of_two_models_have_different_names():
         names.append({(copy.__module__, copy.__qualname__) for copy in copies})
         assert len(copies) == len(names[-1]) > 5
     assert not names[0] & names[1]
-
-
-_CACHE_USE = """
-import numpy as np
-from kernels.disk.arrays import (COUNTS, MEASURES)
-from sweep.model.disk.model import DISK
-starts = np.array([[0.3, 0.0, 0.0, 4.0, 0.5, 0.5, 9.81]]).T.copy()
-kernel = DISK.integrate.load()
-kernel(starts, np.array([300.0, 0.0, 1.4, 1e-8]), np.empty((len(MEASURES), 1)), np.empty((len(COUNTS), 1), np.int32))
-print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
-"""
-
-
-@pytest.mark.compiled
-def test_a_second_process_loads_the_bound_kernel(tmp_path, monkeypatch):
-    """What one process has compiled and cached the next one loads."""
-    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    done = [process(["-c", _CACHE_USE], simulator=False, folder=tmp_path) for _ in range(2)]
-    assert [each.stdout.split() for each in done] == [["0", "1"], ["1", "0"]], done[0].stderr
