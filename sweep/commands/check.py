@@ -120,8 +120,8 @@ def explain(
     print(explanation.text)
     if plot is not None:
         from sweep.figures import plots
-        from sweep.figures.disk import cell_plot
 
-        plots.save(cell_plot.figure(explanation), plot)
+        draw = plots.of_the_model(explanation.spec.model, "trajectory", "--plot")
+        plots.save(draw(explanation), plot)
     if not explanation.repeated:
         raise typer.Exit(1)

@@ -113,14 +113,13 @@ def plot(
         check_atlas(atlas)
     from sweep.atlas.reclassify import reclassify
     from sweep.figures import plots
-    from sweep.figures.disk.regimes import figure as regimes_figure
     from sweep.files.netcdf import opened
 
     with ExitStack() as stack:
         datasets = [stack.enter_context(opened(path)) for path in atlases]
         if criterion is not None:
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        plots.save(regimes_figure(datasets) if regimes else plots.figure(datasets, friction), output)
+        plots.save(plots.regimes(datasets) if regimes else plots.figure(datasets, friction), output)
 
 
 def export(

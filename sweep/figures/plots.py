@@ -3,7 +3,8 @@
 The same atlases give the same bytes of the file: it holds neither a time nor a random name.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
+from sweep.model.description import Model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -140,3 +142,19 @@ def _norm(panels: Sequence[Panel]) -> LogNorm:
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
     low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
     return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
+
+
+def regimes(datasets: "Sequence[xr.Dataset]") -> Figure:
+    """Draw the kinds of motion of atlases, as the model of each does."""
+    draw = [of_the_model(spec_named(each).model, "regimes", "--regimes") for each in datasets]
+    drawn: Figure = draw[0](datasets)
+    return drawn
+
+
+def of_the_model(model: Model, name: str, option: str) -> Callable[..., Figure]:
+    """Return the function of a model that draws its ``trajectory`` or ``regimes``, or refuse the option by name."""
+    module, _, function = str(getattr(model, name)).partition(":")
+    if not module:
+        raise RequestError(f"The model {model.name} has no {name} to draw.", hint=f"Leave {option} out.")
+    found: Callable[..., Figure] = getattr(import_module(module), function)
+    return found

@@ -217,6 +217,9 @@ class Model(ABC):
     ambiguous : mapping of str to str
         Part of an unknown word -> what to say instead of it.
     exact : ExactReference or None
+    trajectory, regimes : str
+        ``module:function`` that draws the motion of an explained cell (``explain --plot``), and the kinds of motion of
+        atlases (``plot --regimes``); empty if the model has none.
     """
 
     name: str
@@ -239,6 +242,8 @@ class Model(ABC):
     synonyms: Mapping[str, str] = MappingProxyType({})
     ambiguous: Mapping[str, str] = MappingProxyType({})
     exact: "ExactReference | None" = None
+    trajectory: str = ""
+    regimes: str = ""
 
     @abstractmethod
     def headline(self, spec: Request) -> str:

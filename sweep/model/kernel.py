@@ -31,7 +31,6 @@ _STRING_OR_COMMENT = re.compile(
 )
 #: What follows a docstring: a new line that closes no bracket.
 _NEW_LINE = re.compile(r"[ \t]*(?:#[^\n]*)?(?:\n\s*[^)\]},\s]|\s*\Z)")
-_DEFINITION = re.compile(r"\s*(?:def|class) (\w+)")
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
 )
@@ -118,17 +117,13 @@ def _definition(code: str, qualified_name: str) -> str:
     depth = [len(line) - len(line.lstrip()) for line in lines]
     first = -1
     for part in qualified_name.split("."):
-        first = next(i for i, line in enumerate(lines) if i > first and _defined(line) == part)
+        first = next(
+            i for i, line in enumerate(lines) if i > first and re.match(rf"\s*(?:def|class) {part}\b", line)
+        )
     after = (
         i for i in range(first + 1, len(lines)) if depth[i] <= depth[first] and lines[i].strip()[0] != ")"
     )
     return "\n".join(lines[first : next(after, len(lines))])
-
-
-def _defined(line: str) -> str:
-    """Return the name of the function or class that a line begins; empty if it begins none."""
-    found = _DEFINITION.match(line)
-    return found[1] if found else ""
 
 
 def _imported(code: str, parent: str | None, packages: tuple[str, ...]) -> Iterator[str]:
@@ -139,13 +134,9 @@ def _imported(code: str, parent: str | None, packages: tuple[str, ...]) -> Itera
         for each in [source] if origin else named:
             if each.partition(".")[0] in packages:
                 yield each
-        if source.partition(".")[0] in packages and _is_package(source):
+        found = _spec(source) if source.partition(".")[0] in packages else None
+        if found is not None and found.submodule_search_locations is not None:
             yield from (f"{source}.{each}" for each in named)
-
-
-def _is_package(module: str) -> bool:
-    spec = _spec(module)
-    return spec is not None and spec.submodule_search_locations is not None
 
 
 @lru_cache

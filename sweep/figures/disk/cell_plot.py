@@ -50,10 +50,6 @@ def figure(explanation: Explanation) -> Figure:
 
 def _motion(explanation: Explanation) -> "xr.Dataset":
     start, spec = explanation.start, explanation.spec
-    if spec.model is not DISK:
-        raise RequestError(
-            f"The model {spec.model.name} has no trajectory to draw.", hint="Leave --plot out."
-        )
     if not all(map(math.isfinite, start.values())):
         given = ", ".join(f"{name}={value:g}" for name, value in start.items() if not math.isfinite(value))
         raise RequestError(

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from sweep.atlas.curves import without_curves
-from sweep.atlas.dataset import spec_named
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
@@ -76,10 +75,6 @@ class Regimes:
 def regimes(dataset: "xr.Dataset") -> Regimes:
     """Return the regimes of the starts of an atlas of two axes, or of a selection from one; raises as `figure` does."""
     dataset = without_curves(dataset).squeeze()
-    if spec_named(dataset).model is not DISK:
-        raise RequestError(
-            f"The model {spec_named(dataset).model.name} has no regimes to draw.", hint="Leave --regimes out."
-        )
     drawn = panel(dataset)
     if drawn.y is None:
         raise RequestError(

@@ -57,6 +57,7 @@ class Disk(Model):
         "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical."
     }
     exact: ExactReduction = ExactReduction()
+    trajectory, regimes = "sweep.figures.disk.cell_plot:figure", "sweep.figures.disk.regimes:figure"
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates."""
