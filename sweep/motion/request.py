@@ -136,7 +136,7 @@ _Fields = make_dataclass(
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]
+class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from tables, which mypy does not follow
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
     Its fields have the names of `MOTION_INPUTS` and `MOTION_WORDS`, in their order. `roll_rate` may be ``"steady"``,
