@@ -26,13 +26,15 @@ STEADY, CURVATURE = offsets(25, 27)
 STEP, REFINED, FAILED = offsets(27, 30)
 #: whether the motion is followed backward in time now, the time and the steps of the leg before,
 BACKWARD, FIRST_TURN, STEPS_KEPT = offsets(30, 33)
-#: the extreme tilts so far, the worst estimated error, the largest energy change.
+#: the extreme tilts so far, the worst stated error, the largest energy change.
 LEAST, GREATEST, ERROR, CHANGE = offsets(33, 37)
 
 # The end of the present leg: its steps, whether the first correction led to a turning point,
 STEPS, LANDED = offsets(37, 39)
-#: the tilt where it ended, the time, the estimated error and the energy change there.
-TILT_END, TIME_END, ERROR_END, CHANGE_END = offsets(39, 43)
+#: the tilt where it ended, the time, the estimated error that decides whether the leg is accepted,
+TILT_END, TIME_END, ESTIMATE_END = offsets(39, 42)
+#: the error that is stated if it is, the energy change there.
+ERROR_END, CHANGE_END = offsets(42, 44)
 
 #: Numbers of LANES cells.
-SIZE = 43 * LANES
+SIZE = 44 * LANES

@@ -30,10 +30,21 @@ from kernels.disk.arrays import (
     TILT_RATE,
 )
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
-from kernels.disk.error_estimate import MOST_LOSS, estimated_error, loss
+from kernels.disk.error_estimate import MOST_LOSS, drift, estimated_error, uncertain_energy
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
-from kernels.disk.simd_stages import MOST_STEPS, constants_of, longest, set_off, start_of, state_of, time_left
+from kernels.disk.simd_stages import (
+    MOST_STEPS,
+    constants_of,
+    longest,
+    most_steps,
+    scale_of,
+    set_off,
+    start_of,
+    state_of,
+    time_left,
+)
 from kernels.disk.step_size import share_near_maximum
+from kernels.disk.summit import doubtful_pass
 from kernels.jit import inlined, internal, simd
 from kernels.simd_math import angle_of
 
@@ -42,6 +53,9 @@ _ACCEPTED_SHARE = 0.125
 
 #: The largest divisor of that share.
 _LARGEST_DIVISOR = 65536.0
+
+#: Where it is in doubt whether a motion passes a maximum of its potential, no more steps are taken than this.
+_MOST_STEPS_IN_DOUBT = 1.0e5
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -169,11 +183,28 @@ def _end_leg(lane, run, lanes):
     """Measure the end of a leg that `kernels.disk.simd_stages.land` left open; returns the ending so far."""
     ending, state, t = _event(lane, run, lanes)
     whole, alpha, steps = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane], lanes[at.STEPS + lane]
-    lost, rounding, change = loss(state, start_of(lane, lanes), whole, alpha, steps)
-    error = estimated_error(ending, state, lost, rounding, constants_of(lane, lanes))
+    start, constants, h = start_of(lane, lanes), constants_of(lane, lanes), scale_of(lane, lanes)
+    drifts = drift(state, start, whole, alpha, steps)
+    uncertain = uncertain_energy(drifts, state, start, constants, h, abs(state[0] - start[0]), steps)
+    estimate, stated = estimated_error(ending, state, drifts, uncertain, constants)
     lanes[at.TILT_END + lane], lanes[at.TIME_END + lane] = angle_of(state[0], state[1]), t
-    lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = error, change
+    lanes[at.ESTIMATE_END + lane], lanes[at.ERROR_END + lane] = estimate, stated
+    lanes[at.CHANGE_END + lane] = drifts[3]
     return ending
+
+
+@internal
+def _passed_in_doubt(lane, lanes):
+    """Whether the leg of a lane passed a maximum of the potential without enough energy (`kernels.disk.summit`)."""
+    S, C, w, o, s = start_of(lane, lanes)
+    sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
+    state = S, C, S / C, sense * w, sense * o, sense * s
+    leg = (
+        angle_of(S, C), lanes[at.TILT_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane],
+        lanes[at.HEADING + lane], 2.0 * lanes[at.HALF_UNIFORM + lane], 2.0 * lanes[at.HALF_GRADED + lane],
+    )  # fmt: skip
+    whole, alpha = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane]
+    return doubtful_pass(state, constants_of(lane, lanes), leg, whole, alpha)
 
 
 @internal
@@ -185,9 +216,15 @@ def _refine(lane, error, allowed, run, lanes):
     shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
-    if hopeless or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
+    shrink = min(0.7, shrink)
+    most = most_steps(lanes[at.S_0 + lane], lanes[at.W_0 + lane], run)
+    if error == math.inf:
+        # beside a maximum of the potential the error is that of rounding after one or two refinements
+        most = min(most, _MOST_STEPS_IN_DOUBT)
+    too_long = lanes[at.STEPS + lane] > most * shrink
+    if hopeless or too_long or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
         return False
-    lanes[at.STEP + lane] *= min(0.7, shrink)
+    lanes[at.STEP + lane] *= shrink
     lanes[at.REFINED + lane] += 1.0
     set_off(lane, run, lanes)
     return True
@@ -197,9 +234,11 @@ def _refine(lane, error, allowed, run, lanes):
 def finish_leg(cell, lane, run, lanes, measures, counts):
     """Set a cell off again, with a smaller step or backward in time; or write it."""
     ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, run, lanes)
-    error, t, steps = lanes[at.ERROR_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
+    error, t, steps = lanes[at.ESTIMATE_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, run, lanes)
     allowed = _allowed(lane, run, lanes)
+    if not out_of_steps and error <= allowed and _passed_in_doubt(lane, lanes):
+        error = math.inf
     if out_of_steps or not error <= allowed:
         if not out_of_steps and _refine(lane, error, allowed, run, lanes):
             return True
@@ -213,7 +252,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         tilt = math.copysign(run.fall_tilt, tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
-    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], error)
+    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], lanes[at.ERROR_END + lane])
     lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], lanes[at.CHANGE_END + lane])
     lanes[at.STEPS_KEPT + lane] += steps
     at_rest = lanes[at.W_0 + lane] == 0.0

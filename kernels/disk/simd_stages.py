@@ -8,7 +8,7 @@ import math
 from kernels.disk import layout as at
 from kernels.disk.endings import BOUNDED
 from kernels.disk.equations import energy, force, inertia, scaled
-from kernels.disk.error_estimate import EPS, estimated_error, loss
+from kernels.disk.error_estimate import EPS, drift, estimated_error, uncertain_energy
 from kernels.disk.rk4 import approach_turning_point, carried, lane_step, tilt_acceleration
 from kernels.disk.step_size import first_step
 from kernels.jit import simd
@@ -16,6 +16,10 @@ from kernels.simd_math import angle_of, sine_cosine
 
 #: After about this many steps a leg is abandoned; its cell is then unresolved.
 MOST_STEPS = 1.0e8
+
+#: A tiny start has tilts and scaled tilt rates below the first number; its legs are abandoned after fewer steps. Only
+#: where a rate is within 1e-5 of the critical one does it need more, to creep away or to return.
+TINY, MOST_STEPS_OF_TINY = 1.0e-8, 1.0e5
 
 
 @simd
@@ -44,6 +48,13 @@ def state_of(lane, lanes):
 def time_left(lane, run, lanes):
     """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
     return run.duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
+
+
+@simd
+def most_steps(S, w, run):
+    """Steps after which a leg is abandoned, of a start with sine and rate of the tilt S and w."""
+    tiny = (abs(S) < TINY) & (abs(w) < TINY) & (run.step == 0.0)
+    return MOST_STEPS_OF_TINY if tiny else MOST_STEPS
 
 
 @simd
@@ -81,7 +92,7 @@ def set_off(lane, run, lanes):
     sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
     state = S, C, S / C, sense * w, sense * o, sense * s
     acceleration, p = tilt_acceleration(state, constants), constants[1] * state[5]
-    left, most = time_left(lane, run, lanes), MOST_STEPS * scale
+    left, most = time_left(lane, run, lanes), most_steps(S, w, run) * scale
     end = most if most < left else left  # min() is a call
     uniform = 0.5 * scale if run.step > 0.0 else 0.0
     graded = 0.0 if run.step > 0.0 else 0.5 * scale
@@ -115,6 +126,12 @@ def advance(lane, run, lanes):
 
 
 @simd
+def scale_of(lane, lanes):
+    """Scaled step over cos(tilt), or the uniform step."""
+    return 2.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane])
+
+
+@simd
 def longest(lane, lanes):
     """Longest correction of a landing: two steps."""
     return 4.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane] * abs(lanes[at.C + lane]))
@@ -130,9 +147,16 @@ def land(lane, run, lanes):
     state, elapsed, left, near = approach_turning_point(state, constants, longest(lane, lanes))
     state = carried(state, constants, 0.5 * state[3] * left)
     t = before + (elapsed + left)
-    lost, rounding, change = loss(state, start, whole, alpha, steps)
-    error = estimated_error(BOUNDED, state, lost, rounding, constants)
+    drifts = drift(state, start, whole, alpha, steps)
+    uncertain = uncertain_energy(
+        drifts, state, start, constants, scale_of(lane, lanes), abs(state[0] - start[0]), steps
+    )
+    estimate, stated = estimated_error(BOUNDED, state, drifts, uncertain, constants)
     landed = turned & near & (state[1] > run.cos_fall_tilt) & (not (t > end))
     lanes[at.LANDED + lane], lanes[at.TIME_END + lane] = 1.0 if landed else 0.0, t
     lanes[at.TILT_END + lane] = angle_of(state[0], state[1])
-    lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = error, change
+    lanes[at.ESTIMATE_END + lane], lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = (
+        estimate,
+        stated,
+        drifts[3],
+    )

@@ -1,0 +1,153 @@
+"""Whether a leg passed a maximum of the potential by less energy than the integration may have lost.
+
+If it did, the true motion may have turned there. The disk is slow at such a pass and a leg with one is long, so few
+legs are looked at: in turn by their time, by the tilts that they cover, by where they begin, by the potential between
+their ends, and only then by taking their steps again. All of it is scalar code.
+"""
+
+import math
+
+from kernels.disk.equations import force
+from kernels.disk.error_estimate import drift, uncertain_energy
+from kernels.disk.rk4 import step, tilt_acceleration
+from kernels.jit import internal
+
+#: A potential has maxima only at smaller tilts [rad]: steady motions are unstable below 18.6 deg (disk) to 20 deg.
+_LARGEST_TILT = 0.36
+
+#: Scaled time over sqrt(1 + alpha/2) that a leg with a doubtful pass takes at least. The speed at a distance x from a
+#: maximum is at most sqrt((2 K + x^2)/(1 + alpha/2)), with K the energy left at the maximum. A start nearer than
+#: 30 sqrt(2 K) has lost next to nothing on its way there, from all others it takes 2 asinh(30).
+_SHORTEST = 8.0
+
+#: Steps of the search for a minimum of the kinetic energy between the ends of a leg, and the largest minimum (of m g R)
+#: that is looked at: several times the error of that search.
+_NODES, _LARGEST_MINIMUM = 24, 2.0e-3
+
+#: A pass is doubtful when the kinetic energy left is less than this many times the energy that is uncertain.
+_MARGIN = 4.0
+
+
+@internal
+def _covers_summits(tilt_start, tilt_end):
+    return min(abs(tilt_start), abs(tilt_end)) < _LARGEST_TILT or tilt_start * tilt_end < 0.0
+
+
+@internal
+def _leaves_summit(state, constants, heading):
+    """Whether a leg begins beside a maximum of the potential that it leaves, or passes without doubt."""
+    _, curvature = force(state, constants)
+    if not curvature < 0.0:
+        return False
+    downhill = heading * tilt_acceleration(state, constants) / constants[0]
+    if downhill >= 0.0:
+        return True
+    # the maximum is ahead by downhill/curvature and higher by half of downhill^2/curvature, if that is near enough
+    kinetic = 0.5 * state[3] * state[3] / constants[0]
+    return downhill > 0.1 * curvature * -curvature and 0.5 * downhill * downhill < -0.8 * curvature * kinetic
+
+
+@internal
+def _slopes_along(S, C, s, o, constants):
+    """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy: Chaplygin's system, free of divisions."""
+    return C * C, -S * C, -constants[3] * o * C, o * S - 2.0 * s * C
+
+
+@internal
+def _moved(S, C, s, o, h, slope):
+    return S + h * slope[0], C + h * slope[1], s + h * slope[2], o + h * slope[3]
+
+
+@internal
+def _step_along(S, C, s, o, h, constants):
+    """One step of the classical Runge-Kutta method in y."""
+    one = _slopes_along(S, C, s, o, constants)
+    two = _slopes_along(*_moved(S, C, s, o, 0.5 * h, one), constants)
+    three = _slopes_along(*_moved(S, C, s, o, 0.5 * h, two), constants)
+    four = _slopes_along(*_moved(S, C, s, o, h, three), constants)
+    part = h / 6.0
+    return (
+        S + part * (one[0] + 2.0 * (two[0] + three[0]) + four[0]),
+        C + part * (one[1] + 2.0 * (two[1] + three[1]) + four[1]),
+        s + part * (one[2] + 2.0 * (two[2] + three[2]) + four[2]),
+        o + part * (one[3] + 2.0 * (two[3] + three[3]) + four[3]),
+    )
+
+
+@internal
+def _fall(S, C, s, o, constants):
+    """Slope of the potential with respect to y, over m g R."""
+    return -(S * C + o * (constants[1] * s * C - constants[2] * o * S))
+
+
+@internal
+def _slow_between(state, tilt_end, constants):
+    """Whether the kinetic energy may have a small minimum between a start and a tilt, by a coarse integration."""
+    S, C, _, w, o, s = state
+    length = math.asinh(math.tan(tilt_end)) - math.asinh(S / C)
+    h = length / _NODES
+    i_spin, i_roll = 0.5 * constants[2], 0.5 * constants[1]
+    whole = 0.5 * w * w / constants[0] + i_roll * s * s + i_spin * o * o + C
+    kinetic, slope = 0.5 * w * w / constants[0], -h * _fall(S, C, s, o, constants)
+    for _ in range(_NODES):
+        S, C, s, o = _step_along(S, C, s, o, h, constants)
+        before, slope_before = kinetic, slope
+        kinetic = whole - (i_roll * s * s + i_spin * o * o + C)
+        slope = -h * _fall(S, C, s, o, constants)
+        if slope_before < 0.0 < slope:
+            # the parabolas from both nodes, with the curvature that their slopes show
+            bend = slope - slope_before
+            lowest = min(
+                before - 0.5 * slope_before * slope_before / bend, kinetic - 0.5 * slope * slope / bend
+            )
+            if lowest < _LARGEST_MINIMUM:
+                return True
+    return False
+
+
+@internal
+def _doubtful_on_the_way(state, constants, steps, heading, uniform, graded, whole, alpha):
+    """Take the steps of a leg again; whether at a minimum of its speed it was as slow as its energy is uncertain."""
+    start = state[0], state[1], state[3], state[4], state[5]
+    slowing = heading * tilt_acceleration(state, constants) < 0.0
+    for n in range(1, int(steps)):
+        h = uniform + graded * state[1]
+        state = step(state, constants, h)
+        slower = heading * tilt_acceleration(state, constants) < 0.0
+        if slowing and not slower:
+            drifts = drift(state, start, whole, alpha, n)
+            scale, change = uniform + graded, abs(state[0] - start[0])
+            uncertain = uncertain_energy(drifts, state, start, constants, scale, change, n)
+            if not 0.5 * state[3] * state[3] / constants[0] > _MARGIN * uncertain:
+                return True
+        slowing = slower
+    return False
+
+
+@internal
+def doubtful_pass(state, constants, leg, whole, alpha):
+    """Whether a leg passed a maximum of the potential by less energy than is uncertain there.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+        State where the leg began, with the rates of its sense of time.
+    constants : tuple of 4 floats
+    leg : tuple of 7 floats
+        Tilts [rad] where it began and ended, scaled time, steps, sign of the tilt rate, and the scaled steps: the part
+        that is constant and the part that is multiplied by cos(tilt).
+    whole, alpha : float
+        Energy of the start over m g R; mass distribution.
+
+    Returns
+    -------
+    bool
+    """
+    tilt_start, tilt_end, time, steps, heading, uniform, graded = leg
+    if time * math.sqrt(constants[0]) < _SHORTEST or not _covers_summits(tilt_start, tilt_end):
+        return False
+    if abs(tilt_start) < _LARGEST_TILT and _leaves_summit(state, constants, heading):
+        return False
+    if not _slow_between(state, tilt_end, constants):
+        return False
+    return _doubtful_on_the_way(state, constants, steps, heading, uniform, graded, whole, alpha)
