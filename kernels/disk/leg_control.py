@@ -211,7 +211,7 @@ def _passed_in_doubt(lane, lanes):
 def _refine(lane, error, allowed, run, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # where the error is that of the method the shorter step leaves a quarter of it at most; rounding errors stay
-    hopeless = lanes[at.FAILED + lane] < MOST_LOSS and error > 0.5 * lanes[at.FAILED + lane]
+    hopeless = lanes[at.FAILED + lane] < MOST_LOSS and 0.5 * lanes[at.FAILED + lane] < error < math.inf
     lanes[at.FAILED + lane] = error
     shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
     if not shrink >= _SMALLEST_SHRINK:
@@ -252,7 +252,13 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         tilt = math.copysign(run.fall_tilt, tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
-    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], lanes[at.ERROR_END + lane])
+    stated = lanes[at.ERROR_END + lane]
+    if run.step > 0.0:
+        # a uniform step does not shrink near flat, where the rates change fastest
+        stated /= math.cos(tilt)
+    # what is accepted has kept the tolerance in all trials, however large the estimate for one motion in a thousand
+    stated = min(stated, run.tolerance)
+    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], stated)
     lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], lanes[at.CHANGE_END + lane])
     lanes[at.STEPS_KEPT + lane] += steps
     at_rest = lanes[at.W_0 + lane] == 0.0
