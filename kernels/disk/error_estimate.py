@@ -2,7 +2,7 @@
 
 import math
 
-from kernels.disk.endings import BOUNDED
+from kernels.disk.endings import BOUNDED, FELL
 from kernels.disk.equations import energy_change, force
 from kernels.jit import simd
 
@@ -96,8 +96,9 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
     -----
     The drift counts the rounding of the rates, which is of the order of eps however little the tilt changes. But an
     error of the rates that does not change shifts the potential as a whole. What counts is the error of the work: of
-    the method, h^4 of the energies that the motion exchanges, and the rounding of the force times the change of the
-    tilt. Where that is less than the drift (motions of a small amplitude) it is returned instead.
+    the method, h^4 of the energies that the motion exchanges; of rounding and of wrong rates, the error of the force
+    times the change of the tilt. Where that is less than the drift (motions of a small amplitude) it is returned
+    instead.
     """
     _, doubt, rounding, _ = drifts
     S, _, T, w, o, s = state
@@ -111,7 +112,7 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
     share *= share * (_METHOD_SHARE + reach * (1.0 + abs(T) + abs(S0 / C0)))
     rounded = _RELATIVE_ROUNDING * math.sqrt(steps + 4.0)
     work = (share + rounded) * (w * w + w0 * w0)
-    work += (share * (pull + pull0) + rounded * (terms + terms0)) * reach
+    work += (share * (pull + pull0) + rounded * (terms + terms0) + 2.0 * doubt) * reach
     whole = doubt + _ROUNDING_SHARE * rounding
     return work if work < whole else whole  # min() is a call
 
@@ -148,11 +149,14 @@ def estimated_error(ending, state, drifts, uncertain, constants):
     speed = abs(state[3])
     # not max(0, ...), which would turn a NaN into zero
     beyond = 0.0 if lost <= rounding else lost - rounding
+    left = 0.5 * speed * speed / constants[0]
     if ending != BOUNDED:
+        # at fall_tilt with less energy than is uncertain: the disk may have turned before
+        if ending == FELL and left <= 2.0 * uncertain:
+            return math.inf, math.inf
         divisor = max(pull, speed)
         return beyond / divisor, uncertain / divisor
     # below a maximum of the potential by less than the drift: the disk may have passed it
     if stiffness < 0.0 and pull * pull <= -8.0 * stiffness * uncertain:
         return math.inf, math.inf
-    left = 0.5 * speed * speed / constants[0]
     return (beyond + left) / pull, (uncertain + left) / pull

@@ -27,6 +27,9 @@ _NODES, _LARGEST_MINIMUM = 24, 2.0e-3
 #: A pass is doubtful when the kinetic energy left is less than this many times the energy that is uncertain.
 _MARGIN = 4.0
 
+#: Share of a leg's way by which its last step but one may be from its end.
+_ELSEWHERE = 0.2
+
 
 @internal
 def _covers_summits(tilt_start, tilt_end):
@@ -81,11 +84,24 @@ def _fall(S, C, s, o, constants):
 
 
 @internal
+def _lies_in_hidden_well(state, constants, h):
+    """Whether the end of a leg lies in a well of the potential that is narrower than two nodes."""
+    pull, curvature = force(state, constants)
+    if not curvature > 0.0:
+        return False
+    kinetic = 0.5 * state[3] * state[3] / constants[0]
+    reach = 2.0 * h * state[1]
+    return 2.0 * kinetic + pull * pull / curvature < curvature * reach * reach
+
+
+@internal
 def _slow_between(state, tilt_end, constants):
     """Whether the kinetic energy may have a small minimum between a start and a tilt, by a coarse integration."""
     S, C, _, w, o, s = state
     length = math.asinh(math.tan(tilt_end)) - math.asinh(S / C)
     h = length / _NODES
+    if _lies_in_hidden_well(state, constants, h):
+        return True
     i_spin, i_roll = 0.5 * constants[2], 0.5 * constants[1]
     whole = 0.5 * w * w / constants[0] + i_roll * s * s + i_spin * o * o + C
     kinetic, slope = 0.5 * w * w / constants[0], -h * _fall(S, C, s, o, constants)
@@ -102,12 +118,16 @@ def _slow_between(state, tilt_end, constants):
             )
             if lowest < _LARGEST_MINIMUM:
                 return True
-    return False
+    return _lies_in_hidden_well((S, C, S / C, 0.0, o, s), constants, h)
 
 
 @internal
-def _doubtful_on_the_way(state, constants, steps, heading, uniform, graded, whole, alpha):
-    """Take the steps of a leg again; whether at a minimum of its speed it was as slow as its energy is uncertain."""
+def _doubtful_on_the_way(state, constants, leg, whole, alpha):
+    """Take the steps of a leg again; whether at a minimum of its speed it was as slow as its energy is uncertain.
+
+    Or whether the leg ends elsewhere this time: these steps round otherwise than those of `lane_step` in lanes.
+    """
+    _, tilt_end, _, steps, heading, uniform, graded = leg
     start = state[0], state[1], state[3], state[4], state[5]
     slowing = heading * tilt_acceleration(state, constants) < 0.0
     for n in range(1, int(steps)):
@@ -121,7 +141,9 @@ def _doubtful_on_the_way(state, constants, steps, heading, uniform, graded, whol
             if not 0.5 * state[3] * state[3] / constants[0] > _MARGIN * uncertain:
                 return True
         slowing = slower
-    return False
+    # one step is left, and the landing
+    way = math.sin(tilt_end) - start[0]
+    return not abs(math.sin(tilt_end) - state[0]) <= _ELSEWHERE * abs(way)
 
 
 @internal
@@ -143,11 +165,11 @@ def doubtful_pass(state, constants, leg, whole, alpha):
     -------
     bool
     """
-    tilt_start, tilt_end, time, steps, heading, uniform, graded = leg
+    tilt_start, tilt_end, time, _, heading, _, _ = leg
     if time * math.sqrt(constants[0]) < _SHORTEST or not _covers_summits(tilt_start, tilt_end):
         return False
     if abs(tilt_start) < _LARGEST_TILT and _leaves_summit(state, constants, heading):
         return False
     if not _slow_between(state, tilt_end, constants):
         return False
-    return _doubtful_on_the_way(state, constants, steps, heading, uniform, graded, whole, alpha)
+    return _doubtful_on_the_way(state, constants, leg, whole, alpha)

@@ -18,6 +18,10 @@ _SIDE = 0.25
 _ROUNDING = 2e-14
 
 
+#: All but one extreme in a thousand are within this many times the estimated error.
+_PROMISED = 2.0
+
+
 Places = npt.NDArray[np.intp]
 Codes = npt.NDArray[np.integer]
 
@@ -140,7 +144,7 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
     model, found = spec.model, compute(spec, starts)
-    error = model.error(found) + _ROUNDING
+    error = _PROMISED * model.error(found) + _ROUNDING
     low, high = (np.asarray(found[name], np.float64) for name in model.extremes)
     wide, narrow = (
         spec.criterion.verdict(model.endings, moved, *reach_and_scale(spec, starts, moved))
