@@ -112,7 +112,7 @@ class Disk(Model):
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces, where they are asked for."""
-        return contact_columns(starts, measured) if spec.contact == "yes" else {}
+        return contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""
