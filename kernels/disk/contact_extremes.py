@@ -1,10 +1,10 @@
 """Extremes of the contact forces along motions, each with a bound of its error: what is not known to 1e-6 is left out.
 
-A motion is followed in its tilt, not in time: an integration in time can take a motion that returns to the saddle from
-which it was kicked past the saddle, on the wrong side. It is followed from its start to one end and to the other, panel
-after panel of the stretched tilt (`kernels.disk.tilt_series`). On a panel the extremes of the forces are roots of series
-that have no poles, where the normal force vanishes either. The way in the negative direction is that of the mirror image
-in the positive one, so that mirror images have the same bits.
+A motion is followed in its tilt, not in time: an integration in time can take a motion that returns to the saddle
+from which it was kicked past the saddle, on the wrong side. It is followed from its start to one end and to the other,
+panel after panel of the stretched tilt (`kernels.disk.tilt_series`). On a panel the extremes of the forces are roots of
+series without poles, also where the normal force vanishes. The way in the negative direction is that of the mirror
+image in the positive one, so that mirror images have the same bits.
 """
 
 import math
@@ -14,7 +14,7 @@ from numba import prange
 
 from kernels.disk import tilt_series as at
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
-from kernels.disk.endings import HORIZON
+from kernels.disk.endings import BOUNDED, FELL
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.motion_arrays import (
     CONTACT_FRICTION_NEEDED,
@@ -37,7 +37,6 @@ from kernels.disk.polynomial_roots import (
 )
 from kernels.disk.tilt_series import (
     AXIAL,
-    COS,
     DIAMETRAL,
     FRICTION_SLOPE,
     FRICTION_SQUARED,
@@ -62,7 +61,7 @@ _ROUNDING = 4.0 * 2.0**-52
 #: are within this many estimated errors and this tilt [rad] of each other.
 _REACH, _SMALLEST_REACH = 100.0, 1e-6
 
-#: A way shorter than this, in the stretched tilt, is not searched for a turning point: its force is of rounding.
+#: A way shorter than this, in the stretched tilt, needs no turning point that fits: the force there may be of rounding.
 _SHORTEST = 1e-10
 
 #: Panels from -90 to 90 deg, whose tangents are 1.6e16.
@@ -74,8 +73,8 @@ _LEAST, _LEAST_LOW, _LEAST_HIGH, _MOST, _MOST_LOW, _MOST_HIGH = range(6)
 _AXIAL_SIZE, _DIAMETRAL_SIZE, _KINETIC_SIZE, _PANELS = range(6, 10)
 _KEPT = 10
 
-#: How a way ends: where the tilt turns, at fall_tilt, or wherever the time ran out.
-_TURNS, _FALLS, _STOPS = range(3)
+#: How a way ends: where the tilt turns; at a tilt that is known exactly, fall_tilt or the start; where time ran out.
+_TURNS, _EXACT, _STOPS = range(3)
 
 
 @internal
@@ -154,9 +153,23 @@ def _turning_point(series, at_rest, length, found):
 
 
 @internal
-def _first_length(left):
-    """Length of the first panel: that of all others, or, for a short way, the power of two above twice the way."""
-    return PANEL if 2.0 * left >= PANEL else 2.0 ** math.ceil(math.log2(2.0 * left))
+def _first_length(series, at_rest):
+    """Length of the first panel: a power of two above twice the way to the turning point, where that is near.
+
+    Where it is not, the length is that of all other panels. A root far below the length of a panel would be hard to
+    tell from two.
+    """
+    first = 1 if at_rest else 0
+    value, slope, bend = series[KINETIC, first], series[KINETIC, first + 1], series[KINETIC, first + 2]
+    whole = slope * slope - 4.0 * bend * value
+    way = PANEL
+    if slope < 0.0 and value > 0.0 and whole >= 0.0:
+        way = 2.0 * value / (math.sqrt(whole) - slope)
+    elif bend < 0.0 and value > 0.0:
+        way = 0.5 * (slope + math.sqrt(whole)) / -bend
+    if not 0.0 < 2.0 * way < PANEL:
+        return PANEL
+    return 2.0 ** math.ceil(math.log2(2.0 * way))
 
 
 @internal
@@ -177,42 +190,44 @@ def _end_on_panel(series, turn, left, length, ends, error):
     if left > length:
         return math.nan, 0.0
     early = left - turn if turn < left else 0.0
-    return left, (early if ends == _FALLS else early + error * stretch)
+    return left, (early if ends == _EXACT else early + error * stretch)
+
+
+@internal
+def _uncertainty(series, end, kept):
+    """How far off, in the stretched tilt, rounding can have moved a root of the kinetic energy."""
+    if end == 0.0:
+        return 0.0
+    kinetic = max(largest_value(series, KINETIC, end), kept[_KINETIC_SIZE])
+    return _ROUNDING * (2.0 + kept[_PANELS]) * kinetic / abs(value_and_slope(series, KINETIC, end)[1])
 
 
 @internal
 def _follow(state, constants, alpha, way, ends, error, series, found, kept):
     """Search the way from a scaled start to where its tilt is greatest, `way` away; whether that fits the start."""
     at.set_out(series, state, constants)
-    kept[_PANELS] = 0.0
-    for row in (_AXIAL_SIZE, _DIAMETRAL_SIZE, _KINETIC_SIZE):
-        kept[row] = 0.0
-    at_rest, left = series[KINETIC, 0] == 0.0, way
-    if not left > _SHORTEST:
-        left = max(left, 0.0)
-        ends, error = _STOPS, left * series[COS, 0]
-    length = _first_length(left) if left > 0.0 else PANEL
-    for _ in range(_MOST_PANELS):
+    kept[_AXIAL_SIZE] = kept[_DIAMETRAL_SIZE] = kept[_KINETIC_SIZE] = kept[_PANELS] = 0.0
+    at_rest, left, length = series[KINETIC, 0] == 0.0, way, PANEL
+    for panel in range(_MOST_PANELS):
         at.expand_motion(series, constants)
         at.expand_forces(series, constants, alpha)
-        if left <= _SHORTEST and ends == _STOPS:
-            _search_panel(series, left, left, found, kept)
-            return True
-        turn = _turning_point(series, at_rest, length, found)
+        if panel == 0:
+            length = _first_length(series, at_rest)
+        turn = _turning_point(series, at_rest and panel == 0, length, found)
         end, apart = _end_on_panel(series, turn, left, length, ends, error)
+        if ends == _TURNS and end >= 0.0:
+            apart = _uncertainty(series, end, kept)
         if end < 0.0:
-            return False
+            if way > _SHORTEST:
+                return False
+            end = apart = max(way, 0.0)
         if not math.isnan(end):
-            if ends == _TURNS:
-                kinetic = largest_value(series, KINETIC, end)
-                apart = _ROUNDING * (2.0 + kept[_PANELS]) * max(kinetic, kept[_KINETIC_SIZE])
-                apart /= abs(value_and_slope(series, KINETIC, end)[1])
             _search_panel(series, end, apart, found, kept)
             return True
         _search_panel(series, length, 0.0, found, kept)
         at.go_on(series, length)
         kept[_PANELS] += 1.0
-        at_rest, left, length = False, left - length, PANEL
+        left, length = left - length, PANEL
     return False
 
 
@@ -229,9 +244,9 @@ def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, s
     S, C, T, w, o, s = state
     for side in (1.0, -1.0):
         end = greatest_tilt if side > 0.0 else -least_tilt
-        ends = _STOPS if ending == HORIZON else _TURNS
-        if abs(end) >= fall_tilt:
-            ends = _FALLS
+        ends = _TURNS if ending in (BOUNDED, FELL) else _STOPS
+        if abs(end) >= fall_tilt or (ending != BOUNDED and end == side * tilt):
+            ends = _EXACT
         way = _stretched(end) - _stretched(side * tilt)
         image = (side * S, C, side * T, w, side * o, s)
         fits &= _follow(image, constants, alpha, way, ends, error, series, found, kept)
