@@ -1,7 +1,8 @@
 """Hold the contact extremes of many cells against an integration in time that shares no code with the project.
 
-    python scripts/audit_contact.py COUNT [SEED]         random starts over six decades of rates
-    python scripts/audit_contact.py PRESET [EVERY]       rolling, spinning or circling, every so many cells
+    python scripts/audit_contact.py COUNT [SEED]          random starts over six decades of rates
+    python scripts/audit_contact.py PRESET [EVERY]        rolling, spinning or circling, every so many cells
+    python scripts/audit_contact.py grazing COUNT [SEED]  random starts whose normal force nearly vanishes
 
 Each motion is integrated by Taylor series of order 20 in time, in the tilt, its rate, the precession rate and the roll
 rate, from its start forward and backward to the turning points, the fall, or the end of the duration. The forces are
@@ -30,7 +31,7 @@ _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 #: Promised error over 1 + |value|; what may be left unresolved: random cells, cells of a preset.
 _PROMISED, _MOST_RANDOM, _MOST_OF_PRESET = 1e-6, 0.01, 0.001
-_BATCH = 20_000
+_PRESETS, _BATCH = ("rolling", "spinning", "circling"), 20_000
 
 Array = npt.NDArray[np.float64]
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -240,6 +241,27 @@ def random_starts(count: int, rng: np.random.Generator) -> Columns:
     }  # fmt: skip
 
 
+def grazing_starts(count: int, rng: np.random.Generator, spec: SweepSpec) -> Columns:
+    """Return random starts whose rates are so scaled that the least normal force is positive and almost zero."""
+    fast = random_starts(8 * count, rng)
+    rates = PARAMETERS[1:4]
+    slow = {name: values * (1e-3 if name in rates else 1.0) for name, values in fast.items()}
+    lifts, presses = (compute(spec, each)["least_normal_force"] for each in (fast, slow))
+    chosen = np.flatnonzero((lifts < 0.0) & (presses > 0.0))[:count]
+    fast = {name: values[chosen] for name, values in fast.items()}
+    low, high, halvings = np.full(chosen.size, 1e-3), np.ones(chosen.size), rng.integers(5, 48, chosen.size)
+    for number in range(halvings.max(initial=0)):
+        middle = 0.5 * (low + high)
+        force = compute(spec, _scaled(fast, middle))["least_normal_force"]
+        low = np.where((number < halvings) & (force > 0.0), middle, low)
+        high = np.where((number < halvings) & ~(force > 0.0), middle, high)
+    return _scaled(fast, low)
+
+
+def _scaled(starts: Columns, factor: Array) -> Columns:
+    return {name: values * (factor if name in PARAMETERS[1:4] else 1.0) for name, values in starts.items()}
+
+
 def reference(starts: Columns, spec: SweepSpec) -> Array:
     """Return ending, extreme tilts [rad], least normal force and friction needed by the integration in time."""
     unit = np.sqrt(starts["radius"] / starts["gravity"])
@@ -303,6 +325,11 @@ class Tally:
                 )
                 self.unlike += int(unlike.sum())
 
+    def status(self, most: float) -> int:
+        """Print the counts; return 0 if the promises hold and at most this share of the cells is unresolved."""
+        print(self.report())
+        return int(self.wrong > 0 or self.unlike > 0 or self.unresolved > most * self.moving)
+
     def report(self) -> str:
         """Return the counts in words."""
         lines = [
@@ -320,25 +347,23 @@ class Tally:
 def main(words: list[str]) -> int:
     """Audit a preset or random starts; returns the exit status."""
     tally, first = Tally(), words[0]
-    number = int(words[1]) if len(words) > 1 else 1
-    if first.isdigit():
-        rng, spec, left = (
-            np.random.default_rng(number),
-            SweepSpec().replace(contact="yes", duration=3600.0),
-            int(first),
-        )
-        while left > 0:
-            tally.add(spec, random_starts(min(left, _BATCH), rng))
-            left -= _BATCH
-        most = _MOST_RANDOM
-    else:
+    if first in _PRESETS:
+        every = int(words[1]) if len(words) > 1 else 1
         spec = SweepSpec.preset(first).replace(contact="yes")
-        for begin in range(0, spec.size, _BATCH * number):
-            span = Span(begin, min(spec.size, begin + _BATCH * number))
-            tally.add(spec, {name: values[::number] for name, values in starts_of(spec, span).items()})
-        most = _MOST_OF_PRESET
-    print(tally.report())
-    return int(tally.wrong > 0 or tally.unlike > 0 or tally.unresolved > most * tally.moving)
+        for begin in range(0, spec.size, _BATCH * every):
+            span = Span(begin, min(spec.size, begin + _BATCH * every))
+            tally.add(spec, {name: values[::every] for name, values in starts_of(spec, span).items()})
+        return tally.status(_MOST_OF_PRESET)
+    spec = SweepSpec().replace(contact="yes", duration=3600.0)
+    numbers = [int(word) for word in words[first == "grazing" :]]
+    left, rng = numbers[0], np.random.default_rng(numbers[1] if len(numbers) > 1 else 1)
+    while left > 0:
+        count = min(left, _BATCH)
+        starts = grazing_starts(count, rng, spec) if first == "grazing" else random_starts(count, rng)
+        tally.add(spec, starts)
+        left -= _BATCH
+    # a coefficient that is not known is what such starts are for
+    return tally.status(1.0 if first == "grazing" else _MOST_RANDOM)
 
 
 if __name__ == "__main__":

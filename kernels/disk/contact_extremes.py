@@ -14,7 +14,7 @@ from numba import prange
 
 from kernels.disk import tilt_series as at
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
-from kernels.disk.endings import BOUNDED, FELL
+from kernels.disk.endings import BOUNDED, FELL, HORIZON
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.motion_arrays import (
     CONTACT_FRICTION_NEEDED,
@@ -237,6 +237,17 @@ def _stretched(tilt):
 
 
 @internal
+def _end_of(end, tilt, tilt_rate, ending, fall_tilt):
+    """How the way from a tilt to the greatest tilt of its motion ends, by the ending of the cell."""
+    if abs(end) >= fall_tilt:
+        return _EXACT
+    if ending == BOUNDED or (ending == FELL and tilt_rate > 0.0):
+        return _TURNS
+    # what falls at once has nothing behind its start, and a steady motion has only its start
+    return _STOPS if ending == HORIZON and end != tilt else _EXACT
+
+
+@internal
 def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, series, found, kept):
     """Search a motion on both sides of its start; whether its extreme tilts fit the start."""
     alpha, tilt = start[ALPHA], start[TILT]
@@ -244,9 +255,7 @@ def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, s
     S, C, T, w, o, s = state
     for side in (1.0, -1.0):
         end = greatest_tilt if side > 0.0 else -least_tilt
-        ends = _TURNS if ending in (BOUNDED, FELL) else _STOPS
-        if abs(end) >= fall_tilt or (ending != BOUNDED and end == side * tilt):
-            ends = _EXACT
+        ends = _end_of(end, side * tilt, side * w, ending, fall_tilt)
         way = _stretched(end) - _stretched(side * tilt)
         image = (side * S, C, side * T, w, side * o, s)
         fits &= _follow(image, constants, alpha, way, ends, error, series, found, kept)
