@@ -58,6 +58,7 @@ class Disk(Model):
     }
     exact: ExactReduction = ExactReduction()
     trajectory, regimes = "sweep.figures.disk.cell_plot:figure", "sweep.figures.disk.regimes:figure"
+    in_time = "sweep.motion.contact:contact_in_time"
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates."""
