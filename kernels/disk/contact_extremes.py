@@ -218,7 +218,7 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
         if ends == _TURNS and end >= 0.0:
             apart = _uncertainty(series, end, kept)
         if end < 0.0:
-            if way > _SHORTEST:
+            if panel > 0 or way > _SHORTEST:
                 return False
             end = apart = max(way, 0.0)
         if not math.isnan(end):
