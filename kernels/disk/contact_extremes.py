@@ -221,10 +221,10 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
             if panel > 0 or way > _SHORTEST:
                 return False
             end = apart = max(way, 0.0)
-        if not math.isnan(end):
-            _search_panel(series, end, apart, found, kept)
+        further = math.isnan(end)
+        _search_panel(series, length if further else end, apart, found, kept)
+        if not further:
             return True
-        _search_panel(series, length, 0.0, found, kept)
         at.go_on(series, length)
         kept[_PANELS] += 1.0
         left, length = left - length, PANEL
