@@ -1,14 +1,16 @@
 """The motion of the disk by other means than the project's: what the tests believe instead of the code under test.
 
-Two referees. `extremes` follows no time: along a motion the rates obey Chaplygin's linear system in the tilt, so the
+Three referees. `extremes` follows no time: along a motion the rates obey Chaplygin's linear system in the tilt, so the
 kinetic energy of the tilt is a function of the tilt alone, and where it vanishes the disk turns. `motion` integrates
-the equations of motion with their sines and cosines, by SciPy. Starts are arrays with the rows of
+the equations of motion with their sines and cosines, by SciPy. `contact` does so too, and takes the forces at the
+contact point from Lagrange's form (`lagrange`). Starts are arrays with the rows of
 `kernels.disk.arrays`, in SI.
 """
 
 import math
 from dataclasses import dataclass
 
+import lagrange
 import numpy as np
 from numpy.polynomial.chebyshev import Chebyshev, chebfit
 from scipy.integrate import DOP853, solve_ivp
@@ -208,3 +210,74 @@ def motion(start, duration, fall_tilt=FALL_TILT):
     times, states = run.t_events[0][moving], run.y_events[0][moving] if moving.any() else np.empty((0, 4))
     falls = run.t_events[1]
     return Motion(times, states[:, 0], float(falls[0]) if falls.size else None, run.y)
+
+
+# --- the forces at the contact point ---------------------------------------------------------------------------------
+
+#: Samples of a motion, then of the surroundings of each extreme, and how often those are narrowed.
+_SPARSE, _NARROW, _CLOSER = 1000, 40, 4
+
+
+def contact(start, duration, fall_tilt=FALL_TILT):
+    """Return least normal force over the weight and largest friction coefficient of one start (7 numbers).
+
+    The motion is followed forward until it turns, falls or `duration` is over, and backward from the start if it
+    turned. The coefficient is infinite where the normal force is not positive.
+    """
+    first, turned, elapsed = _leg_of_contact(np.asarray(start, float), duration, fall_tilt)
+    if turned and start[TILT_RATE] != 0.0 and duration > 2.0 * elapsed:
+        back = np.array(start, float)
+        back[1:4] *= -1.0
+        second, _, _ = _leg_of_contact(back, duration - 2.0 * elapsed, fall_tilt)
+        return min(first[0], second[0]), max(first[1], second[1])
+    return first
+
+
+def _leg_of_contact(start, duration, fall_tilt):
+    alpha, radius, gravity = start[ALPHA], start[RADIUS], start[GRAVITY]
+
+    def slope(_, y):
+        tilting, turning, rolling = accelerations(y, alpha, radius, gravity)
+        return y[1], tilting, turning, rolling
+
+    def turn(_, y):
+        return y[1]
+
+    def fall(_, y):
+        return abs(y[0]) - fall_tilt
+
+    first = start[: len(STATE)]
+    heading = math.copysign(1.0, first[1] if first[1] != 0.0 else slope(0.0, first)[1])
+    turn.terminal = fall.terminal = True
+    turn.direction = -heading
+    scale = np.array([1e-3, *[math.sqrt(gravity / radius)] * 3])
+    run = solve_ivp(
+        slope, (0.0, duration), first, "DOP853", events=(turn, fall), dense_output=True,
+        rtol=1e-13, atol=1e-15 * scale,
+    )  # fmt: skip
+    times = np.unique(np.concatenate([np.linspace(0.0, run.t[-1], _SPARSE), run.t]))
+    normal, needed = _contact_forces(run.sol(times), alpha, radius, gravity)
+    found = [normal.min(), needed.max()]
+    for place in {int(normal.argmin()), int(needed.argmax())}:
+        low, high = times[max(0, place - 1)], times[min(times.size - 1, place + 1)]
+        for _ in range(_CLOSER):
+            near = np.linspace(low, high, _NARROW)
+            normal, needed = _contact_forces(run.sol(near), alpha, radius, gravity)
+            found = [min(found[0], normal.min()), max(found[1], needed.max())]
+            # the coefficient has its narrow peaks beside the least normal force
+            place = int(needed.argmax()) if np.isfinite(needed).all() else int(normal.argmin())
+            low, high = near[max(0, place - 1)], near[min(_NARROW - 1, place + 1)]
+    return tuple(map(float, found)), run.t_events[0].size > 0, float(run.t[-1])
+
+
+def _contact_forces(states, alpha, radius, gravity):
+    """Normal force over the weight and friction coefficient, of states of shape (4, n)."""
+    tilt, rate, precession, roll = states
+    zero = np.zeros_like(tilt)
+    q = np.stack([zero, zero, zero, tilt, zero], axis=-1)
+    v = np.stack([zero, radius * roll, precession, rate, roll], axis=-1)
+    up, friction = lagrange.accelerations(q, v, alpha, 1.0, radius, gravity)
+    normal = gravity - radius * (up[..., 3] * np.sin(tilt) + rate**2 * np.cos(tilt))
+    with np.errstate(divide="ignore"):
+        needed = np.where(normal > 0.0, np.hypot(*friction.T) / normal, np.inf)
+    return normal / gravity, needed

@@ -1,10 +1,18 @@
 """Rows of the arrays of what follows a motion: contact forces and trajectories; as `kernels.disk.arrays`."""
 
-from kernels.disk.arrays import STATE
+from kernels.disk.arrays import EXTREME_TILTS, STATE
+
+#: How far a motion goes: its extreme tilts and their estimated error [rad].
+EXTENT = (*EXTREME_TILTS, "tilt_error")
+EXTENT_TILT_MIN, EXTENT_TILT_MAX, EXTENT_TILT_ERROR = range(len(EXTENT))
 
 #: Extremes of the contact forces of a motion: least normal force over m g [1], largest friction coefficient needed [1].
 CONTACT = ("least_normal_force", "friction_needed")
 CONTACT_LEAST_NORMAL_FORCE, CONTACT_FRICTION_NEEDED = range(len(CONTACT))
+
+#: What is known of them: there is no motion; the disk presses on the plane all the time, and both are known; it lifts
+#: off on the way; one or both are not known to the promised error.
+NO_MOTION, PRESSES, LIFTS_OFF, UNRESOLVED_FORCES = range(4)
 
 #: Settings of a single trajectory: longest step [s] (0: follows the state), step times the fastest frequency of the
 #: state [1], fall_tilt [rad].

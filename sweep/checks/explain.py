@@ -4,8 +4,9 @@ The cell is computed again from the file alone: its spec gives the start, the st
 """
 
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,8 +35,8 @@ class Explanation:
 
     `text` is the report; `start` has every parameter, `stored` every measure of the cell, NaN where it or the atlas has
     none, `exact` those that the exact reference knows [SI], none if the model lacks one; `repeated` says whether a new
-    run of the cell agrees within the tolerances, `exactly` whether to the bit. A cell that was not computed has nothing
-    to disagree with.
+    run of the cell agrees within the tolerances, `exactly` whether to the bit, `confirmed` whether no stored value
+    contradicts the motion followed in time. A cell that was not computed has nothing to disagree with.
     """
 
     text: str
@@ -45,6 +46,7 @@ class Explanation:
     exact: Mapping[str, float]
     repeated: bool
     exactly: bool
+    confirmed: bool
 
 
 def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
@@ -89,6 +91,10 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     repeated = "nothing to repeat: the cell has not been computed"
     if computed:
         repeated = f"from the file alone, with {kernels}: {_agreement(differing, beyond)}"
+    in_time = _followed(spec, start, stored)
+    contradicted = [
+        name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
+    ]
     lines = [
         *_where(spec, place, given),
         *_start(spec, start),
@@ -97,6 +103,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         "",
         f"repeated    {repeated}",
         *_exact(spec, exact, stored),
+        *_in_time(spec, in_time, stored, contradicted),
         "",
         *model.linear_prediction(spec, start, stored),
         *_lines(dataset, spec, start, place),
@@ -109,7 +116,9 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         textwrap.fill(line, _WIDTH, subsequent_indent=" " * 12) if len(line) > _WIDTH else line
         for line in lines
     ]
-    return Explanation("\n".join(folded), spec, start, stored, exact, not beyond, not differing)
+    return Explanation(
+        "\n".join(folded), spec, start, stored, exact, not beyond, not differing, not contradicted
+    )
 
 
 def _repeat(
@@ -154,9 +163,11 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
     yield f"ending      {variables['ending'].flag(stored['ending'])}"
     for name, quantity in variables.items():
         value = stored[name]
-        if quantity.flags is None and np.isfinite(value):
-            digits = 3 if quantity.dtype == "f4" else 10
-            yield f"  {name:<17} {quantity.spell(value, digits):<22} {quantity.long_name}"
+        if not np.isfinite(value) or name in ("ending", "stability"):
+            continue
+        digits = 3 if quantity.dtype == "f4" else 10
+        says = quantity.spell(value, digits) if quantity.flags is None else quantity.flag(value)
+        yield f"  {name:<17} {says:<22} {quantity.long_name}"
 
 
 def _agreement(differing: list[str], beyond: list[str]) -> str:
@@ -180,6 +191,45 @@ def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, flo
             off = f"the cell is off by {apart:.1e} {quantity.units}"
             says = off if np.isfinite(apart) else "the cell has none"
             yield f"  {name:<17} {quantity.spell(value):<22} {says}"
+
+
+def _followed(
+    spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Return what the motion of the cell in time says of its variables, and the errors of that; see `Model.in_time`."""
+    module, _, function = spec.model.in_time.partition(":")
+    if not module:
+        return {}
+    found: dict[str, tuple[float, float]] = getattr(import_module(module), function)(spec, start, stored)
+    return found
+
+
+def _apart(quantity: Quantity, stored: float, value: float, error: float) -> bool:
+    """Return whether a stored value contradicts another one, which may be off by `error`."""
+    if np.isnan(stored):
+        return False
+    tolerance = quantity.tolerance
+    return not abs(stored - value) <= tolerance.absolute + tolerance.relative * abs(stored) + error
+
+
+def _in_time(
+    spec: SweepSpec,
+    found: Mapping[str, tuple[float, float]],
+    stored: Mapping[str, float],
+    contradicted: Sequence[str],
+) -> Iterator[str]:
+    if not found:
+        return
+    says = (
+        f"{', '.join(contradicted)} DIFFER beyond the tolerance" if contradicted else "nothing contradicts it"
+    )
+    yield f"in time     the motion followed in time: {says}"
+    variables = spec.model.cell_variables(spec)
+    for name, (value, _) in found.items():
+        apart = abs(value - stored[name])
+        off = f"the cell is off by {apart:.1e} {variables[name].units}".removesuffix(" 1")
+        shown = variables[name].spell(value) if np.isfinite(value) else "none"
+        yield f"  {name:<18} {shown:<21} {off if np.isfinite(apart) else 'the cell has none'}"
 
 
 def _lines(

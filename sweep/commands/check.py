@@ -102,7 +102,7 @@ def explain(
 
     eulerdisk explain rolling.nc roll_rate=2.4 tilt=1deg --plot cell.png
 
-    Exit status 1 if the run cannot be repeated within the tolerances.
+    Exit status 1 if the run cannot be repeated within the tolerances, or the motion in time contradicts the cell.
     """
     from sweep.request.words import pairs
 
@@ -123,5 +123,5 @@ def explain(
 
         draw = plots.of_the_model(explanation.spec.model, "trajectory", "--plot")
         plots.save(draw(explanation), plot)
-    if not explanation.repeated:
+    if not (explanation.repeated and explanation.confirmed):
         raise typer.Exit(1)

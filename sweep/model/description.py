@@ -220,6 +220,9 @@ class Model(ABC):
     trajectory, regimes : str
         ``module:function`` that draws the motion of an explained cell (``explain --plot``), and the kinds of motion of
         atlases (``plot --regimes``); empty if the model has none.
+    in_time : str
+        ``module:function`` that follows one cell in time and returns what that says of its variables, for ``explain``:
+        (spec, start, stored) -> mapping of str to (value, error); empty if the model has none.
     """
 
     name: str
@@ -244,6 +247,7 @@ class Model(ABC):
     exact: "ExactReference | None" = None
     trajectory: str = ""
     regimes: str = ""
+    in_time: str = ""
 
     @abstractmethod
     def headline(self, spec: Request) -> str:

@@ -36,7 +36,7 @@ HARMLESS = [
     ("kernels/disk/motion_arrays.py", '"friction_along"', '"friction_ahead"'),
     ("sweep/version.py", '__version__ = "', '__version__ = "99.'),
     ("kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
-    ("kernels/disk/contact.py", "_TILT_STEP, _FEWEST = 0.01,", "_TILT_STEP, _FEWEST = 0.02,"),
+    ("kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("sweep/figures/scales.py", "SQUEEZED = 20.0", "SQUEEZED = 30.0"),
 ]
 
@@ -55,7 +55,7 @@ DECISIVE = [
         "steady_roll_rate(starts",
     ),
     ("rk4", "sweep/request/axes.py", "return np.linspace(", "return np.geomspace("),
-    ("contact", "kernels/disk/contact.py", "_TILT_STEP, _FEWEST = 0.01,", "_TILT_STEP, _FEWEST = 0.02,"),
+    ("contact", "kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("exact", "kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
 ]
 

@@ -7,38 +7,43 @@ import numpy as np
 from kernels.disk import arrays, motion_arrays
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Starts
-from sweep.model.disk.tables import CONTACT_VARIABLES
 from sweep.model.kernel import Kernel
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CONTACT_EXTREMES = Kernel("kernels.disk.contact", "contact_extremes")
+CONTACT_EXTREMES = Kernel("kernels.disk.contact_extremes", "contact_extremes")
 
 
-def contact_columns(starts: Starts, measured: Columns) -> Columns:
+def contact_columns(starts: Starts, measured: Columns, fall_tilt: float) -> Columns:
     """Find the extremes of the contact forces along the motions of cells.
 
     Parameters
     ----------
     starts : mapping of str to array, shape (n,)
     measured : mapping of str to array, shape (n,)
-        With ``tilt_min`` and ``tilt_max`` [rad], NaN where there is no motion.
+        With ``tilt_min``, ``tilt_max`` and ``tilt_error`` [rad], NaN where there is no motion, and ``ending``.
+    fall_tilt : float
+        Tilt [rad] at which motions end.
 
     Returns
     -------
-    mapping of str to float64 array, shape (n,)
-        The variables of `tables.CONTACT_VARIABLES`; NaN where a cell has no motion.
+    mapping of str to array, shape (n,)
+        The variables of `tables.CONTACT_VARIABLES`; NaN where a cell has no motion, or where they are not known.
     """
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-    tilts = np.stack([measured["tilt_min"], measured["tilt_max"]])
+    extents = np.stack([measured[name] for name in motion_arrays.EXTENT])
     extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
-    CONTACT_EXTREMES.load()(rows, tilts, extremes)
-    return dict(zip(motion_arrays.CONTACT, extremes, strict=True))
+    states = np.empty(rows.shape[1], np.int64)
+    endings = measured["ending"].astype(np.int64)
+    CONTACT_EXTREMES.load()(rows, extents, endings, fall_tilt, extremes, states)
+    return {**dict(zip(motion_arrays.CONTACT, extremes, strict=True)), "contact_state": states}
 
 
 def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     """Return which cells need more than a friction coefficient, or lift off: array of bool on the grid of the atlas.
+
+    Cells whose forces are not known are among them: they nearly lift off, and no coefficient is known to be enough.
 
     Parameters
     ----------
@@ -52,7 +57,7 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     RequestError
         If the atlas holds no contact forces.
     """
-    missing = [name for name in CONTACT_VARIABLES if name not in dataset]
+    missing = [name for name in motion_arrays.CONTACT if name not in dataset]
     if missing:
         raise RequestError(
             f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
@@ -60,6 +65,9 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
             hint="Make it again with eulerdisk run SPEC contact=yes.",
             where=str(dataset.attrs["title"]),
         )
-    least_force, needed = (dataset[name] for name in CONTACT_VARIABLES)
+    least_force, needed = (dataset[name] for name in motion_arrays.CONTACT)
     found: xr.DataArray = (least_force <= 0.0) | (needed > friction)
+    # an atlas of the first version has no states
+    if "contact_state" in dataset:
+        found = found | (dataset["contact_state"] == motion_arrays.UNRESOLVED_FORCES)
     return found.rename(f"slips or lifts off at friction {friction:g}")

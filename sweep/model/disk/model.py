@@ -58,6 +58,7 @@ class Disk(Model):
     }
     exact: ExactReduction = ExactReduction()
     trajectory, regimes = "sweep.figures.disk.cell_plot:figure", "sweep.figures.disk.regimes:figure"
+    in_time = "sweep.motion.contact:contact_in_time"
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates."""
@@ -112,7 +113,7 @@ class Disk(Model):
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces, where they are asked for."""
-        return contact_columns(starts, measured) if spec.contact == "yes" else {}
+        return contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from kernels.disk import endings as code
+from kernels.disk import motion_arrays as motion
 from sweep.model.description import (
     FAILED,
     FINAL,
@@ -48,7 +49,7 @@ _TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of t
 _DERIVED = Tolerance(
     1e-9, 2e-3, "two tilts 2e-8 rad apart, over the smallest start of the presets, 1.7e-5 rad"
 )
-_FORCE = Tolerance(1e-5, 1e-5, "the extremes of the forces lie between steps, on a parabola through three")
+_FORCE = Tolerance(2e-6, 2e-6, "each known extreme of the forces is within 1e-6 (1 + |x|) of the exact one")
 
 
 def _input(
@@ -173,6 +174,10 @@ CONTACT_VARIABLES: Mapping[str, Quantity] = table(
              "the disk would lift off where it is not positive"),
     Quantity("friction_needed", r"\max\mu", "1", "largest friction coefficient that rolling without slip needs",
              _FORCE, "missing where the normal force is not positive all the time"),
+    Quantity("contact_state", "", "1", "what is known of the contact forces", DECISION,
+             "unresolved: an error of the extremes may be over 1e-6 (1 + |x|); what is not known is missing", "i1",
+             {motion.NO_MOTION: "no_motion", motion.PRESSES: "presses", motion.LIFTS_OFF: "lifts_off",
+              motion.UNRESOLVED_FORCES: "unresolved"}),
 )
 
 #: What an atlas of the exact reduction holds besides.

@@ -10,8 +10,6 @@ from kernel_runner import flow
 
 from kernels.disk import contact
 from kernels.disk import equations as disk
-from kernels.disk.motion_arrays import CONTACT, CONTACT_FRICTION_NEEDED, CONTACT_LEAST_NORMAL_FORCE
-from sweep.model.disk.contact import CONTACT_EXTREMES
 
 TILTS = st.floats(-1.4, 1.4)
 RATES = st.floats(-20.0, 20.0)
@@ -87,20 +85,3 @@ def test_a_standing_disk_presses_with_its_weight():
     assert (normal, across, along) == (1.0, 0.0, 0.0)
     assert contact.friction_needed(normal, across, along) == 0.0
     assert math.isnan(contact.friction_needed(0.0, 0.0, 0.0))
-
-
-@pytest.mark.compiled
-def test_forces_are_recorded_only_where_there_is_a_motion():
-    """A cell without extreme tilts has no forces; one that lifts off has no friction coefficient."""
-    starts = referee.starts(tilt=[0.1, 0.1, 0.1], roll_rate=[3.0, 3.0, 3.0])
-    tilts = np.array([[np.nan, 0.1, -0.1], [np.nan, 0.1, 0.1]])
-    extremes = np.zeros((len(CONTACT), 3))
-    CONTACT_EXTREMES.load()(starts, tilts, extremes)
-    assert np.isnan(extremes[:, 0]).all()
-    assert (extremes[CONTACT_LEAST_NORMAL_FORCE, 1:] > 0.9).all()
-    assert (extremes[CONTACT_FRICTION_NEEDED, 1:] > 0.0).all()
-    # one tilt alone is the start: at rest, tilted by 0.1 rad
-    state = disk.scaled_state(0.1, 0.0, 0.0, 3.0, math.sqrt(0.5 / 9.81))
-    normal, across, along = contact.contact_forces(state, disk.inertia(0.5), 0.5)
-    assert extremes[:, 1] == pytest.approx((normal, abs(across) / normal), rel=1e-13)
-    assert along == 0.0

@@ -77,7 +77,12 @@ def test_rows_are_those_of_the_kernels():
     assert tuple(PARAMETERS) == arrays.PARAMETERS
     assert tuple(SETTINGS) == arrays.SETTINGS
     assert (DISK.measures, DISK.counts) == (arrays.MEASURES, arrays.COUNTS)
-    assert tuple(CONTACT_VARIABLES) == motion_arrays.CONTACT
+    assert tuple(CONTACT_VARIABLES) == (*motion_arrays.CONTACT, "contact_state")
+    states = ("NO_MOTION", "PRESSES", "LIFTS_OFF", "UNRESOLVED_FORCES")
+    flags = CONTACT_VARIABLES["contact_state"].flags
+    assert [flags[getattr(motion_arrays, name)] for name in states] == [
+        "no_motion", "presses", "lifts_off", "unresolved"
+    ]  # fmt: skip
     assert {*DISK.measures, *DISK.counts} <= set(VARIABLES)
     assert {*exact_arrays.EXACT_MEASURES, *exact_arrays.EXACT_COUNTS} <= {*VARIABLES, *REDUCTION}
 

@@ -1,0 +1,324 @@
+"""Extremes of the contact forces along motions, each with a bound of its error: what is not known to 1e-6 is left out.
+
+A motion is followed in its tilt, not in time: an integration in time can take a motion that returns to the saddle
+from which it was kicked past the saddle, on the wrong side. It is followed from its start to one end and to the other,
+panel after panel of the stretched tilt (`kernels.disk.tilt_series`). On a panel the extremes of the forces are roots of
+series without poles, also where the normal force vanishes. The way in the negative direction is that of the mirror
+image in the positive one, so that mirror images have the same bits.
+"""
+
+import math
+
+import numpy as np
+from numba import prange
+
+from kernels.disk import tilt_series as at
+from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
+from kernels.disk.endings import BOUNDED, FELL, HORIZON
+from kernels.disk.equations import inertia, scaled_state
+from kernels.disk.motion_arrays import (
+    CONTACT_FRICTION_NEEDED,
+    CONTACT_LEAST_NORMAL_FORCE,
+    EXTENT_TILT_ERROR,
+    EXTENT_TILT_MAX,
+    EXTENT_TILT_MIN,
+    LIFTS_OFF,
+    NO_MOTION,
+    PRESSES,
+    UNRESOLVED_FORCES,
+)
+from kernels.disk.polynomial_roots import (
+    AMBIGUOUS,
+    MOST_ROOTS,
+    largest_value,
+    roots,
+    value_and_slope,
+    value_at,
+)
+from kernels.disk.tilt_series import (
+    AXIAL,
+    DIAMETRAL,
+    FRICTION_SLOPE,
+    FRICTION_SQUARED,
+    KINETIC,
+    KINETIC_PER_STRETCH,
+    NORMAL,
+    NORMAL_SLOPE,
+    PANEL,
+    SEC,
+    TAN,
+    TERMS,
+)
+from kernels.jit import internal, parallel
+
+#: A value is known where the bound of its error is below this times 1 + |value|; promised is 1e-6.
+_KNOWN = 2.5e-7
+
+#: Bound of the rounding errors of a panel, in units of the size of the terms.
+_ROUNDING = 4.0 * 2.0**-52
+
+#: The turning point of a motion is the first root of its kinetic energy. It is taken for that of the cell where the two
+#: are within this many estimated errors and this tilt [rad] of each other.
+_REACH, _SMALLEST_REACH = 100.0, 1e-6
+
+#: A way shorter than this, in the stretched tilt, needs no turning point that fits: the force there may be of rounding.
+_SHORTEST = 1e-10
+
+#: Panels from -90 to 90 deg, whose tangents are 1.6e16.
+_MOST_PANELS = 640
+
+#: Numbers that are kept along a motion: the least normal force found, the least and the greatest that it can be within
+#: the errors, the same for the largest friction coefficient; and the greatest terms so far.
+_LEAST, _LEAST_LOW, _LEAST_HIGH, _MOST, _MOST_LOW, _MOST_HIGH = range(6)
+_AXIAL_SIZE, _DIAMETRAL_SIZE, _KINETIC_SIZE, _PANELS = range(6, 10)
+_KEPT = 10
+
+#: How a way ends: where the tilt turns; at a tilt that is known exactly, fall_tilt or the start; where time ran out.
+_TURNS, _EXACT, _STOPS = range(3)
+
+
+@internal
+def _rounding_errors(series, end, kept):
+    """Bound of the rounding errors of the forces on a panel up to `end`."""
+    kept[_AXIAL_SIZE] = max(kept[_AXIAL_SIZE], largest_value(series, AXIAL, end))
+    kept[_DIAMETRAL_SIZE] = max(kept[_DIAMETRAL_SIZE], largest_value(series, DIAMETRAL, end))
+    kept[_KINETIC_SIZE] = max(kept[_KINETIC_SIZE], largest_value(series, KINETIC, end))
+    tan, sec = largest_value(series, TAN, end), largest_value(series, SEC, end)
+    spins = kept[_AXIAL_SIZE] + tan * kept[_DIAMETRAL_SIZE]
+    size = 1.0 + 2.0 * kept[_KINETIC_SIZE] + 3.0 * kept[_DIAMETRAL_SIZE] * sec * spins
+    return _ROUNDING * (2.0 + kept[_PANELS]) * size
+
+
+@internal
+def _look(series, t, apart, rounding, kept):
+    """Take the forces at t into account, where t is known to within `apart`."""
+    normal, slope = value_and_slope(series, NORMAL, t)
+    error = rounding + abs(slope) * apart
+    kept[_LEAST] = min(kept[_LEAST], normal)
+    kept[_LEAST_LOW] = min(kept[_LEAST_LOW], normal - error)
+    kept[_LEAST_HIGH] = min(kept[_LEAST_HIGH], normal + error)
+    if not normal > error:
+        kept[_MOST_HIGH] = math.inf
+        return
+    squared, slope = value_and_slope(series, FRICTION_SQUARED, t)
+    horizontal = math.sqrt(max(0.0, squared))
+    beyond = rounding + math.sqrt(max(0.0, squared) + abs(slope) * apart) - horizontal
+    needed = horizontal / normal
+    error = (beyond + needed * error) / (normal - error)
+    kept[_MOST] = max(kept[_MOST], needed)
+    kept[_MOST_LOW] = max(kept[_MOST_LOW], needed - error)
+    kept[_MOST_HIGH] = max(kept[_MOST_HIGH], needed + error)
+
+
+@internal
+def _search_panel(series, end, apart, found, kept):
+    """Find the extremes of the forces from the beginning of a panel to `end`, which is known to within `apart`."""
+    rounding = _rounding_errors(series, end, kept)
+    _look(series, 0.0, 0.0, rounding, kept)
+    _look(series, end, apart, rounding, kept)
+    count = roots(series, NORMAL_SLOPE, end, rounding, found)
+    if count == AMBIGUOUS:
+        kept[_LEAST_LOW] = -math.inf
+        return
+    least = min(value_at(series, NORMAL, 0.0), value_at(series, NORMAL, end))
+    for i in range(count):
+        _look(series, found[i], 0.0, rounding, kept)
+        least = min(least, value_at(series, NORMAL, found[i]))
+    if not least > rounding:
+        return
+    # what is left out of the square of the coefficient is 1e-14 at most
+    count = roots(series, FRICTION_SLOPE, end, 1e-14 * least * least * least, found)
+    if count == AMBIGUOUS:
+        kept[_MOST_HIGH] = math.inf
+    for i in range(count):
+        _look(series, found[i], 0.0, rounding, kept)
+
+
+@internal
+def _turning_point(series, at_rest, length, found):
+    """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
+    row = KINETIC
+    if at_rest:
+        # the start is a root
+        row = KINETIC_PER_STRETCH
+        for k in range(TERMS - 1):
+            series[row, k] = series[KINETIC, k + 1]
+        series[row, TERMS - 1] = 0.0
+        if not series[row, 0] > 0.0:
+            return 0.0
+    count = roots(series, row, length, 0.0, found)
+    if count == AMBIGUOUS:
+        return -1.0
+    return found[0] if count > 0 else math.nan
+
+
+@internal
+def _first_length(series, at_rest):
+    """Length of the first panel: a power of two above twice the way to the turning point, where that is near.
+
+    Where it is not, the length is that of all other panels. A root far below the length of a panel would be hard to
+    tell from two.
+    """
+    first = 1 if at_rest else 0
+    value, slope, bend = series[KINETIC, first], series[KINETIC, first + 1], series[KINETIC, first + 2]
+    whole = slope * slope - 4.0 * bend * value
+    way = PANEL
+    if slope < 0.0 and value > 0.0 and whole >= 0.0:
+        way = 2.0 * value / (math.sqrt(whole) - slope)
+    elif bend < 0.0 and value > 0.0:
+        way = 0.5 * (slope + math.sqrt(whole)) / -bend
+    if not 0.0 < 2.0 * way < PANEL:
+        return PANEL
+    return 2.0 ** math.ceil(math.log2(2.0 * way))
+
+
+@internal
+def _end_on_panel(series, turn, left, length, ends, error):
+    """Where a way ends on a panel: (where, to within what); NaN if further on, negative if it does not fit its cell.
+
+    `turn` is the first turning point, `left` where the cell says that the way ends, both in the stretched tilt, `error`
+    the estimated error of the cell [rad].
+    """
+    stretch = value_at(series, SEC, min(max(left, 0.0), length))
+    reach = (_REACH * error + _SMALLEST_REACH) * stretch
+    if turn < left - reach or turn < 0.0:
+        return -1.0, 0.0
+    if ends == _TURNS:
+        if turn > left + reach or (math.isnan(turn) and left + reach < length):
+            return -1.0, 0.0
+        return turn, 0.0
+    if left > length:
+        return math.nan, 0.0
+    early = left - turn if turn < left else 0.0
+    return left, (early if ends == _EXACT else early + error * stretch)
+
+
+@internal
+def _uncertainty(series, end, kept):
+    """How far off, in the stretched tilt, rounding can have moved a root of the kinetic energy."""
+    if end == 0.0:
+        return 0.0
+    kinetic = max(largest_value(series, KINETIC, end), kept[_KINETIC_SIZE])
+    return _ROUNDING * (2.0 + kept[_PANELS]) * kinetic / abs(value_and_slope(series, KINETIC, end)[1])
+
+
+@internal
+def _follow(state, constants, alpha, way, ends, error, series, found, kept):
+    """Search the way from a scaled start to where its tilt is greatest, `way` away; whether that fits the start."""
+    at.set_out(series, state, constants)
+    kept[_AXIAL_SIZE] = kept[_DIAMETRAL_SIZE] = kept[_KINETIC_SIZE] = kept[_PANELS] = 0.0
+    at_rest, left, length = series[KINETIC, 0] == 0.0, way, PANEL
+    for panel in range(_MOST_PANELS):
+        at.expand_motion(series, constants)
+        at.expand_forces(series, constants, alpha)
+        if panel == 0:
+            length = _first_length(series, at_rest)
+        turn = _turning_point(series, at_rest and panel == 0, length, found)
+        end, apart = _end_on_panel(series, turn, left, length, ends, error)
+        if ends == _TURNS and end >= 0.0:
+            apart = _uncertainty(series, end, kept)
+        if end < 0.0:
+            if panel > 0 or way > _SHORTEST:
+                return False
+            end = apart = max(way, 0.0)
+        further = math.isnan(end)
+        _search_panel(series, length if further else end, apart, found, kept)
+        if not further:
+            return True
+        at.go_on(series, length)
+        kept[_PANELS] += 1.0
+        left, length = left - length, PANEL
+    return False
+
+
+@internal
+def _stretched(tilt):
+    return math.asinh(math.tan(tilt))
+
+
+@internal
+def _end_of(end, tilt, tilt_rate, ending, fall_tilt):
+    """How the way from a tilt to the greatest tilt of its motion ends, by the ending of the cell."""
+    if abs(end) >= fall_tilt:
+        return _EXACT
+    if ending == BOUNDED or (ending == FELL and tilt_rate > 0.0):
+        return _TURNS
+    # what falls at once has nothing behind its start, and a steady motion has only its start
+    return _STOPS if ending == HORIZON and end != tilt else _EXACT
+
+
+@internal
+def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, series, found, kept):
+    """Search a motion on both sides of its start; whether its extreme tilts fit the start."""
+    alpha, tilt = start[ALPHA], start[TILT]
+    constants, fits = inertia(alpha), True
+    S, C, T, w, o, s = state
+    for side in (1.0, -1.0):
+        end = greatest_tilt if side > 0.0 else -least_tilt
+        ends = _end_of(end, side * tilt, side * w, ending, fall_tilt)
+        way = _stretched(end) - _stretched(side * tilt)
+        image = (side * S, C, side * T, w, side * o, s)
+        fits &= _follow(image, constants, alpha, way, ends, error, series, found, kept)
+    return fits
+
+
+@internal
+def _judge(kept):
+    """(least normal force, friction needed, state) of what was kept; NaN for what is not known."""
+    least, most = kept[_LEAST], kept[_MOST]
+    error = max(least - kept[_LEAST_LOW], kept[_LEAST_HIGH] - least)
+    if not error <= _KNOWN * (1.0 + abs(least)):
+        return math.nan, math.nan, UNRESOLVED_FORCES
+    if kept[_LEAST_HIGH] <= 0.0:
+        return least, math.nan, LIFTS_OFF
+    error = max(most - kept[_MOST_LOW], kept[_MOST_HIGH] - most)
+    if not (kept[_LEAST_LOW] > 0.0 and error <= _KNOWN * (1.0 + most)):
+        return least, math.nan, UNRESOLVED_FORCES
+    return least, most, PRESSES
+
+
+@parallel
+def contact_extremes(starts, extents, endings, fall_tilt, extremes, states):
+    """Find the extremes of the contact forces that rolling without slip needs along the motion of every cell.
+
+    Parameters
+    ----------
+    starts : float64[len(PARAMETERS), n]
+    extents : float64[len(EXTENT), n]
+        Least and greatest tilt [rad] of the motion, NaN where there is none, and their estimated error [rad].
+    endings : int64[n]
+        Codes of `kernels.disk.endings`.
+    fall_tilt : float
+        Magnitude of the tilt [rad] at which motions end.
+    extremes : float64[len(CONTACT), n], written
+        Least normal force over m g [1], and largest friction coefficient needed [1], NaN where the normal force is
+        zero or less on the way. NaN also where there is no motion, and where the bound of the error is over a quarter
+        of 1e-6 (1 + |value|).
+    states : int64[n], written
+        `NO_MOTION`, `PRESSES`, `LIFTS_OFF` or `UNRESOLVED_FORCES` of `kernels.disk.motion_arrays`.
+
+    Notes
+    -----
+    Never raises. A motion that turns is followed to its turning point as it is, not as the cell has it: the cell's is
+    within its error, over which the forces of a fast motion can change by more than 1e-6. Where the two are far apart,
+    nothing is known.
+    """
+    for cell in prange(starts.shape[1]):
+        least, greatest = extents[EXTENT_TILT_MIN, cell], extents[EXTENT_TILT_MAX, cell]
+        normal, friction, state = math.nan, math.nan, NO_MOTION
+        if least <= greatest:
+            start = starts[:, cell]
+            unit = math.sqrt(start[RADIUS] / start[GRAVITY])
+            scaled = scaled_state(
+                start[TILT], start[TILT_RATE], start[PRECESSION_RATE], start[ROLL_RATE], unit
+            )
+            series, found, kept = np.zeros((at.ROWS, TERMS)), np.empty(MOST_ROOTS), np.zeros(_KEPT)
+            kept[:_MOST] = math.inf
+            state = UNRESOLVED_FORCES
+            if _search(
+                start, scaled, least, greatest, extents[EXTENT_TILT_ERROR, cell], endings[cell], fall_tilt,
+                series, found, kept,
+            ):  # fmt: skip
+                normal, friction, state = _judge(kept)
+        extremes[CONTACT_LEAST_NORMAL_FORCE, cell], extremes[CONTACT_FRICTION_NEEDED, cell] = normal, friction
+        states[cell] = state

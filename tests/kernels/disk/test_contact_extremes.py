@@ -1,0 +1,199 @@
+"""The extremes of the contact forces, against dense integrations in time with the forces of Lagrange's form."""
+
+import math
+
+import numpy as np
+import pytest
+import referee
+
+from kernels.disk import contact, endings
+from kernels.disk import equations as disk
+from kernels.disk.motion_arrays import (
+    CONTACT,
+    LIFTS_OFF,
+    NO_MOTION,
+    PRESSES,
+    UNRESOLVED_FORCES,
+)
+from sweep.engine.compute import compute
+from sweep.model.disk.contact import CONTACT_EXTREMES
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+SPEC = SweepSpec().replace(contact="yes", duration=3600.0)
+NAMES = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha", "radius", "gravity")
+RATES = NAMES[1:4]
+
+
+def random_starts(count, rng):
+    """Return starts with rates over six decades, a tenth of them zero."""
+    radius, gravity = 10.0 ** rng.uniform(-3.0, 2.0, count), 10.0 ** rng.uniform(-1.0, 1.5, count)
+    scale = np.sqrt(gravity / radius)
+
+    def rate():
+        found = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 3.0, count) * scale
+        return np.where(rng.random(count) < 0.1, 0.0, found)
+
+    tilt = np.where(
+        rng.random(count) < 0.2, 10.0 ** rng.uniform(-8.0, -1.0, count), rng.uniform(-1.45, 1.45, count)
+    )
+    values = (tilt, rate(), rate(), rate(), rng.uniform(0.02, 1.0, count), radius, gravity)
+    return dict(zip(NAMES, values, strict=True))
+
+
+def start(**changed):
+    """Return the columns of one start."""
+    disk_of_the_report = {
+        "tilt": 0.0,
+        **dict.fromkeys(RATES, 0.0),
+        "alpha": 0.5,
+        "radius": 0.5,
+        "gravity": 9.81,
+    }
+    return {name: np.array([value]) for name, value in {**disk_of_the_report, **changed}.items()}
+
+
+def extremes(given, tilts, ending=endings.HORIZON, error=0.0):
+    """Return what the kernel finds of starts (columns) between two tilts: forces, shape (2, n), and states."""
+    rows = np.stack([given[name] for name in NAMES])
+    n = rows.shape[1]
+    extents = np.stack([np.broadcast_to(each, n) for each in (*tilts, error)]).astype(float)
+    forces, states = np.zeros((len(CONTACT), n)), np.full(n, -1)
+    CONTACT_EXTREMES.load()(rows, extents, np.full(n, ending), referee.FALL_TILT, forces, states)
+    return forces, states
+
+
+def off(found, true):
+    """Return how far a value is from the true one, over 1 + |value|."""
+    return abs(found - true) / (1.0 + abs(true))
+
+
+def check(found, given, duration=3600.0):
+    """Hold the forces of a cell against the referee; returns its state."""
+    normal, needed = referee.contact([float(given[name]) for name in NAMES], duration)
+    state = int(found["contact_state"])
+    if state == UNRESOLVED_FORCES:
+        return state
+    assert off(float(found["least_normal_force"]), normal) < 1e-6, given
+    if state == PRESSES:
+        assert off(float(found["friction_needed"]), needed) < 1e-6, given
+    else:
+        assert (state, normal > 0.0) == (LIFTS_OFF, False), given
+        assert np.isnan(found["friction_needed"]), given
+    return state
+
+
+def test_random_motions_have_the_forces_of_a_dense_integration():
+    """Over six decades of rates the extremes are within 1e-6 (1 + x) of the integration, and hardly one is unknown."""
+    given = random_starts(40, np.random.default_rng(14))
+    found = compute(SPEC, given)
+    states = []
+    for cell in np.flatnonzero(np.isin(found["ending"], (endings.BOUNDED, endings.FELL))):
+        one = {name: values[cell] for name, values in found.items()}
+        states.append(check(one, {name: values[cell] for name, values in given.items()}))
+    assert states.count(PRESSES) > 5
+    assert states.count(LIFTS_OFF) > 5
+    assert UNRESOLVED_FORCES not in states
+
+
+@pytest.mark.parametrize(
+    ("changed", "duration"),
+    [
+        # the way to the far turning point is a whole number of equal steps but for 1e-17 rad
+        ({"roll_rate": 3.2875, "tilt": 0.06196480112802008}, 300.0),
+        ({"roll_rate": 3.1875, "tilt": 0.07675099334714733}, 300.0),
+        # the normal force nearly vanishes: a narrow peak of the coefficient
+        (
+            {"tilt": 0.316184, "precession_rate": -0.10242634871029623, "roll_rate": -0.2045392655064548,
+             "alpha": 0.03, "radius": 150.0, "gravity": 1.62},
+            2886.0,
+        ),
+        # a fall that begins the other way, and a kick into either well
+        ({"tilt": 0.8, "tilt_rate": -1.5, "precession_rate": 0.3}, 300.0),
+        ({"tilt_rate": 0.01, "roll_rate": 2.0}, 300.0),
+        # over before it turns
+        ({"tilt": 0.1, "roll_rate": 3.0}, 0.05),
+    ],
+)  # fmt: skip
+def test_no_extreme_is_missed(changed, duration):
+    """Neither a last step of the size of rounding nor a peak beside a vanishing normal force moves an extreme."""
+    given = start(**changed)
+    found = {name: values[0] for name, values in compute(SPEC.replace(duration=duration), given).items()}
+    assert check(found, {name: values[0] for name, values in given.items()}, duration) == PRESSES
+
+
+def test_images_have_the_same_bits():
+    """The two mirror images of a motion, and the same motion backward, have the same forces to the bit."""
+    given = random_starts(1500, np.random.default_rng(3))
+    found = compute(SPEC, given)
+    images = [
+        ("tilt", "tilt_rate", "roll_rate"),
+        ("tilt", "tilt_rate", "precession_rate"),
+        ("precession_rate", "roll_rate"),
+        # backward a motion that falls is another one
+        ("tilt_rate",),
+    ]
+    for turned in images:
+        other = compute(SPEC, {name: -values if name in turned else values for name, values in given.items()})
+        alike = np.ones(1500, bool)
+        if turned == ("tilt_rate",):
+            alike = (found["ending"] == endings.BOUNDED) & (other["ending"] == endings.BOUNDED)
+            assert alike.sum() > 500
+        for name in (*CONTACT, "contact_state"):
+            assert found[name][alike].tobytes() == other[name][alike].tobytes(), (turned, name)
+
+
+def test_one_tilt_alone_is_the_start():
+    """Where the extreme tilts are that of the start, the forces are those of the start."""
+    given = random_starts(200, np.random.default_rng(4))
+    (normal, needed), states = extremes(given, (given["tilt"], given["tilt"]))
+    for i in range(200):
+        one = {name: float(values[i]) for name, values in given.items()}
+        unit = math.sqrt(one["radius"] / one["gravity"])
+        state = disk.scaled_state(one["tilt"], *(one[name] for name in RATES), unit)
+        force, across, along = contact.contact_forces(state, disk.inertia(one["alpha"]), one["alpha"])
+        assert normal[i] == pytest.approx(force, rel=1e-12, abs=1e-12 * (1.0 + state[5] ** 2))
+        assert states[i] == (PRESSES if force > 0.0 else LIFTS_OFF)
+        if force > 0.0:
+            assert needed[i] == pytest.approx(math.hypot(across, along) / force, rel=1e-9)
+        else:
+            assert math.isnan(needed[i])
+
+
+def test_what_is_not_known_is_missing():
+    """No motion, a way that does not fit the start, a vague end and a force of rounding: no number is made up."""
+    kick = start(tilt_rate=0.01, roll_rate=2.0)
+    turn = float(compute(SPEC, kick)["tilt_max"][0])
+    assert extremes(kick, (-turn, turn), endings.BOUNDED)[1] == PRESSES
+    forces, state = extremes(kick, (np.nan, np.nan), endings.UNRESOLVED)
+    assert np.isnan(forces).all()
+    assert state == NO_MOTION
+    # the disk turns before 60 deg: whatever the cell says, that is no tilt of this motion
+    for ending in (endings.BOUNDED, endings.HORIZON, endings.FELL):
+        forces, state = extremes(kick, (-turn, math.radians(60.0)), ending)
+        assert np.isnan(forces).all()
+        assert state == UNRESOLVED_FORCES
+    # on the way the force changes with the tilt, so that an error of the last tilt is one of the force
+    slow = start(tilt=0.3, tilt_rate=2.0, precession_rate=1.0)
+    assert extremes(slow, (0.3, 0.5), error=1e-9)[1] == PRESSES
+    forces, state = extremes(slow, (0.3, 0.5), error=1e-3)
+    assert state == UNRESOLVED_FORCES
+    assert np.isnan(forces).all()
+
+
+def test_a_normal_force_of_rounding_gives_no_coefficient():
+    """Ever nearer to lift-off the coefficient grows as the force falls; where rounding decides it is left out."""
+    low, high, seen = 0.0, 10.0, set()
+    for _ in range(6):
+        rates = np.linspace(low, high, 1000)
+        given = {name: np.full(1000, values[0]) for name, values in start(tilt=0.7).items()}
+        found = compute(SPEC, {**given, "tilt_rate": rates})
+        normal, needed, state = (found[name] for name in (*CONTACT, "contact_state"))
+        seen |= set(state)
+        assert (np.isfinite(needed) == (state == PRESSES)).all()
+        lifts = int(np.argmax(normal <= 0.0))
+        low, high = rates[lifts - 1], rates[lifts]
+    assert seen == {PRESSES, LIFTS_OFF, UNRESOLVED_FORCES}
+    assert abs(normal[lifts]) < 1e-12
+    assert state[lifts] == UNRESOLVED_FORCES

@@ -1,0 +1,83 @@
+"""The contact forces of a cell by its motion in time, and what `explain` makes of them."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import sweep
+from kernels.disk.endings import BOUNDED, FELL, HORIZON, UNRESOLVED
+from sweep.checks import explain as explaining
+from sweep.checks.explain import explain
+from sweep.cli import main
+from sweep.engine.compute import compute
+from sweep.motion.contact import contact_in_time
+
+pytestmark = pytest.mark.compiled
+
+SPEC = sweep.SweepSpec(contact="yes", duration=100.0)
+START = {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0}
+DISK = {"alpha": 0.5, "radius": 0.5, "gravity": 9.81}
+
+
+@pytest.mark.parametrize(
+    ("changed", "duration", "ending"),
+    [
+        ({"tilt": 0.06, "roll_rate": 3.2875}, 100.0, BOUNDED),
+        # past the saddle from which it was kicked a motion in time might take the wrong side
+        ({"tilt_rate": 1e-7, "roll_rate": 2.0}, 100.0, BOUNDED),
+        ({"tilt": 0.8, "tilt_rate": -1.5, "precession_rate": 0.3}, 100.0, FELL),
+        ({"tilt": 0.1, "roll_rate": 3.0}, 0.05, HORIZON),
+        ({"tilt": 0.5, "tilt_rate": 30.0}, 100.0, FELL),
+    ],
+)
+def test_the_motion_in_time_has_the_forces_of_the_cell(changed, duration, ending):
+    """Bounded, falling and cut off by the duration: both ways agree within the error that one states."""
+    spec, start = SPEC.replace(duration=duration), {**START, **DISK, **changed}
+    cell = compute(spec, {name: np.array([value]) for name, value in start.items()})
+    stored = {name: float(values[0]) for name, values in cell.items()}
+    assert stored["ending"] == ending
+    found = contact_in_time(spec, start, stored)
+    assert set(found) == {"least_normal_force", "friction_needed"}
+    for name, (value, error) in found.items():
+        assert value == pytest.approx(stored[name], rel=1e-9, abs=1e-9, nan_ok=True)
+        assert math.isnan(value) or error < 1e-4
+    assert math.isnan(found["friction_needed"][0]) == (stored["least_normal_force"] <= 0.0)
+
+
+def test_where_there_is_no_motion_there_is_nothing_to_follow():
+    """A cell without a motion, one that begins flat, and an atlas without forces have no values in time."""
+    start = {**START, **DISK}
+    assert contact_in_time(SPEC, start, {"ending": UNRESOLVED}) == {}
+    assert contact_in_time(SPEC, start, {"ending": FELL, "fall_time": 0.0}) == {}
+    assert contact_in_time(SPEC.replace(contact="no"), start, {"ending": HORIZON}) == {}
+
+
+def test_an_explanation_holds_the_forces_against_the_motion_in_time(monkeypatch, tmp_path):
+    """A wrong force that a new run repeats to the bit is contradicted all the same: in the report, by the status."""
+    atlas = sweep.run(SPEC.replace(tilt=0.06, roll_rate=3.2875))
+    found = explain(atlas, {})
+    assert found.confirmed
+    assert "in time     the motion followed in time: nothing contradicts it" in found.text
+    assert "contact_state     presses" in found.text
+
+    def wrong(spec, starts):
+        columns = compute(spec, starts)
+        return {**columns, "friction_needed": columns["friction_needed"] * 1.03}
+
+    monkeypatch.setattr(explaining, "compute", wrong)
+    changed = atlas.assign(friction_needed=atlas["friction_needed"] * 1.03)
+    sweep.save(changed, tmp_path / "changed.nc")
+    monkeypatch.setattr(sys, "argv", ["eulerdisk", "explain", str(tmp_path / "changed.nc")])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 1
+    found = explain(changed, {})
+    assert found.repeated
+    assert not found.confirmed
+    assert "friction_needed DIFFER beyond the tolerance" in found.text
+    monkeypatch.undo()
+    found = explain(sweep.run(SPEC.replace(tilt=0.06, roll_rate=3.2875, contact="no")), {})
+    assert found.confirmed
+    assert "in time" not in found.text
