@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import ROW_STATUS
+from sweep.atlas.row_status import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
 from sweep.model.quantity import BOUNDARY, DECISION, FILL, Input, Quantity, Tolerance, table

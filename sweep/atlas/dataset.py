@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import edges, row_status
+from sweep.atlas.boundary import edges
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     EDGES,
@@ -20,6 +20,7 @@ from sweep.atlas.cf_metadata import (
     status_name,
 )
 from sweep.atlas.curves import Curves, curves
+from sweep.atlas.row_status import row_status
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -130,7 +131,7 @@ def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, s
 
 
 def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
-    """Return why the rows of an edge have a boundary or none (`sweep.atlas.boundary.row_status`).
+    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_status.row_status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
     """

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas import boundary
-from sweep.atlas.boundary import ROW_STATUS, row_status
+from sweep.atlas import row_status as rows_of
+from sweep.atlas.boundary import upper_bracket
 from sweep.atlas.dataset import edge_status
+from sweep.atlas.row_status import FOUND, MORE_THAN_ONE, ROW_STATUS, in_words, row_status
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
@@ -38,16 +39,16 @@ def by_text(text):
 def test_every_row_of_a_few_cells(length, monkeypatch):
     """All rows of up to seven verdicts have the status that their text has, for the lower edge read backward."""
     # several pieces of several rows each
-    monkeypatch.setattr(boundary, "_STATUS_CELLS", 5 * length)
+    monkeypatch.setattr(rows_of, "_STATUS_CELLS", 5 * length)
     texts = ["".join(letters) for letters in itertools.product("su?", repeat=length)]
     rows = as_rows(texts)
     assert [ROW_STATUS[code] for code in row_status(rows).tolist()] == [by_text(text) for text in texts]
     lower = row_status(rows, "lower")
     assert lower.dtype == np.int8
     assert [ROW_STATUS[code] for code in lower.tolist()] == [by_text(text[::-1]) for text in texts]
-    has_value = boundary.upper_bracket(rows)[0] >= 0
-    assert has_value[row_status(rows) == boundary.FOUND].all()
-    assert np.isin(row_status(rows)[has_value], (boundary.FOUND, boundary.MORE_THAN_ONE)).all()
+    has_value = upper_bracket(rows)[0] >= 0
+    assert has_value[row_status(rows) == FOUND].all()
+    assert np.isin(row_status(rows)[has_value], (FOUND, MORE_THAN_ONE)).all()
 
 
 def test_the_shape_of_the_rows_is_kept():
@@ -66,7 +67,7 @@ def test_an_atlas_says_why_a_row_has_no_boundary(way):
     atlas = sweep.run(ROLLING.replace(boundary=way))
     status = atlas["boundary_roll_rate_status"]
     assert [ROW_STATUS[code] for code in status.values.tolist()] == ["found", "found", "unstable_throughout"]
-    assert np.array_equal(np.isfinite(atlas["boundary_roll_rate"]), status == boundary.FOUND)
+    assert np.array_equal(np.isfinite(atlas["boundary_roll_rate"]), status == FOUND)
     assert status.attrs["flag_meanings"].split() == list(ROW_STATUS.values())
     assert status.attrs["flag_values"].tolist() == list(ROW_STATUS)
     assert status.attrs["standard_name"] == "status_flag"
@@ -82,3 +83,28 @@ def test_it_follows_from_the_verdicts_of_an_older_file():
     assert np.array_equal(
         edge_status(older, "roll_rate", "upper").T, atlas["boundary_roll_rate_status"].values
     )
+
+
+@pytest.mark.parametrize(
+    ("codes", "words"),
+    [
+        ([3, 3], []),
+        ([2], ["no boundary: unstable throughout"]),
+        ([1, 1, 1], ["no boundary: stable throughout"]),
+        ([3, 1, 1], ["no boundary in 2 of 3 rows: stable throughout"]),
+        ([3, 0, 2, 2], ["no boundary in 3 of 4 rows: 1 undecided, 2 unstable throughout"]),
+        ([3, 4, 5], ["no boundary in 1 of 3 rows: other edge only", "more than one edge in 1 of 3 rows"]),
+        ([4], ["more than one edge"]),
+    ],
+)
+def test_the_reasons_in_words(codes, words):
+    """A single reason needs no count, several have one each; a boundary that was found needs no words."""
+    assert in_words(np.array(codes, np.int8)) == words
+
+
+def test_the_reasons_of_a_named_edge():
+    """Where an atlas has two edges, each is called by its name."""
+    assert in_words(np.array([3, 5], np.int8), "columns", "upper") == [
+        "no upper edge in 1 of 2 columns: lower edge only"
+    ]
+    assert in_words(np.array([4], np.int8), edge="lower") == ["more than one lower edge"]
