@@ -13,7 +13,19 @@ import numpy.typing as npt
 from sweep.atlas.row_status import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
-from sweep.model.quantity import BOUNDARY, DECISION, FILL, Input, Quantity, Tolerance, table
+from sweep.model.quantity import (
+    BRACKET,
+    CRITICAL_EDGE,
+    DECISION,
+    EDGE_HALFWIDTH,
+    FILL,
+    MEASURED_EDGE,
+    PREDICTED_EDGE,
+    Input,
+    Quantity,
+    Tolerance,
+    table,
+)
 from sweep.request.spec import SweepSpec
 from sweep.version import __version__
 
@@ -31,7 +43,7 @@ _STATUS_WORDS = (
 )
 
 _COUNTED = Tolerance(0.0, 0.0, "the same curves have the same points")
-_POINT = Tolerance(2e-8, 1e-9, "a point is bisected to the width that the atlas records")
+_POINT = Tolerance(0.0, 1e-12, "both brackets hold the point of the curve", BRACKET)
 
 
 def edge_names(axis: str, edge: str = "upper") -> tuple[str, str, str, str]:
@@ -61,28 +73,21 @@ def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]
         Those of `edge_names`, all in the units of the parameter, and the flag of `status_name`.
     """
     words, side = along.name.replace("_", " "), "below" if edge == "lower" else "above"
-    meanings = (
-        f"{words} {side} which the motion is stable, as measured",
-        f"half-width of the bracket around the measured {words}",
-        f"{words} at which theory puts the boundary for this criterion and perturbation",
-        f"analytic critical {words}, the limit of a vanishing perturbation",
+    rows = (
+        (f"{words} {side} which the motion is stable, as measured", MEASURED_EDGE),
+        (f"half-width of the bracket around the measured {words}", EDGE_HALFWIDTH),
+        (f"{words} at which theory puts the boundary for this criterion and perturbation", PREDICTED_EDGE),
+        (f"analytic critical {words}, the limit of a vanishing perturbation", CRITICAL_EDGE),
     )
+    named = zip(edge_names(along.name, edge), rows, strict=True)
     return table(
-        *(
-            Quantity(name, along.symbol, along.units, meaning, BOUNDARY)
-            for name, meaning in zip(edge_names(along.name, edge), meanings, strict=True)
-        ),
+        *(Quantity(name, along.symbol, along.units, *row) for name, row in named),
         Quantity(
-            status_name(along.name, edge),
-            "",
-            "1",
+            status_name(along.name, edge), "", "1",
             f"whether the row along {words} has this boundary, and if not, why",
-            DECISION,
-            _STATUS_WORDS,
-            "i1",
-            ROW_STATUS,
+            DECISION, _STATUS_WORDS, "i1", ROW_STATUS,
         ),
-    )
+    )  # fmt: skip
 
 
 def curve_quantities() -> Mapping[str, Quantity]:
@@ -103,7 +108,8 @@ def point_quantities(parameters: Mapping[str, Input], axes: Sequence[str]) -> Ma
         rows += [
             Quantity(f"curve_{axis}", along.symbol, along.units, f"{words} of a point on the boundary", _POINT),
             Quantity(f"curve_{axis}_halfwidth", along.symbol, along.units,
-                     f"half-width of the bracket around the {words}", _POINT, "0 where the point lies on the grid"),
+                     f"half-width of the bracket around the {words}", EDGE_HALFWIDTH,
+                     "0 where the point lies on the grid"),
         ]  # fmt: skip
     return table(*rows)
 

@@ -37,7 +37,7 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
     where = f"roll_rate 0.5 rad s-1, tilt {np.degrees(reference.tilt.values[3]):.10g} deg"
     assert f"worst cell: {where}: 1 and " in text
     suite = ElementTree.fromstring(to_junit(comparison, "a.nc"))[0]
-    assert suite.attrib == {"name": "a.nc", "tests": "16", "failures": "1", "errors": "0"}
+    assert suite.attrib == {"name": "a.nc", "tests": "24", "failures": "1", "errors": "0"}
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failed == ["tilt_max"]
 
