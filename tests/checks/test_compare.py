@@ -277,3 +277,67 @@ def test_other_kernels_are_compared_by_their_results(reference):
     assert comparison.same
     assert "steps is not compared: the kernels differ" in comparison.notes
     assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
+
+
+def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
+    """A variable may be given another tolerance, in SI or with a unit, wider or narrower; others keep theirs."""
+    place = (2, 2)
+    value = float(reference["tilt_max"][place])
+    new = changed(changed(reference, "tilt_max", place, value + 1e-6), "peak_tilt", place, value + 1e-9)
+    assert found(compare(new, reference)) == {"tilt_max": 1}
+    for wide in ({"tilt_max": 1.1e-6}, {"tilt_max": "0.0001deg"}):
+        comparison = compare(new, reference, tolerances=wide)
+        assert comparison.outcome == "within tolerance"
+        assert finding(comparison, "tilt_max").reason == "it was given"
+    narrow = compare(new, reference, tolerances={"tilt_max": "1arcmin", "peak_tilt": 1e-10})
+    assert found(narrow) == {"peak_tilt": 1}
+    # what other kernels leave open is judged if it is asked for
+    other = changed(reference, "steps", place, 10**6).assign_attrs(kernel_hash="0")
+    assert compare(other, reference).same
+    assert found(compare(other, reference, tolerances={"steps": 5})) == {"steps": 1}
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "message"),
+    [
+        ({"tilt_mx": 1.0}, "no variable tilt_mx.*Did you mean tilt_max"),
+        ({"stability": 1.0}, "no variable stability whose differences are measured"),
+        ({"tilt": 1.0}, "no variable tilt whose differences are measured"),
+        ({"tilt_max": -1.0}, "must be 0 or more; got -1.0"),
+        ({"tilt_max": "1s"}, "unit 's' does not fit"),
+        ({"tilt_max": "nan"}, "must be finite"),
+        ({"tilt_max": "1,2"}, "one number here"),
+    ],
+)
+def test_a_tolerance_that_cannot_be_is_refused(reference, tolerances, message):
+    """Unknown names, decisions, coordinates, other units and what is no size are refused, with the reason."""
+    with pytest.raises(RequestError, match=message):
+        compare(reference, reference, tolerances=tolerances)
+
+
+def test_exact_means_bits(reference):
+    """With exact one bit is a difference, in whatever variable; without it the same is within tolerance."""
+    for name in ("nutation_period", "tilt_error", "steps", "predicted_roll_rate", "tilt"):
+        values = reference[name].values.copy()
+        place = tuple(np.argwhere(np.isfinite(values) & (values != 0))[0])
+        bit = 1 if values.dtype.kind == "i" else np.spacing(values[place])
+        values[place] += bit
+        new = reference.assign({name: reference[name].copy(data=values)})
+        assert compare(new, reference).outcome == "within tolerance", name
+        comparison = compare(new, reference, exact=True)
+        assert (comparison.outcome, found(comparison)) == ("different", {name: 1})
+    same = compare(reference.assign_attrs(history="another day"), reference, exact=True)
+    assert (same.outcome, list(same.provenance)) == ("identical", ["history"])
+    # the sign of a zero is a bit, and missing is missing
+    zero = changed(reference, "tilt_min", (2, 2), 0.0)
+    assert found(compare(changed(zero, "tilt_min", (2, 2), -0.0), zero, exact=True)) == {"tilt_min": 1}
+    assert compare(changed(zero, "tilt_min", (2, 2), -0.0), zero).outcome == "within tolerance"
+    forces = sweep.run(SPEC.replace(contact="yes"))
+    assert set(found(compare(forces, reference, exact=True))) == set(tables.CONTACT_VARIABLES)
+    with pytest.raises(RequestError, match="exact goes without tolerances"):
+        compare(reference, reference, exact=True, tolerances={"tilt_max": 1.0})
+
+
+def test_a_file_of_another_program_keeps_its_fixed_parameters(reference):
+    """Fixed parameters are coordinates even if the attribute that says so was dropped."""
+    assert compare(reference.reset_coords(["alpha", "radius"]), reference).identical
