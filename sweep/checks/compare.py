@@ -97,8 +97,9 @@ class Comparison:
         """Return everything as plain types, for JSON."""
         found: dict[str, Any] = {"outcome": self.outcome, "same": self.same, **asdict(self)}
         for finding in found["findings"]:
-            # JSON has no infinity: nothing is allowed there
-            finding["share"] = finding["share"] if np.isfinite(finding["share"]) else None
+            # JSON has no infinity: a share where nothing is allowed, a difference from an infinite value
+            for part in (finding, finding["worst"] or {}):
+                part |= {key: None for key, value in part.items() if value in (np.inf, -np.inf)}
             if finding["worst"] is not None:
                 del finding["worst"]["place"]
         return found
