@@ -11,7 +11,7 @@ import sweep
 from sweep.checks.alignment import align
 from sweep.checks.allowed import allowed
 from sweep.checks.compare import compare
-from sweep.checks.variables import variables
+from sweep.checks.variables import FOREIGN, variables
 from sweep.errors import RequestError
 
 KINDS = {
@@ -66,6 +66,7 @@ def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases, kin
     """Values just within what is allowed are the same; slightly beyond, every variable of the atlas differs."""
     atlas, rules = atlases[kind], rules_of(atlases[kind])
     assert set(rules) == set(atlas.variables)
+    assert FOREIGN not in {each.kind for each in rules.values()}
     measured = [name for name in map(str, atlas.data_vars) if rules[name].has_tolerance]
     stated = [name for name in measured if name.endswith(STATED)]
     others = [name for name in measured if name not in stated]

@@ -207,7 +207,7 @@ def test_starts_beyond_the_limit_cost_nothing(monkeypatch):
         return legendre(u, alpha)
 
     monkeypatch.setattr(theory, "_legendre", watched)
-    spec = SweepSpec.preset("rolling").replace(tilt="1deg,4deg,20deg,89deg", criterion="departure:5deg")
+    spec = SweepSpec.preset("rolling").replace(tilt="1deg,4deg,20deg,60deg", criterion="departure:5deg")
     rates = theory_lines(spec, "roll_rate")["upper"][1]
     assert np.isfinite(rates).tolist() == [True, True, False, False]
     assert max(steepest) <= np.sin(np.radians(5.0)) * (1.0 + 1e-12)
