@@ -172,10 +172,10 @@ class _Exact:
         if along := cut_along(variable, pair):
             return along
         new, old = pair.new[name], pair.reference[name]
+        if other := _other_meaning(new, old) or _other_kind(new, old):
+            return _all_different(variable, pair, other)
         if bitwise(new, old):
             return _alike(variable, pair)
-        if other := _other_kind(new, old):
-            return _all_different(variable, pair, other)
         beyond = other_bits(new.values, old.values)
         distance, gaps = _apart(new.values, old.values)
         return _finding(

@@ -140,9 +140,10 @@ def test_other_units_or_codes_mean_another_thing(reference):
     for name, key, value in (("tilt_max", "units", "degree"), ("stability", "flag_meanings", "a b c")):
         copy = reference.copy(deep=True)
         copy[name].attrs[key] = value
-        comparison = compare(copy, reference)
-        assert list(found(comparison)) == [name]
-        assert value in finding(comparison, name).note
+        for exact in (False, True):
+            comparison = compare(copy, reference, exact=exact)
+            assert list(found(comparison)) == [name]
+            assert value in finding(comparison, name).note
 
 
 def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
