@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import xarray as xr
 
-from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.errors import RequestError
 from sweep.model.quantity import STABLE, UNSTABLE
 
@@ -76,7 +76,8 @@ class Eulerdisk:
         Returns
         -------
         xarray.Dataset
-            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [SI], over the remaining axes.
+            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [SI], over the remaining axes, and
+            ``status``, which says why a row has no boundary, if the atlas has it.
 
         Raises
         ------
@@ -89,6 +90,8 @@ class Eulerdisk:
         names = dict(zip(edge_names(name, edge), given, strict=True))
         if not set(names) <= set(self._dataset.data_vars):
             self._no_boundary(f"{edge} edge along {name}")
+        status = status_name(name, edge)
+        names |= {status: "status"} if status in self._dataset else {}
         found = self._dataset[list(names)].rename(names)
         # it is not an atlas any more
         found.attrs = {}
@@ -187,7 +190,11 @@ class Eulerdisk:
 
     def _boundaries(self) -> list[str]:
         names = map(str, self._dataset.data_vars)
-        return [name for name in names if name.startswith("boundary_") and not name.endswith("_halfwidth")]
+        return [
+            name
+            for name in names
+            if name.startswith("boundary_") and not name.endswith(("_halfwidth", "_status"))
+        ]
 
     def _no_boundary(self, given: str) -> NoReturn:
         raise RequestError(

@@ -5,11 +5,12 @@
     def test_rolling(eulerdisk_atlas):
         eulerdisk_atlas("rolling roll_rate=2:4:20 tilt=0.1deg:20deg:10:log", "data/rolling.nc")
 
-``pytest --eulerdisk-regen`` rewrites the reference files instead.
+``pytest --eulerdisk-regen`` rewrites the reference files instead. Values may differ as far as the two atlases state;
+``eulerdisk_atlas(words, file, tolerances={"tilt_max": 1e-6})`` allows other differences, and ``exact=True`` none.
 """
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -24,15 +25,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture
-def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path], None]:
+def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that runs a spec and compares the atlas with a reference file.
 
     Its arguments are the words of ``eulerdisk run``, as one text, and the path of the file, relative to the folder of
-    the test. It fails the test with the report of ``eulerdisk compare`` if the two differ.
+    the test; `tolerances` and `exact` are those of `sweep.checks.compare.compare`. It fails the test with the report of
+    ``eulerdisk compare`` if the two differ.
     """
     folder = request.path.parent
 
-    def check(words: str, reference: str | Path) -> None:
+    def check(
+        words: str,
+        reference: str | Path,
+        *,
+        tolerances: Mapping[str, float | str] | None = None,
+        exact: bool = False,
+    ) -> None:
         __tracebackhide__ = True
         from sweep.platforms import check_system
 
@@ -57,7 +65,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[[str, str | Path
             if not path.exists():
                 pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
             with open_atlas(path) as trusted:
-                comparison = compare(run(spec), trusted)
+                comparison = compare(run(spec), trusted, tolerances=tolerances, exact=exact)
         except RequestError as error:
             # the message says what to do, a traceback adds nothing
             pytest.fail(f"{words}: {error}", pytrace=False)

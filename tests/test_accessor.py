@@ -92,7 +92,7 @@ def test_verdicts_are_masks(atlas):
 def test_boundaries_and_critical_rates(atlas):
     """The boundary has short names; the critical rate of a rolling disk is sqrt(g/3R)."""
     found = atlas.eulerdisk.boundary()
-    assert list(found) == ["measured", "halfwidth", "predicted", "critical"]
+    assert list(found) == ["measured", "halfwidth", "predicted", "critical", "status"]
     np.testing.assert_array_equal(found["measured"], atlas["boundary_roll_rate"])
     np.testing.assert_array_equal(found["predicted"], atlas["predicted_roll_rate"])
     np.testing.assert_allclose(atlas.eulerdisk.critical, np.sqrt(9.81 / (3 * 0.5)), rtol=1e-15)

@@ -22,6 +22,12 @@ def test_file(eulerdisk_atlas):
 def test_changed(eulerdisk_atlas):
     eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/changed.nc")
 
+def test_allowed(eulerdisk_atlas):
+    eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/changed.nc", tolerances={"tilt_max": 1.0})
+
+def test_exact(eulerdisk_atlas):
+    eulerdisk_atlas("mine.toml alpha=1", "data/file.nc", exact=True)
+
 def test_other(eulerdisk_atlas):
     eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/other.nc")
 """
@@ -67,7 +73,7 @@ def test_references_are_written_and_compared(project):
     assert status == 1
     assert said.count("does not exist: pytest --eulerdisk-regen writes it") >= 3
     status, said = run(project, "--eulerdisk-regen")
-    assert (status, "3 skipped" in said) == (0, True)
+    assert (status, "5 skipped" in said) == (0, True)
     with sweep.open_atlas(project / "data" / "file.nc") as atlas:
         assert atlas.attrs["history"].endswith("Z eulerdisk run mine.toml alpha=1 -o data/file.nc")
         assert float(atlas["alpha"]) == 1.0
@@ -75,7 +81,7 @@ def test_references_are_written_and_compared(project):
         file["tilt_max"][...] = 0.5
     shutil.copy(project / "data" / "file.nc", project / "data" / "other.nc")
     status, said = run(project)
-    assert (status, "2 failed, 1 passed" in said) == (1, True)
+    assert (status, "2 failed, 3 passed" in said) == (1, True)
     assert "DIFFERENT in tilt_max: 1 cell" in said
     assert "worst cell: the only one" in said
     assert "they differ in alpha" in said

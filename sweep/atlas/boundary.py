@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.row_status import row_status
 from sweep.engine.compute import compute, reach_and_scale
 from sweep.engine.grid import completed, whole
 from sweep.model.description import LOST, Starts
@@ -170,13 +171,15 @@ class Edge:
 
     `measured` lies in the middle of the bracket between the last unstable and the first stable cell, `halfwidth` is
     half that bracket; undecided cells between the two widen it. Where the spec says ``boundary = "refined"`` the
-    bracket was bisected. `critical` and `predicted` are those of `sweep.model.description.Model.lines`.
+    bracket was bisected. `critical` and `predicted` are those of `sweep.model.description.Model.lines`, `status` has
+    the codes of `sweep.atlas.row_status.row_status`.
     """
 
     measured: Array
     halfwidth: Array
     critical: Array
     predicted: Array
+    status: npt.NDArray[np.int8]
 
 
 def edges(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[tuple[str, str], Edge]:
@@ -207,7 +210,8 @@ def edges(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[tuple[str
             if name == "upper" or name in lines or np.isfinite(measured).any():
                 nothing = np.full(measured.shape, np.nan)
                 critical, predicted = lines.get(name, (nothing, nothing))
-                found[axis, name] = Edge(measured, 0.5 * np.abs(outside - inside), critical, predicted)
+                halfwidth, status = 0.5 * np.abs(outside - inside), row_status(rows, name)
+                found[axis, name] = Edge(measured, halfwidth, critical, predicted, status)
     return found
 
 

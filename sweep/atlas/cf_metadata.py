@@ -10,9 +10,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.row_status import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
-from sweep.model.quantity import BOUNDARY, FILL, Input, Quantity, Tolerance, table
+from sweep.model.quantity import (
+    BRACKET,
+    CRITICAL_EDGE,
+    DECISION,
+    EDGE_HALFWIDTH,
+    FILL,
+    MEASURED_EDGE,
+    PREDICTED_EDGE,
+    Input,
+    Quantity,
+    Tolerance,
+    table,
+)
 from sweep.request.spec import SweepSpec
 from sweep.version import __version__
 
@@ -22,14 +35,26 @@ CURVES, POINTS = "curve", "curve_point"
 #: The two edges of the unstable band: stable above, stable below.
 EDGES = ("upper", "lower")
 
+_STATUS_WORDS = (
+    "found: the verdict changes once in this direction; stable_throughout, unstable_throughout: all cells of the row "
+    "have this verdict; undecided: no change is known, and some cells are undecided; more_than_one_edge: the value is "
+    "that of the outermost edge, missing where the range ends inside an unstable band; other_edge_only: the verdict "
+    "changes in the other direction alone"
+)
+
 _COUNTED = Tolerance(0.0, 0.0, "the same curves have the same points")
-_POINT = Tolerance(2e-8, 1e-9, "a point is bisected to the width that the atlas records")
+_POINT = Tolerance(0.0, 1e-12, "both brackets hold the point of the curve", BRACKET)
 
 
 def edge_names(axis: str, edge: str = "upper") -> tuple[str, str, str, str]:
     """Return the names of one edge along an axis: measured, its half-width, predicted, critical."""
     side = f"lower_{axis}" if edge == "lower" else axis
     return f"boundary_{side}", f"boundary_{side}_halfwidth", f"predicted_{side}", f"critical_{side}"
+
+
+def status_name(axis: str, edge: str = "upper") -> str:
+    """Return the name of the variable that says why the rows of an edge have a boundary or none."""
+    return f"{edge_names(axis, edge)[0]}_status"
 
 
 def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]:
@@ -45,21 +70,24 @@ def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]
     Returns
     -------
     Mapping of str to Quantity
-        Those of `edge_names`, all in the units of the parameter.
+        Those of `edge_names`, all in the units of the parameter, and the flag of `status_name`.
     """
     words, side = along.name.replace("_", " "), "below" if edge == "lower" else "above"
-    meanings = (
-        f"{words} {side} which the motion is stable, as measured",
-        f"half-width of the bracket around the measured {words}",
-        f"{words} at which theory puts the boundary for this criterion and perturbation",
-        f"analytic critical {words}, the limit of a vanishing perturbation",
+    rows = (
+        (f"{words} {side} which the motion is stable, as measured", MEASURED_EDGE),
+        (f"half-width of the bracket around the measured {words}", EDGE_HALFWIDTH),
+        (f"{words} at which theory puts the boundary for this criterion and perturbation", PREDICTED_EDGE),
+        (f"analytic critical {words}, the limit of a vanishing perturbation", CRITICAL_EDGE),
     )
+    named = zip(edge_names(along.name, edge), rows, strict=True)
     return table(
-        *(
-            Quantity(name, along.symbol, along.units, meaning, BOUNDARY)
-            for name, meaning in zip(edge_names(along.name, edge), meanings, strict=True)
-        )
-    )
+        *(Quantity(name, along.symbol, along.units, *row) for name, row in named),
+        Quantity(
+            status_name(along.name, edge), "", "1",
+            f"whether the row along {words} has this boundary, and if not, why",
+            DECISION, _STATUS_WORDS, "i1", ROW_STATUS,
+        ),
+    )  # fmt: skip
 
 
 def curve_quantities() -> Mapping[str, Quantity]:
@@ -80,7 +108,8 @@ def point_quantities(parameters: Mapping[str, Input], axes: Sequence[str]) -> Ma
         rows += [
             Quantity(f"curve_{axis}", along.symbol, along.units, f"{words} of a point on the boundary", _POINT),
             Quantity(f"curve_{axis}_halfwidth", along.symbol, along.units,
-                     f"half-width of the bracket around the {words}", _POINT, "0 where the point lies on the grid"),
+                     f"half-width of the bracket around the {words}", EDGE_HALFWIDTH,
+                     "0 where the point lies on the grid"),
         ]  # fmt: skip
     return table(*rows)
 
@@ -147,7 +176,9 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     for name, quantity in edge_quantities(spec.model.parameters[axis], edge).items():
         attributes = quantity.attributes() | CONTENT | _scalars(spec)
         if name == measured:
-            attributes["ancillary_variables"] = halfwidth
+            attributes["ancillary_variables"] = f"{halfwidth} {status_name(axis, edge)}"
+        elif quantity.flags is not None:
+            attributes["standard_name"] = "status_flag"
         declared.append(Declaration(name, dims, quantity.dtype, attributes))
     return declared
 

@@ -17,8 +17,10 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     edge_names,
     global_attributes,
+    status_name,
 )
 from sweep.atlas.curves import Curves, curves
+from sweep.atlas.row_status import row_status
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -128,6 +130,18 @@ def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, s
     yield from ((axis, edge) for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] in dataset)
 
 
+def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
+    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_status.row_status`).
+
+    In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
+    """
+    name, measured = status_name(axis, edge), edge_names(axis, edge)[0]
+    if name in dataset:
+        stored: npt.NDArray[np.int8] = dataset[name].values
+        return stored
+    return row_status(dataset["stability"].transpose(*dataset[measured].dims, axis).values, edge)
+
+
 def boundaries(
     spec: SweepSpec, stability: npt.NDArray[np.integer]
 ) -> list[tuple[Declaration, npt.NDArray[Any]]]:
@@ -137,7 +151,7 @@ def boundaries(
     """
     found: list[tuple[Declaration, npt.NDArray[Any]]] = []
     for (axis, edge), line in edges(spec, stability).items():
-        values = (line.measured, line.halfwidth, line.predicted, line.critical)
+        values = (line.measured, line.halfwidth, line.predicted, line.critical, line.status)
         found += zip(edge_declarations(spec, axis, edge), values, strict=True)
     if spec.boundary_width is not None and len(spec.axes) > 1:
         found += _with_points(spec, curves(spec, stability, spec.boundary_width))

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.dataset import spec_of
+from sweep.checks.coordinates import check_coordinates, values_of
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Quantity
-from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -27,20 +27,38 @@ _PRESENTATION = ("title", "boundary", "device")
 class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
-    `cut` names the axes of which only a part is common, `other_steps` the settings of the integration that differ,
-    `boundaries` holds the option ``boundary`` of both, `cell_variables` the table of what either has of every cell.
-    `spec` is that of the reference, with its whole grid.
+    `specs` are those of both, with their whole grids. `cut` names the axes of which only a part is common,
+    `cell_variables` is the table of what either has of every cell.
     """
 
     new: "xr.Dataset"
     reference: "xr.Dataset"
-    spec: SweepSpec
+    specs: tuple[SweepSpec, SweepSpec]
     axes: tuple[str, ...]
     cut: frozenset[str]
-    other_steps: tuple[str, ...]
-    boundaries: tuple[str, str]
     cell_variables: Mapping[str, Quantity]
     notes: tuple[str, ...]
+
+    @property
+    def spec(self) -> SweepSpec:
+        """The spec of the reference."""
+        return self.specs[1]
+
+    @property
+    def boundaries(self) -> tuple[str, str]:
+        """The option ``boundary`` of both."""
+        return self.specs[0].boundary, self.specs[1].boundary
+
+    @property
+    def other_errors(self) -> str:
+        """Why the errors and the work of the integration are not the same; empty if they have to be."""
+        differing = [
+            name for name in _STEPPING if getattr(self.specs[0], name) != getattr(self.specs[1], name)
+        ]
+        if differing:
+            return f"{', '.join(differing)} differ"
+        same = self.new.attrs.get("kernel_hash") == self.reference.attrs.get("kernel_hash")
+        return "" if same else "the kernels differ"
 
 
 def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
@@ -55,12 +73,15 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     Raises
     ------
     RequestError
-        If they are of different motions or criteria, or their grids differ.
+        If the coordinates of one are not those of its spec, if they are of different motions or criteria, or if their
+        grids differ.
     """
     specs = spec_of(new), spec_of(reference)
+    for dataset, spec in zip((new, reference), specs, strict=True):
+        check_coordinates(dataset, spec)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
-    values = {name: (_values(specs[0], name), _values(specs[1], name)) for name in axes}
+    values = {name: (values_of(specs[0], name), values_of(specs[1], name)) for name in axes}
     places = {name: _matches(*both, specs[0].model.parameters[name]) for name, both in values.items()}
     cut = frozenset(name for name in axes if any(places[name][0].size < each.size for each in values[name]))
     if not common:
@@ -72,17 +93,15 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
             hint="Compare atlases of overlapping grids.",
         )
     parts = [
-        _part(dataset, axes, {name: both[side] for name, both in places.items()})
-        for side, dataset in enumerate((new, reference))
+        _part(_with_coordinates(dataset, spec), axes, {name: both[side] for name, both in places.items()})
+        for side, (dataset, spec) in enumerate(zip((new, reference), specs, strict=True))
     ]
     return Pair(
         new=parts[0],
         reference=parts[1],
-        spec=specs[1],
+        specs=specs,
         axes=axes,
         cut=cut,
-        other_steps=tuple(name for name in _STEPPING if getattr(specs[0], name) != getattr(specs[1], name)),
-        boundaries=(specs[0].boundary, specs[1].boundary),
         cell_variables={
             name: quantity for each in specs for name, quantity in each.model.cell_variables(each).items()
         },
@@ -135,11 +154,6 @@ def _in_words(fields: list[str], new: SweepSpec, reference: SweepSpec) -> str:
     return ", ".join(f"{name} ({getattr(new, name)} and {getattr(reference, name)})" for name in fields)
 
 
-def _values(spec: SweepSpec, name: str) -> Array:
-    value = getattr(spec, name)
-    return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
-
-
 def _same(left: Any, right: Any, quantity: Quantity) -> Any:
     return np.isclose(left, right, rtol=quantity.tolerance.relative, atol=quantity.tolerance.absolute)
 
@@ -154,6 +168,11 @@ def _matches(
     nearest = np.where(np.abs(new[left] - reference) <= np.abs(new[right] - reference), left, right)
     found = np.flatnonzero(_same(new[nearest], reference, quantity))
     return nearest[found], found
+
+
+def _with_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
+    """Return an atlas whose fixed parameters are coordinates: other tools drop the attribute that says so."""
+    return dataset.set_coords([name for name in spec.fixed if name in dataset.data_vars])
 
 
 def _part(

@@ -1,21 +1,35 @@
 """The regression check: compare an atlas with a reference.
 
-Decisions (endings, verdicts) must be equal, measures must agree within the tolerances of the tables, and a value that
-is missing in one must be missing in the other. In a borderline cell the last bit decides: such flips are counted apart.
-What a reference holds of its cells, the new atlas must hold; what only the new one holds is named, and no difference.
+Coordinates have to be those of the specs. Decisions (endings, verdicts) must be equal, measures must agree within what
+the two atlases state (`sweep.checks.allowed`), and a value that is missing in one must be missing in the other. In a
+borderline cell the last bit decides: such flips are counted apart. What a reference holds of its cells, the new atlas
+must hold; what only the new one holds is named, and no difference.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from sweep.atlas.cf_metadata import EDGES, curve_quantities, edge_quantities, point_quantities
+from sweep.atlas.dataset import require
 from sweep.checks.alignment import Pair, align
-from sweep.engine.compute import reach_and_scale
-from sweep.model.quantity import ERROR_GAUGE, STABLE, STEP_COUNT, UNSTABLE, Array, Quantity, Tolerance, Truths
+from sweep.checks.allowed import allowed, read_limits
+from sweep.checks.borderline import endings_on_edge, verdicts_on_edge
+from sweep.checks.difference import Cell, bitwise, other_bits, share_of, worst
+from sweep.checks.variables import (
+    CELL,
+    CURVE,
+    EDGE,
+    FOREIGN,
+    Variable,
+    cut_along,
+    lacking,
+    may_lack,
+    variables,
+)
+from sweep.errors import RequestError
+from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, STEP_COUNT, Array, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,30 +37,18 @@ if TYPE_CHECKING:
 #: Attributes of a variable that give its numbers their meaning.
 _MEANING = ("units", "flag_values", "flag_meanings")
 
-#: Prefixes of the variables that follow from the verdicts; curves have dimensions of their own.
-_CURVE = "curve_"
-_MEASURED = ("boundary_", _CURVE)
-
 #: Attributes of an atlas whose contents `align` has compared.
 _COMPARED = ("sweep_spec", "sweep_fingerprint")
-
-
-@dataclass(frozen=True)
-class Cell:
-    """The cell where two atlases differ most: its coordinates [SI], its values, and its coordinates in words."""
-
-    where: dict[str, float]
-    new: float | None
-    reference: float | None
-    place: str
 
 
 @dataclass(frozen=True)
 class Finding:
     """The comparison of one variable.
 
-    `different` counts the values beyond the tolerance, `on_edge` those that differ because a borderline cell flipped;
-    `largest` is the largest absolute difference among all values that both have, in the units of the variable.
+    `different` counts the values beyond what is allowed, `on_edge` those that differ because a borderline cell flipped.
+    Of the other values that both have, `largest` is the largest absolute difference, `allowed` what is allowed there,
+    both in the units of the variable, and `share` the largest difference over what is allowed. `bitwise` says whether
+    all bits are the same, `reason` why that much is allowed.
     """
 
     name: str
@@ -54,9 +56,12 @@ class Finding:
     values: int
     different: int
     on_edge: int
-    largest: float
-    worst: Cell | None
-    tolerance: Tolerance
+    bitwise: bool
+    largest: float = 0.0
+    allowed: float = 0.0
+    share: float = 0.0
+    worst: Cell | None = None
+    reason: str = ""
     note: str = ""
 
 
@@ -76,16 +81,38 @@ class Comparison:
         """Whether the two atlases agree."""
         return not any(finding.different for finding in self.findings)
 
+    @property
+    def identical(self) -> bool:
+        """Whether the two atlases hold the same variables with the same bits; attributes aside."""
+        return self.same and not self.notes and all(finding.bitwise for finding in self.findings)
+
+    @property
+    def outcome(self) -> str:
+        """One of ``identical``, ``within tolerance`` and ``different``."""
+        if self.identical:
+            return "identical"
+        return "within tolerance" if self.same else "different"
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain types, for JSON."""
-        found: dict[str, Any] = {"same": self.same, **asdict(self)}
+        found: dict[str, Any] = {"outcome": self.outcome, "same": self.same, **asdict(self)}
         for finding in found["findings"]:
+            # JSON has no infinity: a share where nothing is allowed, a difference from an infinite value
+            for part in (finding, finding["worst"] or {}):
+                part |= {key: None for key, value in part.items() if value in (np.inf, -np.inf)}
             if finding["worst"] is not None:
                 del finding["worst"]["place"]
         return found
 
 
-def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False) -> Comparison:
+def compare(
+    new: "xr.Dataset",
+    reference: "xr.Dataset",
+    *,
+    common: bool = False,
+    tolerances: Mapping[str, float | str] | None = None,
+    exact: bool = False,
+) -> Comparison:
     """Compare an atlas with a trusted one.
 
     Parameters
@@ -94,6 +121,10 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
         Atlases, as `sweep.run` or `sweep.open_atlas` returns them.
     common : bool
         Compare only the cells that both have; otherwise the grids must be the same.
+    tolerances : mapping of str to float or str, optional
+        Variable -> largest difference allowed, in SI or as text with a unit, instead of what the atlases state.
+    exact : bool
+        All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
 
     Returns
     -------
@@ -102,144 +133,204 @@ def compare(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool = False)
     Raises
     ------
     RequestError
-        If the two are not comparable: other parameters, criterion, method, duration or fall_tilt, or other grids.
+        If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
+        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
     """
     pair = align(new, reference, common=common)
-    ending = _endings_on_edge(pair)
-    verdict = _verdicts_on_edge(pair, ending)
+    for dataset in (new, reference):
+        require(dataset, ("stability", *pair.spec.model.extremes))
+    held = list(variables(pair))
+    if exact and tolerances:
+        raise RequestError(
+            "Equal bits leave no tolerance: exact goes without tolerances; got both.",
+            hint="Leave one of them out.",
+        )
+    measured = {each.name: each.quantity for each in held if each.has_tolerance}
+    limits = read_limits(tolerances or {}, measured)
+    judge = _Exact(pair) if exact else _Judge(pair, limits)
     findings, notes = [], []
-    for quantity, axis in _quantities(pair):
-        name = quantity.name
-        if reason := _left_out(quantity, axis, pair):
-            notes.append(f"{name} is not compared: {reason}")
-        elif name not in pair.reference and name in pair.cell_variables:
-            notes.append(f"{name} is not compared: the reference atlas does not have it")
-        elif name not in pair.new or name not in pair.reference:
-            side, held = ("reference", pair.new) if name in pair.new else ("new", pair.reference)
-            missing = np.ones(held[name].shape, bool)
-            findings.append(_finding(quantity, missing, ~missing, f"the {side} atlas does not have it"))
+    for each in held:
+        found = judge(each)
+        if isinstance(found, Finding):
+            findings.append(found)
         else:
-            findings.append(_compared(quantity, pair, _excused(name, axis, pair, ending, verdict)))
+            notes.append(f"{each.name} is not compared: {found}")
     cells = pair.reference["ending"].size
     return Comparison(cells, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
 
 
-def _left_out(quantity: Quantity, axis: str, pair: Pair) -> str:
-    """Return why a variable is not compared; empty if it is."""
-    along = pair.cut.intersection(pair.axes if quantity.name.startswith(_CURVE) else [axis])
-    if along:
-        return f"only a part of {', '.join(sorted(along))} is common"
-    if quantity.name.startswith(_MEASURED) and pair.boundaries[0] != pair.boundaries[1]:
-        return f"boundary differs: {' and '.join(pair.boundaries)}"
-    # errors and work of the integration belong to its steps and its kernels, not to the motion
-    if quantity.tolerance in (ERROR_GAUGE, STEP_COUNT):
-        if pair.other_steps:
-            return f"{', '.join(pair.other_steps)} differ"
-        if pair.new.attrs.get("kernel_hash") != pair.reference.attrs.get("kernel_hash"):
-            return "the kernels differ"
+class _Exact:
+    """All bits of all variables have to be the same."""
+
+    def __init__(self, pair: Pair) -> None:
+        self._pair = pair
+
+    def __call__(self, variable: Variable) -> Finding | str:
+        pair, name = self._pair, variable.name
+        if missing := lacking(name, pair):
+            return _all_different(variable, pair, missing)
+        if along := cut_along(variable, pair):
+            return along
+        new, old = pair.new[name], pair.reference[name]
+        if other := _other_meaning(new, old) or _other_kind(new, old):
+            return _all_different(variable, pair, other)
+        if bitwise(new, old):
+            return _alike(variable, pair)
+        beyond = other_bits(new.values, old.values)
+        distance, gaps = _apart(new.values, old.values)
+        return _finding(
+            variable, pair, beyond, np.zeros_like(beyond), gaps, distance, np.zeros_like(distance)
+        )
+
+
+class _Judge:
+    """Values may differ as far as the two atlases state, or as the caller allows."""
+
+    def __init__(self, pair: Pair, limits: Mapping[str, float]) -> None:
+        self._pair, self._limits = pair, limits
+        self._endings = endings_on_edge(pair)
+        self._verdicts = verdicts_on_edge(pair, self._endings)
+
+    def __call__(self, variable: Variable) -> Finding | str:
+        pair, name, limit = self._pair, variable.name, self._limits.get(variable.name)
+        elsewhere = _elsewhere(variable, pair)
+        if missing := lacking(name, pair):
+            may = may_lack(variable, pair)
+            return elsewhere or (missing if may else _all_different(variable, pair, missing))
+        new, old = pair.new[name], pair.reference[name]
+        other = _other_meaning(new, old)
+        if bitwise(new, old) and not other:
+            return _alike(variable, pair)
+        if (reason := elsewhere or self._left_out(variable)) and limit is None:
+            return reason
+        excused = self._excused(variable)
+        if other := other or _other_kind(new, old):
+            return _all_different(variable, pair, other, excused)
+        distance, gaps = _apart(new.values, old.values)
+        most = allowed(variable.quantity, pair) if limit is None else np.full(old.shape, limit)
+        return _finding(
+            variable, pair, gaps | (distance > most), excused, gaps, distance, most, limit is not None
+        )
+
+    def _left_out(self, variable: Variable) -> str:
+        """Return why a difference of a variable is not judged; empty if it is."""
+        rule = variable.quantity.tolerance
+        if variable.kind == FOREIGN:
+            return "this version does not know it"
+        # errors and work of the integration belong to its steps and its kernels, not to the motion
+        return self._pair.other_errors if rule in (ERROR_GAUGE, STEP_COUNT) else ""
+
+    def _excused(self, variable: Variable) -> Truths:
+        """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
+        pair, name = self._pair, variable.name
+        flips = self._endings | self._verdicts
+        if variable.kind == CURVE:
+            return np.full(pair.reference[name].shape, bool(flips.any()))
+        if variable.kind == EDGE:
+            # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
+            moved = np.any(flips, axis=pair.axes.index(variable.axis))
+            return moved if name.startswith("boundary_") else np.zeros_like(moved)
+        if variable.kind == CELL:
+            return self._verdicts if name == "stability" else self._endings
+        return np.zeros(pair.reference[name].shape, bool)
+
+
+def _elsewhere(variable: Variable, pair: Pair) -> str:
+    """Return why the values of a variable belong to other places in the two; empty if they do not."""
+    if along := cut_along(variable, pair):
+        return along
+    ways = pair.boundaries
+    # brackets around one place can be compared, however wide
+    if ways[0] != ways[1] and (variable.kind == CURVE or variable.quantity.tolerance == EDGE_HALFWIDTH):
+        return f"boundary differs: {' and '.join(ways)}"
     return ""
 
 
-def _quantities(pair: Pair) -> Iterator[tuple[Quantity, str]]:
-    """Yield the quantities that either atlas holds; an edge of the boundary with the axis that it lies on."""
-    model = pair.spec.model
-    known = [(each, "") for each in (*pair.cell_variables.values(), *model.parameters.values())]
-    for axis in pair.axes:
-        for edge in EDGES:
-            known += [(each, axis) for each in edge_quantities(model.parameters[axis], edge).values()]
-    known += [(each, "") for each in curve_quantities().values()]
-    known += [(each, "") for each in point_quantities(model.parameters, pair.spec.axes).values()]
-    for quantity, axis in known:
-        if quantity.name in pair.new.data_vars or quantity.name in pair.reference.data_vars:
-            yield quantity, axis
-
-
-def _excused(name: str, axis: str, pair: Pair, ending: Truths, verdict: Truths) -> Truths:
-    """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
-    if name.startswith(_CURVE):
-        return np.full(pair.reference[name].shape, bool(np.any(ending | verdict)))
-    if axis:
-        along = pair.axes.index(axis)
-        # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
-        moved = np.any(ending | verdict, axis=along)
-        return moved if name.startswith("boundary_") else np.zeros_like(moved)
-    return verdict if name == "stability" else ending
-
-
-def _compared(quantity: Quantity, pair: Pair, excused: Truths) -> Finding:
-    new, old = (atlas[quantity.name].values for atlas in (pair.new, pair.reference))
+def _other_kind(new: "xr.DataArray", old: "xr.DataArray") -> str:
     if new.shape != old.shape:
         # curves of different numbers or lengths cannot be compared point by point
-        note = f"{new.size} values, in the reference {old.size}"
-        return _finding(quantity, np.ones_like(excused), excused, note)
-    distance = np.abs(new.astype(np.float64) - old.astype(np.float64))
-    allowed = quantity.tolerance.absolute + quantity.tolerance.relative * np.abs(old.astype(np.float64))
-    gaps = np.isnan(new) != np.isnan(old)
-    beyond = gaps | (distance > allowed)
-    note = _other_meaning(quantity.name, pair)
-    if note:
-        beyond = np.ones_like(beyond)
-    known = distance[~np.isnan(distance)]
-    largest = float(known.max()) if known.size else 0.0
-    worst = _worst(quantity.name, pair, beyond & ~excused, gaps, distance, allowed)
-    return _finding(quantity, beyond, excused, note, largest, worst)
+        return f"{new.size} values, in the reference {old.size}"
+    if new.dims != old.dims:
+        return f"its dimensions differ: {', '.join(map(str, new.dims))} and {', '.join(map(str, old.dims))}"
+    if {new.dtype.kind, old.dtype.kind} - set("biuf"):
+        return f"its types differ: {new.dtype} and {old.dtype}"
+    return ""
+
+
+def _other_meaning(new: "xr.DataArray", old: "xr.DataArray") -> str:
+    for key in _MEANING:
+        if not np.array_equal(np.asarray(new.attrs.get(key)), np.asarray(old.attrs.get(key))):
+            return f"its {key} differ: {new.attrs.get(key)} and {old.attrs.get(key)}"
+    return ""
+
+
+def _apart(new: Any, old: Any) -> tuple[Array, Truths]:
+    """Return the absolute differences, NaN where a value is missing, and where only one of two is."""
+    one, other = new.astype(np.float64), old.astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        return np.abs(one - other), np.isnan(one) != np.isnan(other)
+
+
+def _alike(variable: Variable, pair: Pair) -> Finding:
+    size = pair.reference[variable.name].size
+    return Finding(
+        variable.name, variable.quantity.units, size, 0, 0, True, reason=variable.quantity.tolerance.reason
+    )
+
+
+def _all_different(variable: Variable, pair: Pair, note: str, excused: Truths | None = None) -> Finding:
+    held = pair.reference if variable.name in pair.reference.variables else pair.new
+    size = held[variable.name].size
+    on_edge = size if excused is not None and excused.any() and excused.all() else 0
+    return Finding(
+        variable.name, variable.quantity.units, size, size - on_edge, on_edge, False,
+        reason=variable.quantity.tolerance.reason, note=note,
+    )  # fmt: skip
 
 
 def _finding(
-    quantity: Quantity,
+    variable: Variable,
+    pair: Pair,
     beyond: Truths,
     excused: Truths,
-    note: str,
-    largest: float = 0.0,
-    worst: Cell | None = None,
+    gaps: Truths,
+    distance: Array,
+    most: Array,
+    given: bool = False,
 ) -> Finding:
+    judged = np.where(excused | np.isnan(distance), 0.0, distance)
+    place = np.unravel_index(int(np.argmax(judged)), judged.shape) if judged.size else ()
+    share = share_of(judged, most)
     return Finding(
-        name=quantity.name,
-        units=quantity.units,
+        name=variable.name,
+        units=variable.quantity.units,
         values=beyond.size,
         different=int((beyond & ~excused).sum()),
         on_edge=int((beyond & excused).sum()),
-        largest=largest,
-        worst=worst,
-        tolerance=quantity.tolerance,
-        note=note,
+        bitwise=False,
+        largest=float(judged[place]),
+        allowed=float(most[place]),
+        share=float(share.max()) if share.size else 0.0,
+        worst=worst(variable.name, pair, beyond & ~excused, gaps & ~excused, judged, most),
+        reason="it was given" if given else variable.quantity.tolerance.reason,
     )
-
-
-def _worst(
-    name: str, pair: Pair, beyond: Truths, gaps: Truths, distance: Array, allowed: Array
-) -> Cell | None:
-    """Return the cell with the largest difference over its tolerance; a value that is missing in one counts as most."""
-    excess = np.where(allowed > 0.0, distance / np.where(allowed > 0.0, allowed, 1.0), distance)
-    excess = np.where(gaps, np.inf, np.nan_to_num(excess))
-    if not beyond.any() and not excess.any():
-        return None
-    candidates = beyond if beyond.any() else np.ones_like(beyond)
-    place = np.unravel_index(int(np.argmax(np.where(candidates, excess, -1.0))), excess.shape)
-    where = {
-        str(dim): float(pair.reference[dim].values[i])
-        for dim, i in zip(pair.reference[name].dims, place, strict=True)
-    }
-    values = [float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)]
-    known = pair.spec.model.parameters
-    words = (
-        f"{dim} {known[dim].spell(value) if dim in known else int(value)}" for dim, value in where.items()
-    )
-    new, reference = (None if np.isnan(value) else value for value in values)
-    return Cell(where, new, reference, ", ".join(words) or "the only one")
-
-
-def _other_meaning(name: str, pair: Pair) -> str:
-    for key in _MEANING:
-        new, old = (atlas[name].attrs.get(key) for atlas in (pair.new, pair.reference))
-        if not np.array_equal(np.asarray(new), np.asarray(old)):
-            return f"its {key} differ: {new} and {old}"
-    return ""
 
 
 def _provenance(pair: Pair) -> dict[str, tuple[str, str]]:
     """Return the attributes in which the two differ: when, by what and in which words they were made."""
     found = _different(pair.new.attrs, pair.reference.attrs, _COMPARED)
+    new, reference = pair.specs
+    found |= {
+        f"sweep_spec:{name}": (str(getattr(new, name)), str(getattr(reference, name)))
+        for name in reference.words()
+        if getattr(new, name) != getattr(reference, name)
+    }
+    if new == reference:
+        found |= _different(
+            {key: pair.new.attrs.get(key, "") for key in _COMPARED},
+            {key: pair.reference.attrs.get(key, "") for key in _COMPARED},
+            (),
+        )
     for name in pair.reference.variables:
         if name in pair.new.variables:
             both = (pair.new[name].attrs, pair.reference[name].attrs)
@@ -255,54 +346,3 @@ def _different(
         for key in dict.fromkeys([*old, *new])
         if key not in leave and str(new.get(key, "")) != str(old.get(key, ""))
     }
-
-
-def _endings_on_edge(pair: Pair) -> Truths:
-    """Return where the endings differ and a neighbour of the cell, in the reference, ended as the new atlas says.
-
-    An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
-    """
-    new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
-    on_edge: Truths = (new != old) & _beside(new, old)
-    return on_edge
-
-
-def _verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
-    """Return where the verdicts differ and the cell stands on the edge between them.
-
-    With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion lies
-    between the departures of the two, or within the tolerance of the extremes from either. Where the ending flips
-    (`endings`), the verdict that follows from it may flip too.
-    """
-    new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
-    decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
-    same_ending = pair.new["ending"].values == pair.reference["ending"].values
-    on_edge: Truths = (new != old) & (endings | (decided & same_ending & _at_limit(pair)))
-    return on_edge
-
-
-def _beside(new: npt.NDArray[np.integer], old: npt.NDArray[np.integer]) -> Truths:
-    """Return where a neighbour along any axis has, in `old`, the code that the cell has in `new`."""
-    found = np.zeros(new.shape, bool)
-    for axis in range(new.ndim):
-        for here, there in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-            at = (slice(None),) * axis
-            found[(*at, here)] |= new[(*at, here)] == old[(*at, there)]
-    return found
-
-
-def _at_limit(pair: Pair) -> Truths:
-    model, ending = pair.spec.model, pair.reference["ending"]
-    starts = {
-        str(name): values.broadcast_like(ending).transpose(*pair.axes).values
-        for name, values in pair.reference.coords.items()
-    }
-    reaches = []
-    for atlas in (pair.new, pair.reference):
-        measured = {name: atlas[name].values for name in model.extremes}
-        reach, scale = reach_and_scale(pair.spec, starts, measured)
-        reaches.append(reach)
-    limit = np.nan_to_num(pair.spec.criterion.allowed(scale))
-    slack = model.variables[model.extremes[1]].tolerance.absolute
-    at: Truths = (np.minimum(*reaches) - slack <= limit) & (limit <= np.maximum(*reaches) + slack)
-    return at

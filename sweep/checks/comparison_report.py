@@ -56,21 +56,27 @@ def _outcome(comparison: Comparison) -> str:
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
     apart = f"; {edge} on an edge flipped, which is no disagreement" if edge else ""
-    outcome = f"DIFFERENT in {', '.join(names)}" if names else "the same"
-    return f"{outcome}: {cells}{apart}"
+    if names:
+        return f"DIFFERENT in {', '.join(names)}: {cells}{apart}"
+    if comparison.identical:
+        return f"identical: {cells}, all {len(comparison.findings)} variables bit for bit"
+    least = max(comparison.findings, key=lambda finding: finding.share)
+    most = f"; at most {_percent(least.share)} of what is allowed ({least.name})" if least.share else ""
+    return f"within tolerance: {cells}{most}{apart}"
 
 
 def _lines(finding: Finding) -> Iterator[str]:
-    yield f"{'DIFFERS' if finding.different else 'same':<8} {finding.name:<32} {_what(finding)}"
+    outcome = "DIFFERS" if finding.different else "identical" if finding.bitwise else "within"
+    yield f"{outcome:<9} {finding.name:<34} {_what(finding)}"
     if finding.worst is not None:
         values = " and ".join(
             "missing" if value is None else f"{value:.17g}"
             for value in (finding.worst.new, finding.worst.reference)
         )
-        yield f"{'':<8} worst cell: {finding.worst.place}: {values}"
+        limit = f"; allowed there {finding.worst.allowed:.2g}" if finding.worst.allowed else ""
+        yield f"{'':<9} worst cell: {finding.worst.place}: {values}{limit}"
     if finding.different and not finding.note:
-        limit = finding.tolerance
-        yield f"{'':<8} tolerance: {limit.absolute:g} + {limit.relative:g} |reference|, because {limit.reason}"
+        yield f"{'':<9} so much is allowed because {finding.reason}"
 
 
 def _what(finding: Finding) -> str:
@@ -79,8 +85,15 @@ def _what(finding: Finding) -> str:
     parts = [f"{finding.different} of {finding.values} differ"] if finding.different else []
     parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
     units = f" {finding.units}".removesuffix(" 1")
-    parts += [f"largest difference {finding.largest:.2g}{units}"] if finding.largest else []
+    if finding.largest:
+        parts.append(f"largest difference {finding.largest:.2g}{units}, allowed {finding.allowed:.2g}")
+    if finding.share and not finding.different:
+        parts.append(f"at most {_percent(finding.share)} of what is allowed")
     return ", ".join(parts) or f"{finding.values} equal"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"
 
 
 def _provenance(comparison: Comparison) -> Iterator[str]:

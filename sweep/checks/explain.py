@@ -13,6 +13,7 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
@@ -126,15 +127,18 @@ def _repeat(
 ) -> tuple[list[str], list[str]]:
     """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
     differing, beyond = [], []
-    for name, column in compute(spec, starts_of(spec, span)).items():
+    starts = starts_of(spec, span)
+    columns = compute(spec, starts)
+    stored = {str(name): np.atleast_1d(values) for name, values in cell.data_vars.items()}
+    both = Stated(spec, columns), Stated(spec, stored)
+    for name, column in columns.items():
         if name not in cell:
             continue
         new, old = column[0], cell[name].values[()]
         if new.tobytes() == old.tobytes() or (np.isnan(new) and np.isnan(old)):
             continue
         differing.append(name)
-        tolerance = table[name].tolerance
-        if not abs(float(new) - float(old)) <= tolerance.absolute + tolerance.relative * abs(float(old)):
+        if not abs(float(new) - float(old)) <= allowed_of_cells(table[name], *both, starts)[0]:
             beyond.append(name)
     return differing, beyond
 

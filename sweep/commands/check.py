@@ -46,15 +46,27 @@ def compare(
     common: Annotated[
         bool, typer.Option("--common", help="Compare the cells that both have, if the grids differ.")
     ] = False,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Largest difference allowed in a variable, in SI or with a unit; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="All bits of all variables have to be the same.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of words.")] = False,
     junit: Annotated[
         Path | None, typer.Option(metavar="OUT.xml", help="Write JUnit XML too, for a CI server.")
     ] = None,
 ) -> None:
-    """Check an atlas against a trusted one. Exit status: 0 the same, 1 different, 2 not comparable.
+    """Check an atlas against a trusted one. Exit status: 0 identical or within tolerance, 1 different, 2 neither.
 
-    Endings and verdicts have to be equal, measures equal within tolerances. Cells on the edge between two verdicts
-    are counted separately. A variable of the cells that only NEW.nc has is named, not judged; so is provenance.
+    Endings and verdicts have to be equal, measures equal within what the two atlases state: their tolerances, errors
+    and half-widths. Cells on the edge between two verdicts are counted separately. A variable of the cells that only
+    NEW.nc has is named, not judged; so is provenance.
     """
     import json
 
@@ -63,14 +75,16 @@ def compare(
     from sweep.files.netcdf import opened
     from sweep.files.paths import check_apart, check_atlas, check_target
     from sweep.files.publish import published
+    from sweep.request.words import pairs
 
+    given = pairs(tolerance or [])
     if junit is not None:
         check_target(junit, True)
         for atlas in (new, reference):
             check_atlas(atlas)
         check_apart(junit, new, reference)
     with opened(new) as left, opened(reference) as right:
-        comparison = compared(left, right, common=common)
+        comparison = compared(left, right, common=common, tolerances=given, exact=exact)
     if junit is not None:
         with published(junit) as unfinished:
             unfinished.write_text(to_junit(comparison, new.name), encoding="utf-8")

@@ -2,13 +2,16 @@
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sweep.commands.arguments import AtlasFile, Criterion, Overwrite
 from sweep.commands.terminal import say
 from sweep.errors import RequestError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def info(
@@ -40,6 +43,16 @@ def info(
     if folder is None or atlas.is_file():
         with opened(atlas) as dataset:
             print(describe(dataset))
+            _warn(dataset)
+
+
+def _warn(dataset: "xr.Dataset") -> None:
+    """Say if the range of a control misses the predicted boundary."""
+    from sweep.atlas.dataset import spec_of
+    from sweep.atlas.outlook import one_sided
+
+    for warning in one_sided(spec_of(dataset), dataset):
+        say(f"warning: {warning}")
 
 
 def boundary(

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
@@ -115,15 +116,16 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> 
     others = [str(name) for name in dataset[names[0]].dims]
     units = dataset[names[0]].attrs["units"]
     heads = [_head(spec, name) for name in others]
-    yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3]])
+    yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3], "row"])
     stacked = [dataset[name].values.reshape(-1) for name in names]
+    reasons = [row_status.name(code) for code in edge_status(dataset, axis, edge).reshape(-1).tolist()]
     places = np.indices(dataset[names[0]].shape).reshape(len(others), dataset[names[0]].size).T
-    for place, *values in zip(places, *stacked, strict=True):
+    for reason, place, *values in zip(reasons, places, *stacked, strict=True):
         at = [
             f"{dataset[name].values[i] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
             for name, i, head in zip(others, place, heads, strict=True)
         ]
-        yield "  ".join([*at, *(_number(value, values[1]) for value in values)])
+        yield "  ".join([*at, *(_number(value, values[1]) for value in values), reason])
 
 
 def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
@@ -226,13 +228,17 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
         units = spec.model.parameters[axis].units
+        lines = row_status.in_words(edge_status(dataset, axis, edge))
         if count:
-            yield (
-                f"boundary    stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {found.size} rows"
+            lines.insert(
+                0,
+                f"stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
+                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {found.size} rows",
             )
         else:
-            yield f"boundary    no change of verdict along {axis} ({side})"
+            lines[0] += f", along {axis} (stable {side})"
+        yield f"boundary    {lines[0]}"
+        yield from (f"            {line}" for line in lines[1:])
     if "curve_point_count" in dataset:
         counts, closed = dataset["curve_point_count"].values, int(dataset["curve_closed"].values.sum())
         yield (

@@ -26,6 +26,7 @@ from sweep.commands.terminal import reporting, say, stoppable
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
     from sweep.runs.run import Failures
 
 
@@ -101,6 +102,7 @@ def prepare(
     )
     print(journal.folder)
     say(f"{request.size} cells in {len(journal.spans)} blocks")
+    _warn(request)
 
 
 def block(
@@ -166,6 +168,7 @@ def plan(
         rate = estimate.cells_per_second(request, threads)
         block_cells = block_cells or estimate.suitable_block(rate, estimate.least_cells(threads))
     print("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
+    _warn(request)
     try:
         estimate.check_room(output, estimate.run_bytes(request))
     except RequestError as problem:
@@ -200,6 +203,14 @@ def warmup() -> None:
             print(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
     check_cache(kernels)
     print(f"cache  {cache_root()}")
+
+
+def _warn(request: "SweepSpec") -> None:
+    """Say if no row of a grid will show a boundary, by theory: most often the range is that of another disk."""
+    from sweep.atlas.outlook import one_sided
+
+    for warning in one_sided(request):
+        say(f"warning: {warning}")
 
 
 def _conclude(failures: "Failures", output: Path, most: float) -> None:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.curves import without_curves
-from sweep.atlas.dataset import spec_named
+from sweep.atlas.dataset import edge_status, spec_named
+from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
 from sweep.model.description import FAILED, MISSING
@@ -141,7 +142,13 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
     return Panel(
         title=spec.headline.partition(":")[0],
-        caption=f"unstable: {spec.criterion.caption(model)}\n{fixed_parameters(spec)}",
+        caption="\n".join(
+            (
+                f"unstable: {spec.criterion.caption(model)}",
+                fixed_parameters(spec),
+                *(_row_notes(dataset, control) if control else ()),
+            )
+        ),
         criterion=spec.criterion.label(model),
         line=_line(spec, control, up),
         x=x,
@@ -158,6 +165,17 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
         marked=np.zeros(ending.shape, bool) if marked is None else marked.squeeze().transpose(*order).values,
         marking="" if marked is None else str(marked.name),
     )
+
+
+def _row_notes(dataset: "xr.Dataset", control: str) -> list[str]:
+    """Return why columns have no boundary; once if both edges are missing for the same reasons."""
+    found = {
+        edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
+    }
+    first = next(iter(found.values()))
+    if all(np.array_equal(each, first) for each in found.values()):
+        return in_words(first, "columns")
+    return [note for edge, status in found.items() for note in in_words(status, "columns", edge)]
 
 
 def _line(spec: SweepSpec, control: str | None, up: Scale) -> str:

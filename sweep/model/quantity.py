@@ -33,19 +33,46 @@ _SHOWN: Mapping[str, tuple[str, float]] = {
 }
 
 
+# What else two atlases may differ by, because both state it (`sweep.checks.allowed`).
+#: The errors of two extremes: of each atlas its tolerance, or the stated error of the cell where that is larger.
+EXTREME = "extreme"
+#: The errors of two extremes over the size of the perturbation.
+AMPLIFIED = "amplified"
+#: The errors of two extremes over the size of the swing, as a share of a time.
+TIMED = "timed"
+#: The half-widths of two brackets around the same place.
+BRACKET = "bracket"
+#: What undecided places between the ends of a bracket leave open in its half-width.
+HALFWIDTH = "halfwidth"
+
+
 @dataclass(frozen=True)
 class Tolerance:
-    """How far two atlases may differ in a quantity, and why: |new - old| <= absolute + relative * |old|."""
+    """How far two atlases may differ in a quantity, and why: |new - old| <= absolute + relative * |old| + stated.
+
+    `stated` names what the two atlases themselves state, one of the words above; empty if that is nothing.
+    """
 
     absolute: float
     relative: float
     reason: str
+    stated: str = ""
 
 
 DECISION = Tolerance(0.0, 0.0, "a decision is the same or it is not")
 GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits between processors")
-BOUNDARY = Tolerance(
-    0.0, 1.3e-3, "a verdict on the edge can move it by one cell: 2/800 rad/s of 2 rad/s in the presets"
+MEASURED_EDGE = Tolerance(
+    0.0,
+    1e-12,
+    "both brackets hold the boundary; where both are cells of the grid, the cells are the same",
+    BRACKET,
+)
+EDGE_HALFWIDTH = Tolerance(
+    0.0, 1e-12, "a bracket is bisected to its width, or as far as the errors leave a verdict open", HALFWIDTH
+)
+CRITICAL_EDGE = Tolerance(0.0, 1e-12, "a closed expression, known to rounding")
+PREDICTED_EDGE = Tolerance(
+    0.0, 1e-9, "a closed expression with a difference of like numbers, known to rounding"
 )
 ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: only the magnitude of an error estimate matters")
 STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")

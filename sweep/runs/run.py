@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.dataset import boundaries
+from sweep.atlas.outlook import one_sided
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.errors import StoppedError, StorageError
@@ -166,6 +167,8 @@ def run_to_file(
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         estimate.check_room(path, bytes_to_write())
+        for warning in one_sided(spec):
+            say(f"warning: {warning}")
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _report_or_raise_stopped(journal, computed, missing, progress)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):

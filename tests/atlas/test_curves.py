@@ -199,7 +199,7 @@ def test_it_is_compared_with_every_point_of_its_curves(both):
     comparison = compare(refined, refined.copy(deep=True))
     assert comparison.same
     assert {each.name: each.values for each in comparison.findings} == {
-        name: variable.size for name, variable in refined.data_vars.items()
+        name: variable.size for name, variable in refined.variables.items()
     }
     moved = refined.copy(deep=True)
     moved["curve_tilt"].values[-1] += 1e-6
@@ -225,8 +225,10 @@ def test_curves_may_move_with_a_cell_that_flips_on_the_edge():
     spec = SPECS["map"].replace(boundary="refined:1e-6")
     atlas = sweep.run(spec)
     limit = float(atlas["tilt_max"][4, 2])
-    one, other = (sweep.reclassify(atlas, f"departure:{limit + shift!r}rad") for shift in (-1e-9, 1e-9))
+    one, other = (sweep.reclassify(atlas, f"departure:{limit + shift!r}rad") for shift in (-1e-12, 1e-12))
     assert int((one["stability"] != other["stability"]).sum()) == 1
     comparison = compare(one.assign_attrs(sweep_spec=other.attrs["sweep_spec"]), other)
     assert comparison.same
-    assert {each.name for each in comparison.findings if each.on_edge} >= {"stability", "curve_tilt"}
+    flipped = {each.name for each in comparison.findings if each.on_edge}
+    assert "stability" in flipped
+    assert any(name.startswith("curve_") for name in flipped)

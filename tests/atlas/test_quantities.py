@@ -2,22 +2,24 @@
 
 import pytest
 
-from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities
+from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities, status_name
 from sweep.model.disk.tables import PARAMETERS
 
 
 @pytest.mark.parametrize(("edge", "side"), [("upper", ""), ("lower", "lower_")])
 def test_edge_quantities_follow_their_axis(edge, side):
-    """The four quantities of an edge are named after their axis, the lower edge apart, and have its units."""
+    """The quantities of an edge are named after their axis, the lower edge apart, and have its units; one is a flag."""
     quantities = edge_quantities(PARAMETERS["precession_rate"], edge)
     assert list(quantities) == [
         f"boundary_{side}precession_rate",
         f"boundary_{side}precession_rate_halfwidth",
         f"predicted_{side}precession_rate",
         f"critical_{side}precession_rate",
+        f"boundary_{side}precession_rate_status",
     ]
-    assert tuple(quantities) == edge_names("precession_rate", edge)
-    assert {quantity.units for quantity in quantities.values()} == {PARAMETERS["precession_rate"].units}
+    names = edge_names("precession_rate", edge)
+    assert tuple(quantities) == (*names, status_name("precession_rate", edge))
+    assert {quantities[name].units for name in names} == {PARAMETERS["precession_rate"].units}
 
 
 def test_the_edges_have_names_of_their_own():

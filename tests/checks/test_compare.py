@@ -29,34 +29,19 @@ def reference():
     ids=["2-d", "circling", "steady precession", "refined", "refined 3-d", "cell"],
 )
 def test_an_atlas_is_the_same_as_itself(spec):
-    """Two runs of one spec are the same, every variable is compared, and every value of it."""
+    """Two runs of one spec are identical, every variable is compared, coordinates first, and every value of it."""
     atlas = sweep.run(spec)
     comparison = compare(sweep.run(spec), atlas)
     assert comparison.same
+    assert comparison.identical
     assert comparison.cells == spec.size
     assert {each.name: each.values for each in comparison.findings} == {
-        name: variable.size for name, variable in atlas.data_vars.items()
+        name: variable.size for name, variable in atlas.variables.items()
     }
-    assert all(each.largest == 0.0 and each.on_edge == 0 for each in comparison.findings)
-
-
-@pytest.mark.parametrize("name", [name for name, each in VARIABLES.items() if each.flags is None])
-def test_a_measure_beyond_its_tolerance_is_found_where_it_is(reference, name):
-    """Just within the tolerance of the table is the same; just beyond it differs, and that cell is named."""
-    tolerance = VARIABLES[name].tolerance
-    place = tuple(np.argwhere(np.isfinite(reference[name].values))[3])
-    value = float(reference[name].values[place])
-    allowed = tolerance.absolute + tolerance.relative * abs(value)
-    whole = reference[name].dtype.kind == "i"
-    near, far = (allowed, allowed + 1.0) if whole else (0.9 * allowed, 1.1 * allowed)
-    assert compare(changed(reference, name, place, value + near), reference).same
-    comparison = compare(changed(reference, name, place, value + far), reference)
-    assert found(comparison) == {name: 1}
-    worst = finding(comparison, name).worst
-    assert worst.where == {
-        axis: float(reference[axis][i]) for axis, i in zip(reference[name].dims, place, strict=True)
-    }
-    assert worst.reference == value
+    assert [each.name for each in comparison.findings][: len(atlas.coords)] == [
+        name for name in spec.model.parameters if name in atlas.coords
+    ]
+    assert all(each.bitwise and each.on_edge == 0 for each in comparison.findings)
 
 
 def test_missing_has_to_be_missing(reference):
@@ -155,9 +140,10 @@ def test_other_units_or_codes_mean_another_thing(reference):
     for name, key, value in (("tilt_max", "units", "degree"), ("stability", "flag_meanings", "a b c")):
         copy = reference.copy(deep=True)
         copy[name].attrs[key] = value
-        comparison = compare(copy, reference)
-        assert list(found(comparison)) == [name]
-        assert value in finding(comparison, name).note
+        for exact in (False, True):
+            comparison = compare(copy, reference, exact=exact)
+            assert list(found(comparison)) == [name]
+            assert value in finding(comparison, name).note
 
 
 def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
@@ -170,6 +156,7 @@ def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
     assert finding(comparison, "nutation_period").note == "the new atlas does not have it"
     comparison = compare(reference, reference.drop_vars("nutation_period"))
     assert comparison.same
+    assert not comparison.identical
     assert comparison.notes == ("nutation_period is not compared: the reference atlas does not have it",)
     assert "not judged: nutation_period" in in_words(comparison)
     forces = sweep.run(SPEC.replace(contact="yes"))
@@ -277,7 +264,11 @@ def test_another_step_is_compared_by_its_results(reference):
     assert comparison.same
     assert {"steps", "energy_drift"}.isdisjoint(each.name for each in comparison.findings)
     assert "steps is not compared: tolerance differ" in comparison.notes
-    assert not compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference).same
+    # a coarse atlas is as near as it states, and no nearer
+    coarse = compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference)
+    assert coarse.same
+    assert 1e-4 < finding(coarse, "tilt_max").largest < finding(coarse, "tilt_max").allowed
+    assert coarse.provenance["sweep_spec:step"] == ("0.1", "auto")
 
 
 def test_other_kernels_are_compared_by_their_results(reference):
@@ -287,3 +278,67 @@ def test_other_kernels_are_compared_by_their_results(reference):
     assert comparison.same
     assert "steps is not compared: the kernels differ" in comparison.notes
     assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
+
+
+def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
+    """A variable may be given another tolerance, in SI or with a unit, wider or narrower; others keep theirs."""
+    place = (2, 2)
+    value = float(reference["tilt_max"][place])
+    new = changed(changed(reference, "tilt_max", place, value + 1e-6), "peak_tilt", place, value + 1e-9)
+    assert found(compare(new, reference)) == {"tilt_max": 1}
+    for wide in ({"tilt_max": 1.1e-6}, {"tilt_max": "0.0001deg"}):
+        comparison = compare(new, reference, tolerances=wide)
+        assert comparison.outcome == "within tolerance"
+        assert finding(comparison, "tilt_max").reason == "it was given"
+    narrow = compare(new, reference, tolerances={"tilt_max": "1arcmin", "peak_tilt": 1e-10})
+    assert found(narrow) == {"peak_tilt": 1}
+    # what other kernels leave open is judged if it is asked for
+    other = changed(reference, "steps", place, 10**6).assign_attrs(kernel_hash="0")
+    assert compare(other, reference).same
+    assert found(compare(other, reference, tolerances={"steps": 5})) == {"steps": 1}
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "message"),
+    [
+        ({"tilt_mx": 1.0}, "no variable tilt_mx.*Did you mean tilt_max"),
+        ({"stability": 1.0}, "no variable stability whose differences are measured"),
+        ({"tilt": 1.0}, "no variable tilt whose differences are measured"),
+        ({"tilt_max": -1.0}, "must be 0 or more; got -1.0"),
+        ({"tilt_max": "1s"}, "unit 's' does not fit"),
+        ({"tilt_max": "nan"}, "must be finite"),
+        ({"tilt_max": "1,2"}, "one number here"),
+    ],
+)
+def test_a_tolerance_that_cannot_be_is_refused(reference, tolerances, message):
+    """Unknown names, decisions, coordinates, other units and what is no size are refused, with the reason."""
+    with pytest.raises(RequestError, match=message):
+        compare(reference, reference, tolerances=tolerances)
+
+
+def test_exact_means_bits(reference):
+    """With exact one bit is a difference, in whatever variable; without it the same is within tolerance."""
+    for name in ("nutation_period", "tilt_error", "steps", "predicted_roll_rate", "tilt"):
+        values = reference[name].values.copy()
+        place = tuple(np.argwhere(np.isfinite(values) & (values != 0))[0])
+        bit = 1 if values.dtype.kind == "i" else np.spacing(values[place])
+        values[place] += bit
+        new = reference.assign({name: reference[name].copy(data=values)})
+        assert compare(new, reference).outcome == "within tolerance", name
+        comparison = compare(new, reference, exact=True)
+        assert (comparison.outcome, found(comparison)) == ("different", {name: 1})
+    same = compare(reference.assign_attrs(history="another day"), reference, exact=True)
+    assert (same.outcome, list(same.provenance)) == ("identical", ["history"])
+    # the sign of a zero is a bit, and missing is missing
+    zero = changed(reference, "tilt_min", (2, 2), 0.0)
+    assert found(compare(changed(zero, "tilt_min", (2, 2), -0.0), zero, exact=True)) == {"tilt_min": 1}
+    assert compare(changed(zero, "tilt_min", (2, 2), -0.0), zero).outcome == "within tolerance"
+    forces = sweep.run(SPEC.replace(contact="yes"))
+    assert set(found(compare(forces, reference, exact=True))) == set(tables.CONTACT_VARIABLES)
+    with pytest.raises(RequestError, match="exact goes without tolerances"):
+        compare(reference, reference, exact=True, tolerances={"tilt_max": 1.0})
+
+
+def test_a_file_of_another_program_keeps_its_fixed_parameters(reference):
+    """Fixed parameters are coordinates even if the attribute that says so was dropped."""
+    assert compare(reference.reset_coords(["alpha", "radius"]), reference).identical

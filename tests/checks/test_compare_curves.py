@@ -52,18 +52,24 @@ def test_curves_move_with_a_cell_that_flips_on_an_edge(refined):
     assert finding(comparison, "curve_tilt").on_edge == 1
 
 
-def test_ways_to_look_for_the_boundary_are_not_compared(reference, refined):
-    """An atlas whose boundary lies between cells and one whose boundary is bisected agree in all else."""
+def test_brackets_of_any_width_have_to_overlap(reference, refined):
+    """A boundary between cells and a bisected one are compared by their brackets; half-widths and curves are not."""
     for new, old in ((reference, refined), (refined, reference)):
         comparison = compare(new, old)
         assert comparison.same
         names = {each.name for each in comparison.findings}
-        assert "boundary_roll_rate" not in names
-        assert not any(name.startswith("curve_") for name in names)
+        assert not any(name.startswith("curve_") or name.endswith("_halfwidth") for name in names)
         assert {"tilt_max", "predicted_roll_rate", "critical_roll_rate"} <= names
-        assert any(
-            "boundary_roll_rate is not compared: boundary differs" in note for note in comparison.notes
-        )
+        halfwidths = float((reference.boundary_roll_rate_halfwidth + refined.boundary_roll_rate_halfwidth)[0])
+        boundary = finding(comparison, "boundary_roll_rate")
+        assert 0.0 < boundary.largest < boundary.allowed == pytest.approx(halfwidths, rel=1e-9)
+        told = [note for note in comparison.notes if "boundary differs" in note]
+        assert len(told) == 1 + sum(name.startswith("curve_") for name in refined.data_vars)
+        place = int(np.flatnonzero(np.isfinite(new["boundary_roll_rate"].values))[0])
+        beyond = float(old["boundary_roll_rate"][place]) + 1.001 * halfwidths
+        assert found(compare(changed(new, "boundary_roll_rate", place, beyond), old)) == {
+            "boundary_roll_rate": 1
+        }
 
 
 def test_another_steady_rate_is_another_motion():

@@ -1,6 +1,7 @@
 """How a comparison is told: in words, in JSON, in JUnit's XML, and by the exit status."""
 
 import json
+import re
 import shlex
 import sys
 from xml.etree import ElementTree
@@ -36,10 +37,31 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
     assert text.startswith("DIFFERENT in tilt_max: 78 cells")
     where = f"roll_rate 0.5 rad s-1, tilt {np.degrees(reference.tilt.values[3]):.10g} deg"
     assert f"worst cell: {where}: 1 and " in text
+    assert re.search(
+        r"DIFFERS +tilt_max +1 of 78 differ, largest difference [\d.]+ rad, allowed 2e-08\n", text
+    )
+    assert "because each extreme tilt is as near to the true one as its atlas states" in text
     suite = ElementTree.fromstring(to_junit(comparison, "a.nc"))[0]
-    assert suite.attrib == {"name": "a.nc", "tests": "16", "failures": "1", "errors": "0"}
+    assert suite.attrib == {"name": "a.nc", "tests": "24", "failures": "1", "errors": "0"}
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failed == ["tilt_max"]
+
+
+def test_the_outcome_is_identical_or_within_tolerance(reference):
+    """Identical is said of equal bits alone; else the largest difference and what is allowed, for each variable."""
+    words = in_words(compare(reference, reference))
+    assert words.startswith("identical: 78 cells, all 24 variables bit for bit\n")
+    assert "made alike: no attribute differs" in words
+    value = float(reference["tilt_max"][2, 3])
+    words = in_words(compare(changed(reference, "tilt_max", (2, 3), value + 5e-9), reference))
+    assert words.startswith("within tolerance: 78 cells; at most 25 % of what is allowed (tilt_max)\n")
+    assert re.search(
+        r"\nwithin +tilt_max +largest difference 5e-09 rad, allowed 2e-08, at most 25 % of what is allowed\n",
+        words,
+    )
+    assert re.search(r"\nidentical tilt_min +78 equal\n", words)
+    named = compare(reference, reference.drop_vars("steps"))
+    assert in_words(named).startswith("within tolerance: 78 cells\n")
 
 
 def test_the_command(tmp_path, monkeypatch, capsys, reference):
@@ -48,6 +70,8 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
     sweep.save(reference, "a.nc")
     sweep.save(changed(reference, "tilt_max", (2, 3), np.nan), "b.nc")
     sweep.save(sweep.reclassify(reference, "departure:2deg"), "c.nc")
+    value = float(reference["tilt_max"][2, 3])
+    sweep.save(changed(reference, "tilt_max", (2, 3), value + 5e-7), "d.nc")
     (tmp_path / "text.nc").write_text("not netCDF")
 
     def run(line):
@@ -60,10 +84,22 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
     status, out, err = run("compare b.nc a.nc --json --junit b.xml")
     assert (status, err) == (1, "")
     told = json.loads(out)
-    assert (told["same"], told["new"], told["reference"]) == (False, "b.nc", "a.nc")
+    assert (told["outcome"], told["same"], told["new"], told["reference"]) == (
+        "different",
+        False,
+        "b.nc",
+        "a.nc",
+    )
     assert next(each for each in told["findings"] if each["name"] == "tilt_max")["worst"]["new"] is None
     assert ElementTree.parse(tmp_path / "b.xml").getroot().get("failures") == "1"
+    assert run("compare d.nc a.nc")[0] == 1
+    assert run("compare d.nc a.nc --tolerance tilt_max=1e-6 --tolerance steps=3")[0] == 0
+    assert run("compare a.nc a.nc --exact")[0] == 0
+    assert run("compare d.nc a.nc --exact --json")[0] == 1
     for line, said in [
+        ("compare a.nc a.nc --tolerance tilt_max", "NAME=VALUE"),
+        ("compare a.nc a.nc --tolerance ending=1", "no variable ending whose differences are measured"),
+        ("compare a.nc a.nc --exact --tolerance tilt_max=1", "exact goes without tolerances"),
         ("compare c.nc a.nc", "differ in criterion"),
         ("compare a.nc text.nc", "not a readable netCDF file"),
         ("compare a.nc missing.nc", "no such file"),

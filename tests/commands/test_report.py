@@ -43,7 +43,7 @@ def test_an_atlas_in_words():
     assert f"peak tilt   {low:.6g} to {high:.6g} deg" in text
     assert f"within {float(dataset.tilt_error.max()):.1e} rad" in text
     # the 4 degree row never becomes stable inside the axis
-    assert "in 2 of 3 rows" in text
+    assert "in 2 of 3 rows\n            no boundary in 1 of 3 rows: unstable throughout\n" in text
     assert "made        1970-01-01T00:00:00Z sweep.run" in text
     assert ROLLING.fingerprint()[:16] in text
 
@@ -121,15 +121,17 @@ def test_the_boundary_table_holds_the_numbers_of_the_dataset():
         "+-",
         "predicted_roll_rate",
         "critical_roll_rate",
+        "row",
     ]
     assert len(lines) == 3
+    assert [line[-1] for line in lines] == ["found", "found", "unstable throughout"]
     names = [
         "boundary_roll_rate",
         "boundary_roll_rate_halfwidth",
         "predicted_roll_rate",
         "critical_roll_rate",
     ]
-    for i, (tilt, *numbers) in enumerate(lines):
+    for i, (tilt, *numbers, _) in enumerate(lines):
         assert float(tilt) == pytest.approx(math.degrees(dataset.tilt[i]), rel=1e-5)
         assert numbers == [
             f"{v:.6f}" if np.isfinite(v) else "-" for v in (float(dataset[name][i]) for name in names)
@@ -149,8 +151,18 @@ def test_both_edges_of_circling_have_a_table():
         assert [line[1] for line in lines] == [
             f"{v:.6f}" if np.isfinite(v) else "-" for v in dataset[name].values
         ]
-        assert lines[2][1:] == ["-"] * 4
+        assert lines[2][1:] == [*["-"] * 4, "stable throughout"]
     assert "stable below precession_rate" in describe(dataset)
+    assert describe(dataset).count("\n            no boundary in 1 of 3 rows: stable throughout\n") == 2
+
+
+def test_why_there_is_no_boundary():
+    """Where no row has one, the reason stands in its place; an older atlas says the same, from its verdicts."""
+    dataset = sweep.run(ROLLING.replace(roll_rate="3.5:4:5", tilt="0.1deg,1deg"))
+    said = "\nboundary    no boundary: stable throughout, along roll_rate (stable above)\n"
+    for atlas in (dataset, dataset.drop_vars("boundary_roll_rate_status")):
+        assert said in describe(atlas)
+        assert [row[-1] for row in rows(boundary_table(atlas))] == ["row", *["stable throughout"] * 2]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])

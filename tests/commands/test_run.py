@@ -189,3 +189,24 @@ def test_warmup_says_that_nothing_was_kept(tmp_path):
     assert done.returncode == 2
     assert "could not be kept" in done.stderr
     assert "Set EULERDISK_CACHE_DIR to a folder" in done.stderr
+
+
+def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
+    """`run`, `plan`, `prepare` and `info` say it on standard error with a range to paste; status and output stay."""
+    words = "rolling radius=12mm roll_rate=2:4:9 tilt=0.1deg,1deg"
+    warning = "eulerdisk: warning: roll_rate=2.0:4.0:9 lies on the unstable side of the predicted boundary"
+    ends = [command(line) for line in (f"plan {words} --no-calibrate", f"run {words} -o a.nc", "info a.nc")]
+    ends.append(command(f"prepare {words} -o b.nc"))
+    for status, out, err in ends:
+        assert status == 0
+        assert warning not in out
+        assert err.count(warning) == 1
+    pasted = ends[0][2].split()[-1]
+    for line in (
+        f"plan {words} {pasted} --no-calibrate",
+        "run rolling roll_rate=2:4:5 tilt=1deg -o c.nc",
+        "info c.nc",
+    ):
+        assert "warning" not in command(line.replace("roll_rate=2:4:9 ", ""))[2]
+    # a refusal is one line
+    assert command(f"run {words} -o a.nc")[2].count("\n") == 1

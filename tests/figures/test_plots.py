@@ -298,3 +298,23 @@ def test_words_do_not_overlap(atlases):
         boxes = [text.get_window_extent() for text in axes.texts]
         assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
         assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in boxes)
+
+
+def test_a_figure_says_why_there_is_no_boundary(atlases):
+    """Columns without a boundary have their reason below the map, each edge by its name where the reasons differ."""
+
+    def caption(atlas):
+        drawn = [axes.get_legend() for axes in plots.figure([atlas]).axes]
+        return next(each for each in drawn if each is not None).get_title().get_text().splitlines()
+
+    low = sweep.run(ROLLING.replace(roll_rate="1:2:5", tilt="0.1deg:1deg:4"))
+    assert caption(low)[-1] == "no boundary: unstable throughout"
+    assert caption(low.isel(tilt=0))[-1] == "no boundary: unstable throughout"
+    assert caption(low.drop_vars("boundary_roll_rate_status"))[-1] == "no boundary: unstable throughout"
+    assert not any("boundary" in line for line in caption(atlases["rolling"].isel(tilt=slice(0, 5))))
+    assert caption(atlases["circling"])[-1] == "no boundary in 12 of 30 columns: stable throughout"
+    slow = sweep.run(CIRCLING.replace(precession_rate="0.05:1.5:9", tilt="10deg,20deg"))
+    assert caption(slow)[-2:] == [
+        "no upper edge: 1 stable throughout, 1 lower edge only",
+        "no lower edge in 1 of 2 columns: stable throughout",
+    ]

@@ -43,7 +43,9 @@ def expected(atlas):
             variable = atlas[name]
             shape = [count if dim in variable.dims else 1 for dim, count in ending.sizes.items()]
             rows[name] = np.broadcast_to(variable.values.reshape(shape), ending.shape).reshape(-1)
-    for name in ("ending", "stability"):
+    for name in rows:
+        if "flag_meanings" not in atlas[name].attrs:
+            continue
         words = np.array(atlas[name].attrs["flag_meanings"].split())
         rows[name] = words[rows[name]]
     return rows

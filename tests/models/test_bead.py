@@ -204,7 +204,7 @@ def test_every_command(command, tmp_path):
         ("boundary a.nc", "predicted_lower_hoop_rate"),
         ("explain a.nc hoop_rate=4.4 angle=1deg", "every value agrees bit for bit"),
         ("run --from a.nc -o b.nc", ""),
-        ("compare b.nc a.nc", "the same: 147 cells"),
+        ("compare b.nc a.nc", "identical: 147 cells"),
         ("export a.nc --to csv", ""),
         ("plan bottom --no-calibrate", "4040"),
     ):

@@ -95,8 +95,10 @@ def test_the_checker_sees_what_is_wrong(tmp_path):
 
 
 def test_the_ending_is_the_status_flag_of_the_measures():
-    """A reader that knows CF finds what a measure can be trusted for: its ancillary variable is a status flag."""
+    """A reader that knows CF finds what a value can be trusted for: its ancillary variables have a status flag."""
     atlas = sweep.run(SPECS["rolling"])
     assert atlas["ending"].attrs["standard_name"] == "status_flag"
     assert atlas["tilt_max"].attrs["ancillary_variables"] == "ending"
-    assert atlas["boundary_roll_rate"].attrs["ancillary_variables"] == "boundary_roll_rate_halfwidth"
+    linked = ["boundary_roll_rate_halfwidth", "boundary_roll_rate_status"]
+    assert atlas["boundary_roll_rate"].attrs["ancillary_variables"].split() == linked
+    assert atlas[linked[1]].attrs["standard_name"] == "status_flag"

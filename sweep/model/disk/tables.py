@@ -22,13 +22,16 @@ from sweep.model.description import (
     Endings,
 )
 from sweep.model.quantity import (
+    AMPLIFIED,
     DECISION,
     DURATION,
     ERROR_GAUGE,
+    EXTREME,
     GRID,
     STABILITY,
     STEP,
     STEP_COUNT,
+    TIMED,
     Array,
     Input,
     Quantity,
@@ -45,9 +48,15 @@ STEADY_ROLL = "steady"
 #: The words for `precession_rate` that ask for the slower or the faster rate which keeps the tilt constant.
 STEADY_PRECESSION = ("steady-slow", "steady-fast")
 
-_TILT = Tolerance(2e-6, 0.0, "each resolved extreme tilt is within 1e-6 rad of the exact one")
-_DERIVED = Tolerance(
-    1e-9, 2e-3, "two tilts 2e-8 rad apart, over the smallest start of the presets, 1.7e-5 rad"
+_TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
+_AMPLIFICATION = Tolerance(
+    0.0, 1e-12, "the errors of both extreme tilts, over the size of the perturbation", AMPLIFIED
+)
+_TIME = Tolerance(
+    0.0,
+    1e-6,
+    "the errors of both extreme tilts, over the size of the swing; RK4 keeps time less well than energy",
+    TIMED,
 )
 _FORCE = Tolerance(2e-6, 2e-6, "each known extreme of the forces is within 1e-6 (1 + |x|) of the exact one")
 
@@ -157,9 +166,9 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
              "the larger of |tilt_min| and |tilt_max|"),
     Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
-             _DERIVED, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
-    Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _DERIVED),
-    Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _DERIVED),
+             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
+    Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _TIME),
+    Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _TIME),
     Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
              ERROR_GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,

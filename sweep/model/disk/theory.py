@@ -25,8 +25,8 @@ from sweep.model.quantity import Array
 #: The terms fall like sin(tilt)**n: this many suffice for 1e-15 up to the steepest fall_tilt that makes sense.
 _MOST_TERMS = 200_000
 
-#: Places on the way to the limit at which a barrier is looked for.
-_ON_THE_WAY = 32
+#: Places on the way to the limit at which a barrier is looked for, and how many are computed at once.
+_ON_THE_WAY, _AT_ONCE = 32, 4096
 
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
@@ -121,13 +121,25 @@ def _holding_rate(given: Starts, tilt: Array, axis: str) -> Array:
     """Least rate [rad/s] along `axis` with which a start turns back on its way to `tilt` [rad]; infinite if none does.
 
     Usually it is the rate that turns it back at `tilt`; a tilted disk that is pushed towards upright may meet a barrier
-    before.
+    before. NaN for a start beyond `tilt`.
     """
-    start = given["tilt"]
+    found = np.full_like(given["tilt"], np.nan)
+    # the series of a steep start has many terms: it is not summed where the result is not used
+    inside = np.flatnonzero(np.abs(given["tilt"]) < np.abs(tilt))
+    few = {name: values[inside] for name, values in given.items()}
+    start, end = few["tilt"], tilt[inside]
+    shares = np.arange(1, _ON_THE_WAY + 1) / _ON_THE_WAY
+    if inside.size * _ON_THE_WAY <= _AT_ONCE:
+        # a sum over a short array takes as long as one over a long array: all places at once
+        each = {name: np.tile(values, _ON_THE_WAY) for name, values in few.items()}
+        places = (start + shares[:, None] * (end - start)).reshape(-1)
+        found[inside] = _turning_rate(each, places, axis).reshape(_ON_THE_WAY, inside.size).min(axis=0)
+        return found
     least = np.full_like(start, np.inf)
-    for share in np.arange(1, _ON_THE_WAY + 1) / _ON_THE_WAY:
-        least = np.minimum(least, _turning_rate(given, start + share * (tilt - start), axis))
-    return np.where(np.abs(start) < np.abs(tilt), least, np.nan)
+    for share in shares:
+        least = np.minimum(least, _turning_rate(few, start + share * (end - start), axis))
+    found[inside] = least
+    return found
 
 
 def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:

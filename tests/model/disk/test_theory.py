@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import run
+from sweep.model.disk import theory
 from sweep.model.disk.theory import carried_rates
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
@@ -191,3 +192,24 @@ def test_edges_on_a_negative_axis_are_mirrored(preset):
     for edge, (critical, predicted) in lines.items():
         assert np.array_equal(negative[other[edge]][0], -critical, equal_nan=True)
         assert np.array_equal(negative[other[edge]][1], -predicted, equal_nan=True)
+
+
+def test_starts_beyond_the_limit_cost_nothing(monkeypatch):
+    """The series of a steep tilt has thousands of terms: it is summed for no start that is beyond the limit already.
+
+    In batches or one after the other, the predicted rates have the same bits.
+    """
+    steepest = []
+    legendre = theory._legendre
+
+    def watched(u, alpha):
+        steepest.append(float(np.max(np.abs(u), initial=0.0)))
+        return legendre(u, alpha)
+
+    monkeypatch.setattr(theory, "_legendre", watched)
+    spec = SweepSpec.preset("rolling").replace(tilt="1deg,4deg,20deg,60deg", criterion="departure:5deg")
+    rates = theory_lines(spec, "roll_rate")["upper"][1]
+    assert np.isfinite(rates).tolist() == [True, True, False, False]
+    assert max(steepest) <= np.sin(np.radians(5.0)) * (1.0 + 1e-12)
+    monkeypatch.setattr(theory, "_AT_ONCE", 0)
+    np.testing.assert_array_equal(theory_lines(spec, "roll_rate")["upper"][1], rates)

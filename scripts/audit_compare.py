@@ -1,0 +1,74 @@
+"""Hold the rules of `eulerdisk compare` against random cells: how far two integrations of one start are apart.
+
+Each start is integrated to several tolerances and to 1e-11, to the end and for 0.7 s. A difference over what the two
+integrations state is counted; the largest share is printed for each variable.
+
+    python scripts/audit_compare.py 30000 7
+"""
+
+import argparse
+
+import numpy as np
+
+from sweep import SweepSpec
+from sweep.checks.allowed import Stated, allowed_of_cells
+from sweep.engine.compute import compute
+
+#: Tolerance [rad] and step of the coarse integration, duration [s] of both.
+SETTINGS = [
+    (tolerance, step, duration)
+    for tolerance, step in ((1e-10, "auto"), (1e-8, "auto"), (1e-5, "auto"), (1e-3, "auto"), (1e-2, 0.05))
+    for duration in (300.0, 0.7)
+]
+FINE = 1e-11
+VARIABLES = ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", "nutation_period")
+
+
+def random_starts(count, seed):
+    """Return starts over five decades of tilts and rates, some of them zero, of disks of any shape."""
+    rng = np.random.default_rng(seed)
+
+    def signed(low, high, signs):
+        return rng.choice(signs, count) * 10.0 ** rng.uniform(low, high, count)
+
+    return {
+        "tilt": signed(-5.0, 0.1, [-1, 1]),
+        "tilt_rate": signed(-4.0, 1.0, [-1, 0, 1]),
+        "precession_rate": signed(-2.0, 1.3, [-1, 0, 1]),
+        "roll_rate": signed(-2.0, 1.3, [-1, 0, 1]),
+        "alpha": rng.uniform(0.1, 1.0, count),
+        "radius": 10.0 ** rng.uniform(-2.0, 0.0, count),
+        "gravity": np.full(count, 9.81),
+    }
+
+
+def main():
+    """Print one line for each setting, and the totals."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("cells", type=int)
+    parser.add_argument("seed", type=int)
+    request = parser.parse_args()
+    starts = random_starts(request.cells, request.seed)
+    values = beyond = flips = 0
+    for tolerance, step, duration in SETTINGS:
+        specs = (
+            SweepSpec(tolerance=tolerance, step=step, duration=duration),
+            SweepSpec(tolerance=FINE, duration=duration),
+        )
+        new, fine = (Stated(spec, compute(spec, starts)) for spec in specs)
+        alike = new.columns["ending"] == fine.columns["ending"]
+        flips += int((~alike).sum())
+        shares = []
+        for name in VARIABLES:
+            quantity = specs[0].model.variables[name]
+            apart = np.abs(new.columns[name] - fine.columns[name])
+            judged = alike & np.isfinite(apart)
+            share = apart[judged] / allowed_of_cells(quantity, new, fine, starts)[judged]
+            values, beyond = values + share.size, beyond + int((share > 1.0).sum())
+            shares.append(f"{name} {share.max(initial=0.0):.2g}")
+        print(f"tolerance {tolerance:g}, step {step}, {duration:g} s: {', '.join(shares)}", flush=True)
+    print(f"{beyond} of {values} values beyond what is allowed; {flips} other endings")
+
+
+if __name__ == "__main__":
+    main()

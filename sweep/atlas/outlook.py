@@ -1,0 +1,111 @@
+"""What theory says of the range of a control: whether it meets the predicted boundary, and which range would."""
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweep.atlas.boundary import theory_lines
+from sweep.atlas.cf_metadata import EDGES, edge_names
+from sweep.model.quantity import Array
+from sweep.request.axes import Range
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Rows for which the prediction is computed at most, spread evenly: 200 rows of the presets take 0.06 s.
+_MOST_ROWS = 2048
+
+#: How far a range reaches beyond the predicted boundary, as a share of it.
+_MARGIN = 0.2
+
+#: Significant digits of the ends of a range.
+_DIGITS = 3
+
+
+def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]:
+    """Return a warning if the whole range of a control lies on one side of the predicted boundary in every row.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    dataset : xarray.Dataset, optional
+        Its atlas, which holds the prediction; computed for up to 2048 rows if not given.
+
+    Returns
+    -------
+    list of str
+        A sentence with a range to paste, that holds the predicted boundary of the rows; nothing where theory predicts
+        no boundary, where rows differ, for an axis of one value, and where two controls are axes.
+    """
+    controls = spec.model.controls(spec.axes)
+    if len(controls) != 1 or len(getattr(spec, controls[0])) < 2:
+        return []
+    (axis,) = controls
+    low, high = getattr(spec, axis).ends()
+    if spec.computed and low < 0.0 < high:
+        # of a steady motion with rates of both signs theory gives the outer edges alone
+        return []
+    lines = _predicted(spec, axis) if dataset is None else _stored(dataset, axis)
+    side = _side(low, high, lines)
+    if not side:
+        return []
+    known = np.concatenate([line[np.isfinite(line)] for line in lines.values()])
+    ends = dict.fromkeys(f"{value:.4g}" for value in (known.min(), known.max()))
+    at = f"{' to '.join(ends)} {spec.model.parameters[axis].units}"
+    return [
+        f"{axis}={getattr(spec, axis)} lies on the {side} side of the predicted boundary in every row that has one: "
+        f"it is at {at}. Expect no boundary. A range that holds it: {axis}={_around(spec, axis, known)}"
+    ]
+
+
+def _predicted(spec: SweepSpec, axis: str) -> dict[str, Array]:
+    others = [name for name in spec.axes if name != axis]
+    rows = spec.size // len(getattr(spec, axis))
+    most = rows if rows <= _MOST_ROWS else max(2, int(_MOST_ROWS ** (1.0 / len(others))))
+    few = {}
+    for name in others:
+        values = getattr(spec, name).array()
+        places = np.unique(np.linspace(0, values.size - 1, min(values.size, most)).round().astype(int))
+        few[name] = values[places].tolist()
+    return {edge: line[1] for edge, line in theory_lines(spec.replace(**few), axis).items()}
+
+
+def _stored(dataset: "xr.Dataset", axis: str) -> dict[str, Array]:
+    names = {edge: edge_names(axis, edge)[2] for edge in EDGES}
+    return {edge: dataset[name].values for edge, name in names.items() if name in dataset}
+
+
+def _side(low: float, high: float, lines: dict[str, Array]) -> str:
+    """Return on which side all of a range lies, in all rows that have an edge: stable or unstable; empty if on none."""
+    if not lines:
+        return ""
+    edges = np.array([line.reshape(-1) for line in lines.values()]).reshape(len(lines), -1)
+    edges = edges[:, np.isfinite(edges).any(axis=0)]
+    if not edges.size or np.any((edges >= low) & (edges <= high)):
+        return ""
+    # NaN where a row has one edge only: no comparison with it holds
+    above, below = (np.array(lines.get(edge, np.nan)).reshape(-1) for edge in EDGES)
+    stable = (low > above) | (high < below)
+    has_edge = np.isfinite(above) | np.isfinite(below)
+    sides = np.unique(stable[has_edge])
+    return ("stable" if sides[0] else "unstable") if sides.size == 1 else ""
+
+
+def _around(spec: SweepSpec, axis: str, known: Array) -> str:
+    """Return a range around values, with the count and the spacing of the axis, in SI."""
+    given = getattr(spec, axis)
+    low, high = float(known.min()), float(known.max())
+    start, stop = low - _MARGIN * abs(low), high + _MARGIN * abs(high)
+    log = isinstance(given, Range) and given.spacing == "log" and start > 0.0
+    return f"{_rounded(start, math.floor)}:{_rounded(stop, math.ceil)}:{len(given)}" + (":log" if log else "")
+
+
+def _rounded(value: float, outward: Callable[[float], int]) -> str:
+    """Return a number with a few digits, rounded outward."""
+    if value == 0.0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - _DIGITS)
+    return f"{outward(value / unit) * unit:.{_DIGITS + 1}g}"

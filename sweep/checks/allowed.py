@@ -1,0 +1,186 @@
+"""How far two atlases may differ in each value: what the two themselves state of it, and rounding.
+
+The rule of a quantity is its `sweep.model.quantity.Tolerance`; what an atlas states is the tolerance of its spec, the
+errors of its cells, the half-widths of its brackets and its method.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.checks.alignment import Pair
+from sweep.errors import RequestError, shown
+from sweep.model.description import Starts
+from sweep.model.quantity import AMPLIFIED, BRACKET, EXTREME, HALFWIDTH, TIMED, Array, Quantity
+from sweep.request.spec import SweepSpec
+from sweep.request.values import read_number
+from sweep.request.words import suggestion
+
+#: The true error of a cell may be so many times the stated one.
+_DOUBT = 2.0
+
+_HALFWIDTH = "_halfwidth"
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What one atlas states of cells: its spec, and its columns, all of one shape."""
+
+    spec: SweepSpec
+    columns: Mapping[str, npt.NDArray[Any]]
+
+
+def allowed(quantity: Quantity, pair: Pair) -> Array:
+    """Return how far each value of a variable may differ, in its units, of the shape that the reference has.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        A variable that both atlases hold, of one shape.
+    pair : Pair
+    """
+    rule = quantity.tolerance
+    if rule.stated in (EXTREME, AMPLIFIED, TIMED):
+        new, reference = stated(pair)
+        return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
+    old = pair.reference[quantity.name].values.astype(np.float64)
+    rounding = rule.absolute + rule.relative * np.abs(old)
+    if rule.stated == BRACKET:
+        return np.asarray(rounding + _brackets(quantity.name, pair))
+    if rule.stated == HALFWIDTH:
+        return np.asarray(rounding + _open_in_halfwidth(quantity, pair))
+    return np.asarray(rounding)
+
+
+def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts: Starts) -> Array:
+    """Return how far each value of a variable of the cells may differ, in its units.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    new, reference : Stated
+        With `quantity`, the extremes and their error.
+    starts : mapping of str to array
+        Starts of the cells, in SI, of the shape of the columns.
+    """
+    rule, model = quantity.tolerance, reference.spec.model
+    old = np.abs(reference.columns[quantity.name].astype(np.float64))
+    allowed = rule.absolute + rule.relative * old
+    if not rule.stated:
+        return np.asarray(allowed)
+    errors = _extreme_errors(new) + _extreme_errors(reference)
+    if rule.stated == EXTREME:
+        return np.asarray(allowed + errors)
+    scale = model.perturbation(reference.spec, starts)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if rule.stated == AMPLIFIED:
+            return np.asarray(allowed + np.where(scale > 0.0, errors / scale, 0.0))
+        low, high = (reference.columns[name] for name in model.extremes)
+        size = np.minimum(1.0, np.minimum(scale, high - low))
+        return np.asarray(allowed + old * np.where(size > 0.0, errors / size, 0.0))
+
+
+def stated(pair: Pair) -> tuple[Stated, Stated]:
+    """Return what the two atlases state of their cells, the new one first."""
+    model = pair.spec.model
+    names = {*model.extremes, model.error_name, *pair.cell_variables}
+    return tuple(  # type: ignore[return-value]  # of a generator over two
+        Stated(spec, {name: atlas[name].values for name in names if name in atlas})
+        for spec, atlas in zip(pair.specs, (pair.new, pair.reference), strict=True)
+    )
+
+
+def starts_of_cells(pair: Pair) -> Starts:
+    """Return the starts of the cells that the reference gives as coordinates, of the shape of the grid."""
+    ending = pair.reference["ending"]
+    return {
+        str(name): values.broadcast_like(ending).transpose(*pair.axes).values
+        for name, values in pair.reference.coords.items()
+        if name in pair.spec.model.parameters
+    }
+
+
+def _extreme_errors(atlas: Stated) -> Array:
+    """Return how far [unit of the coordinate] the extremes of each cell may be from the true ones."""
+    spec, found = atlas.spec, atlas.columns.get(atlas.spec.model.error_name)
+    if found is None:
+        return np.asarray(spec.tolerance)
+    doubled = _DOUBT * found.astype(np.float64)
+    if spec.method == "exact":
+        # no steps: the tolerance only says where a cell counts as unresolved
+        return np.where(np.isnan(doubled), spec.tolerance, doubled)
+    return np.fmax(doubled, spec.tolerance)
+
+
+def _brackets(name: str, pair: Pair) -> Array | float:
+    if pair.boundaries == ("grid", "grid") and not name.startswith("curve_"):
+        return 0.0
+    return _known(f"{name}{_HALFWIDTH}", pair)
+
+
+def _known(name: str, pair: Pair) -> Array | float:
+    """Return the sum of a variable of both, 0 where one has none."""
+    sides = [np.nan_to_num(atlas[name].values) for atlas in (pair.new, pair.reference) if name in atlas]
+    if len({each.shape for each in sides}) != 1:
+        return 0.0
+    return np.asarray(sum(sides))
+
+
+def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array:
+    """Return what may differ in half-widths: all brackets have ends that are known to rounding.
+
+    A bracket that is wider than asked for ends where the estimated errors leave a verdict open. Each side is found to a
+    quarter of the width; other kernels or steps have other errors.
+    """
+    sides = [atlas[quantity.name].values for atlas in (pair.new, pair.reference)]
+    name = quantity.name.removesuffix(_HALFWIDTH)
+    middle = pair.reference[name].values if name in pair.reference else np.zeros_like(sides[1])
+    ends = quantity.tolerance.relative * np.abs(np.nan_to_num(middle))
+    widths = [spec.boundary_width for spec in pair.specs if spec.boundary_width is not None]
+    if len(widths) < len(pair.specs):
+        return np.asarray(ends)
+    with np.errstate(invalid="ignore"):
+        stopped = np.any(
+            [side > 0.5 * width * (1.0 + 1e-9) for side, width in zip(sides, widths, strict=True)], axis=0
+        )
+    other = np.nan_to_num(sides[1]) if pair.other_errors else 0.0
+    return np.asarray(ends + np.where(stopped, max(widths) + other, 0.0))
+
+
+def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity]) -> dict[str, float]:
+    """Return the largest differences that a caller allows, in SI.
+
+    Parameters
+    ----------
+    given : mapping of str to float or str
+        Variable -> a number in SI, or text with a unit.
+    known : mapping of str to Quantity
+        The variables that have a tolerance.
+
+    Raises
+    ------
+    RequestError
+        If there is no such variable, it is a decision or a coordinate, or the value is negative or no number.
+    """
+    limits = {}
+    for name, raw in given.items():
+        place = f"{name}={shown(raw)}"
+        if name not in known:
+            raise RequestError(
+                f"There is no variable {name} whose differences are measured in these atlases; there are "
+                f"{', '.join(known)}.",
+                hint=suggestion(name, tuple(known)) or "Name one of these.",
+                where=place,
+            )
+        limit = read_number(raw, known[name])
+        if limit < 0.0:
+            raise RequestError(
+                f"A tolerance must be 0 or more; got {shown(raw)}.",
+                hint=f"Write {name}=1e-9, or use --exact for equal bits.",
+                where=place,
+            )
+        limits[name] = limit
+    return limits

@@ -1,0 +1,175 @@
+"""Every variable of every kind of atlas has a rule in the regression check, and known regressions are found.
+
+A variable that is new in an atlas and has no rule, or one that lets more pass than it says, fails here.
+"""
+
+import numpy as np
+import pytest
+from comparing import CIRCLING, REFINED, SPEC, STEADY, found
+
+import sweep
+from sweep.checks.alignment import align
+from sweep.checks.allowed import allowed
+from sweep.checks.compare import compare
+from sweep.checks.variables import FOREIGN, variables
+from sweep.errors import RequestError
+
+KINDS = {
+    "rolling with contact": SPEC.replace(contact="yes"),
+    "refined": REFINED,
+    "refined, both signs": REFINED.replace(roll_rate="-4:4:14", tilt="0.1deg:1deg:4"),
+    "circling": CIRCLING.replace(boundary="refined:1e-9"),
+    "computed rate": STEADY,
+    "exact": SPEC.replace(method="exact"),
+    "cube": SPEC.replace(roll_rate="0:3:7", tilt="0.1deg,1deg", alpha="0.5,1", tolerance=1e-6),
+    "kicked": SPEC.replace(tilt=0, tilt_rate="0.01:3:4:log", duration=1.0),
+}
+
+#: What other variables may differ by follows from these, so that they are changed apart.
+STATED = ("tilt_error", "_halfwidth")
+
+
+@pytest.fixture(scope="module")
+def atlases():
+    """Return an atlas of every kind."""
+    return {name: sweep.run(spec) for name, spec in KINDS.items()}
+
+
+def rules_of(atlas):
+    """Return the rules of an atlas compared with itself, by the names of the variables."""
+    return {each.name: each for each in variables(align(atlas, atlas, common=False))}
+
+
+def moved(atlas, share, names):
+    """Return a copy with the first, the middle and the last value of each variable moved by a share of what is allowed.
+
+    Whole numbers are moved by what is allowed, and by one more if the share is above 1; a variable without a value gets
+    one.
+    """
+    copy, pair, rules = atlas.copy(deep=True), align(atlas, atlas, common=False), rules_of(atlas)
+    for name in names:
+        values, most = copy[name].values, allowed(rules[name].quantity, pair)
+        known = np.argwhere(np.isfinite(values.astype(float)))
+        if not len(known):
+            values[...] = 1.0 if share > 1.0 else values
+        for place in {tuple(known[i]) for i in (0, len(known) // 2, -1)} if len(known) else ():
+            if values.dtype.kind == "i":
+                values[place] += round(most[place]) + (share > 1.0)
+            else:
+                # the bits of the sum round to the nearest number
+                values[place] += share * most[place] + (share > 1.0) * abs(np.spacing(values[place]))
+    return copy
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases, kind):
+    """Values just within what is allowed are the same; slightly beyond, every variable of the atlas differs."""
+    atlas, rules = atlases[kind], rules_of(atlases[kind])
+    assert set(rules) == set(atlas.variables)
+    assert FOREIGN not in {each.kind for each in rules.values()}
+    measured = [name for name in map(str, atlas.data_vars) if rules[name].has_tolerance]
+    stated = [name for name in measured if name.endswith(STATED)]
+    others = [name for name in measured if name not in stated]
+    for names in (stated, others):
+        near = compare(moved(atlas, 0.99, names), atlas)
+        assert near.same, found(near)
+        far = compare(moved(atlas, 1.01, names), atlas)
+        assert found(far).keys() == set(names), set(names) ^ found(far).keys()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_decision_and_every_missing_variable_is_found(atlases, kind):
+    """A flag with another value in all places, and a variable that was lost, is a difference in every atlas."""
+    atlas, rules = atlases[kind], rules_of(atlases[kind])
+    flags = [name for name in map(str, atlas.data_vars) if rules[name].quantity.flags is not None]
+    spoilt = atlas.copy(deep=True)
+    for name in flags:
+        # a code that no cell has: beside no like, and at no limit
+        spoilt[name].values[...] = 77
+    assert found(compare(spoilt, atlas)).keys() >= set(flags)
+    needed = {"ending", "stability", "tilt_min", "tilt_max"}
+    lost = set(map(str, atlas.data_vars)) - needed
+    assert found(compare(atlas.drop_vars(lost), atlas)).keys() == lost
+    with pytest.raises(RequestError, match="lacks tilt_min"):
+        compare(atlas.drop_vars("tilt_min"), atlas)
+
+
+#: What a version did wrong, or a file went through, and passed an earlier regression check.
+REGRESSIONS = {
+    "boundary_roll_rate": lambda values: values * 1.0012,
+    "critical_roll_rate": lambda values: values * 1.001,
+    "predicted_roll_rate": lambda values: values * 1.001,
+    "tilt_min": lambda values: values + 1e-6,
+    "tilt_max": lambda values: values + 1e-6,
+    "peak_tilt": lambda values: values + 1e-6,
+    "nutation_period": lambda values: values * 1.0015,
+}
+
+
+@pytest.mark.parametrize("name", REGRESSIONS)
+@pytest.mark.parametrize("kind", ["rolling with contact", "refined", "cube", "exact"])
+def test_known_regressions_are_found(atlases, kind, name):
+    """Boundaries, lines of theory, tilts and periods that are off by more than their files state, in every value."""
+    atlas = atlases[kind]
+    copy = atlas.copy(deep=True)
+    copy[name].values[...] = REGRESSIONS[name](atlas[name].values)
+    changed = np.nan_to_num(copy[name].values) != np.nan_to_num(atlas[name].values)
+    if kind == "cube" and name.startswith(("tilt", "peak")):
+        # this one states a tolerance of 1e-6 itself
+        assert compare(copy, atlas).outcome == "within tolerance"
+    else:
+        assert found(compare(copy, atlas)) == {name: int(changed.sum())}
+
+
+@pytest.mark.parametrize("name", ["tilt", "roll_rate", "alpha"])
+@pytest.mark.parametrize(
+    ("damage", "what"),
+    [
+        (
+            lambda atlas, name: atlas.assign_coords({name: atlas[name] * np.nan}),
+            "must have the units|the first nan",
+        ),
+        (
+            lambda atlas, name: atlas.assign_coords(
+                {name: (atlas[name] * 0 + 0.3).assign_attrs(atlas[name].attrs)}
+            ),
+            "0.3",
+        ),
+        (
+            lambda atlas, name: atlas.assign_coords(
+                {name: (atlas[name] * (1 + 1e-9)).assign_attrs(atlas[name].attrs)}
+            ),
+            "instead of",
+        ),
+        (lambda atlas, name: atlas.drop_vars(name), "is missing"),
+        (
+            lambda atlas, name: atlas.assign_coords({name: atlas[name].assign_attrs(units="degree")}),
+            "got degree",
+        ),
+        (lambda atlas, name: atlas.assign_coords({name: atlas[name].astype(str)}), "must be"),
+    ],
+    ids=["nan", "constant", "off", "missing", "units", "text"],
+)
+def test_broken_coordinates_are_refused(atlases, name, damage, what):
+    """Cells beside coordinates that are not those of the spec cannot be told apart, in either of the two."""
+    atlas = atlases["rolling with contact"]
+    broken = damage(atlas, name)
+    for pair in ((broken, atlas), (atlas, broken)):
+        with pytest.raises(RequestError, match=rf"The coordinate {name} .*({what})"):
+            compare(*pair)
+
+
+def test_a_variable_that_is_not_known_is_named(atlases):
+    """A variable of another program in either atlas, or with other values in both, is named: it is not passed over."""
+    atlas = atlases["refined"]
+    other = atlas.assign(mine=("tilt", np.arange(6.0)))
+    for pair, told in (
+        ((other, atlas), "the reference atlas does not have it"),
+        ((atlas, other), "the new atlas does not have it"),
+        ((atlas.assign(mine=("tilt", np.ones(6))), other), "this version does not know it"),
+        ((atlas.assign(mine=("tilt", list("abcdef"))), other), "this version does not know it"),
+    ):
+        comparison = compare(*pair)
+        assert comparison.notes == (f"mine is not compared: {told}",)
+        assert (comparison.outcome, compare(*pair, exact=True).outcome) == ("within tolerance", "different")
+    assert compare(other, other).identical

@@ -1,0 +1,18 @@
+"""The rules of the regression check hold between integrations of random starts, and are not too wide."""
+
+import re
+import sys
+
+import audit_compare
+
+
+def test_random_cells_agree_as_far_as_they_state(monkeypatch, capsys):
+    """Of 400 starts at five tolerances no value is further from the fine one than is allowed; many come near to it."""
+    monkeypatch.setattr(sys, "argv", ["audit_compare.py", "400", "1"])
+    audit_compare.main()
+    *lines, total = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"0 of \d{5} values beyond what is allowed; \d other endings", total)
+    assert len(lines) == len(audit_compare.SETTINGS)
+    for line in lines:
+        shares = [float(word) for word in re.findall(r"tilt_max ([\d.e-]+)", line)]
+        assert shares[0] > 0.02
