@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
-from sweep.model.description import Columns, Request, Starts
+from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk import audit
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION
@@ -62,6 +62,12 @@ class ExactReduction:
         needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
         return tuple(dict.fromkeys(needed))
 
-    def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Compare stored cells with the reduction; see `sweep.model.disk.audit.check`."""
         return audit.check(spec, starts, stored, self.measures(spec, starts))
+
+    def untimed(self, spec: Request) -> str:
+        """Return what an atlas of ``method=exact`` does not know: the reduction has no time."""
+        return "no duration and no fall time" if spec.method == "exact" else ""
