@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas.cf_metadata import Declaration, cell_declarations, coordinates, global_attributes
-from sweep.atlas.dataset import boundaries
 from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.errors import shown
-from sweep.model.quantity import UNDECIDED
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -25,11 +23,13 @@ _ROUNDING = 1e-12
 #: Global attributes that nothing in the file or in this program decides, and why.
 FREE: Mapping[str, str] = {
     "title": "free text",
-    "history": "free text: commands that ended before this one",
+    "history": "free text, beside the time of date_created",
     "comment": "free text",
-    "kernel_hash": "says which code computed the cells; this code is named here, other code cannot be had from its hash",
-    "versions": "says which libraries were installed where the cells were computed",
+    "kernel_hash": "names the code that computed the cells, which cannot be had from its hash",
+    "versions": "the libraries that were there when the cells were computed",
 }
+
+_THIS_CODE = "the hash of this code"
 
 #: Attributes of a variable that say what its values mean. The others are words that a later version may put otherwise.
 _MEANING = ("units", "flag_values", "flag_meanings", "_FillValue", "coordinates", "sample_dimension")
@@ -37,7 +37,9 @@ _MEANING = ("units", "flag_values", "flag_meanings", "_FillValue", "coordinates"
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 
 
-def attribute_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Iterator[Statement]:
+def attribute_statements(
+    spec: SweepSpec, dataset: "xr.Dataset", boundary: Iterable[Declaration], own: bool
+) -> Iterator[Statement]:
     """Yield what is found of the global attributes, and of the attributes of all variables.
 
     Parameters
@@ -45,12 +47,15 @@ def attribute_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> I
     spec : SweepSpec
     dataset : xarray.Dataset
         The atlas.
+    boundary : iterable of Declaration
+        The variables of the boundary that its verdicts have.
     own : bool
         Whether the code that made the atlas is this code. If not, words that a later version may put otherwise, and
         variables that it may have added, are not judged.
     """
     yield from _global_statements(spec, dataset, own)
-    yield from _variable_statements(spec, dataset, own)
+    declared = [*(each for each, _ in coordinates(spec)), *cell_declarations(spec), *boundary]
+    yield from _variable_statements({each.name: each for each in declared}, dataset, own)
 
 
 def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
@@ -63,7 +68,9 @@ def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[St
         difference = np.where(stored == values, 0.0, np.abs(stored - values))
         wrong = ~(difference <= allowed)
         worst = np.unravel_index(int(np.argmax(np.nan_to_num(difference, nan=np.inf))), difference.shape)
-        named = [row_in_words(spec, dict(zip(declared.dims, place, strict=True))) for place in np.argwhere(wrong)]
+        named = [
+            row_in_words(spec, dict(zip(declared.dims, place, strict=True))) for place in np.argwhere(wrong)
+        ]
         yield Statement(
             declared.name,
             "the axis of the spec" if declared.dims else "the value in the spec",
@@ -85,25 +92,33 @@ def _global_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Ite
     stored = dataset.attrs
     # what is expected of these two is a form, see `_FORMS`
     expected = {**global_attributes(spec, "", "1970-01-01T00:00:00Z")}
-    own_words = set(expected) - {"criterion", *spec.model.settings, "method", "sweep_spec", "sweep_fingerprint"}
+    own_words = set(expected) - {
+        "criterion",
+        *spec.model.settings,
+        "method",
+        "sweep_spec",
+        "sweep_fingerprint",
+    }
     for name, value in expected.items():
         if name not in stored:
             if own or name not in own_words:
                 yield _wrong(name, "what every atlas has", "missing")
             continue
         form = _FORMS.get(name)
-        against, right = form(spec, stored) if form else ("its spec and this version", _equal(stored[name], value))
+        against, right = (
+            form(spec, stored) if form else ("its spec and this version", _equal(stored[name], value))
+        )
         if not right and not own and name in own_words and not form:
             yield unchecked(name, "made by other code, which may put it otherwise")
         elif not right:
             yield _wrong(name, against, shown(stored[name]) + ("" if form else f" instead of {shown(value)}"))
         elif name in FREE:
-            yield unchecked(name, FREE[name] + (", and made this atlas" if own and name == "kernel_hash" else ""))
+            yield unchecked(name, _THIS_CODE if own and name == "kernel_hash" else FREE[name])
         else:
             yield Statement(name, against, judged=1)
-    for name in stored:
+    for name in map(str, stored):
         if name not in expected:
-            yield unchecked(str(name), FREE.get(str(name), "no attribute of an atlas"))
+            yield unchecked(name, FREE.get(name, "no attribute of an atlas"))
 
 
 def _wrong(name: str, against: str, words: str) -> Statement:
@@ -168,8 +183,9 @@ _FORMS: Mapping[str, _Form] = {
 }
 
 
-def _variable_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Iterator[Statement]:
-    declared = {each.name: each for each in _declarations(spec, dataset)}
+def _variable_statements(
+    declared: Mapping[str, Declaration], dataset: "xr.Dataset", own: bool
+) -> Iterator[Statement]:
     in_file = "source" in dataset.encoding
     for name, each in declared.items():
         if name not in dataset:
@@ -179,28 +195,21 @@ def _variable_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> I
                 yield unchecked(name, "not in the file: made by other code, which may not have known it")
             continue
         yield from _of_variable(each, dataset[name], own, in_file)
-    for name in dataset.variables:
+    for name in map(str, dataset.variables):
         if name not in declared:
-            yield unchecked(str(name), "no variable of an atlas of its spec")
+            yield unchecked(name, "no variable of an atlas of its spec")
 
 
-def _declarations(spec: SweepSpec, dataset: "xr.Dataset") -> Iterable[Declaration]:
-    # which edges and curves an atlas has follows from its verdicts: a coarse boundary says that without a bisection
-    stability = dataset["stability"].values
-    legal = np.where(np.isin(stability, (1, 2)), stability, UNDECIDED)
-    return [
-        *(declared for declared, _ in coordinates(spec)),
-        *cell_declarations(spec),
-        *(declared for declared, _ in boundaries(spec, legal)),
-    ]
-
-
-def _of_variable(declared: Declaration, variable: "xr.DataArray", own: bool, in_file: bool) -> Iterator[Statement]:
+def _of_variable(
+    declared: Declaration, variable: "xr.DataArray", own: bool, in_file: bool
+) -> Iterator[Statement]:
     """Yield one statement of all attributes of a variable that are right, and one of each that is not."""
     stored, expected = {**variable.attrs}, dict(declared.attributes)
     if in_file:
         encoded = variable.encoding
-        stored |= {name: encoded[name] for name in ("_FillValue", "coordinates") if encoded.get(name) is not None}
+        stored |= {
+            name: encoded[name] for name in ("_FillValue", "coordinates") if encoded.get(name) is not None
+        }
         if declared.fill is not None:
             expected["_FillValue"] = declared.fill
     else:
@@ -209,7 +218,9 @@ def _of_variable(declared: Declaration, variable: "xr.DataArray", own: bool, in_
         stored.pop("coordinates", None)
     right = 0
     for name, value in {"dtype": declared.dtype, "dimensions": list(declared.dims), **expected}.items():
-        given = {"dtype": variable.dtype.str[1:], "dimensions": list(map(str, variable.dims))}.get(name, stored.get(name))
+        given = {"dtype": variable.dtype.str[1:], "dimensions": list(map(str, variable.dims))}.get(
+            name, stored.get(name)
+        )
         place = f"{declared.name}:{name}"
         if given is not None and (_equal_lists(given, value) or (not own and _older(name, given, value))):
             right += 1
@@ -219,7 +230,11 @@ def _of_variable(declared: Declaration, variable: "xr.DataArray", own: bool, in_
     yield Statement(f"{declared.name}:", "the table of the model", judged=right)
     for name in stored.keys() - expected.keys():
         if name in ("_FillValue", "flag_values", "flag_meanings", "units", "scale_factor", "add_offset"):
-            yield _wrong(f"{declared.name}:{name}", "the table of the model", f"{shown(stored[name])} instead of nothing")
+            yield _wrong(
+                f"{declared.name}:{name}",
+                "the table of the model",
+                f"{shown(stored[name])} instead of nothing",
+            )
         else:
             yield unchecked(f"{declared.name}:{name}", "no attribute of such a variable")
 

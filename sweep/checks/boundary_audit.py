@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 #: Relative rounding of an axis and of a middle between two of its values, and of a line of theory: its sums are longer.
 _ROUNDING, _THEORY_ROUNDING = 1e-12, 1e-9
 
+#: The same where the processor rounds like the one that made the atlas.
+_LAST_BITS = 1e-15
+
 #: A bracket that was bisected elsewhere may be so many times as wide as it comes out here, or as the spec asks for.
 _WIDER = 4.0
 
@@ -29,7 +32,21 @@ Values = npt.NDArray[np.generic]
 _Check = tuple[str, Array, Array]
 
 
-def boundary_statements(spec: SweepSpec, dataset: "xr.Dataset", repeated: bool) -> list[Statement]:
+#: The variables of the boundary by their names.
+Boundaries = Mapping[str, tuple[Declaration, Values]]
+
+
+def found_again(spec: SweepSpec, dataset: "xr.Dataset") -> Boundaries:
+    """Return the variables of the boundary that the stored verdicts of an atlas have."""
+    stability = dataset["stability"].values
+    # a code that is no verdict would never end a bisection
+    legal = np.where(np.isin(stability, (STABLE, UNSTABLE)), stability, UNDECIDED)
+    return {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, legal)}
+
+
+def boundary_statements(
+    spec: SweepSpec, dataset: "xr.Dataset", again: Boundaries, repeated: bool
+) -> list[Statement]:
     """Return what is found of the variables of the boundary: edges, lines of theory, curves.
 
     Parameters
@@ -37,6 +54,8 @@ def boundary_statements(spec: SweepSpec, dataset: "xr.Dataset", repeated: bool) 
     spec : SweepSpec
     dataset : xarray.Dataset
         The atlas.
+    again : Boundaries
+        As from `found_again`.
     repeated : bool
         Whether a computation here comes out the same, to the bit, as where the atlas was made.
 
@@ -45,10 +64,6 @@ def boundary_statements(spec: SweepSpec, dataset: "xr.Dataset", repeated: bool) 
     All of them follow from the stored verdicts: they are found again. Where the spec asks for a refined boundary, the
     exact reference must besides have unlike verdicts at the two ends of every bracket.
     """
-    stability = dataset["stability"].values
-    # a code that is no verdict would never end a bisection
-    legal = np.where(np.isin(stability, (STABLE, UNSTABLE)), stability, UNDECIDED)
-    again = {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, legal)}
     halves = _halfwidths(spec)
     brackets = dict(_brackets(spec, dataset, halves)) if spec.boundary_width is not None else {}
     statements = []
@@ -63,7 +78,7 @@ def boundary_statements(spec: SweepSpec, dataset: "xr.Dataset", repeated: bool) 
         measured = halves.get(name, name)
         if measured in brackets:
             wrong = brackets[measured].astype(np.float64)
-            checks.append(("unlike exact verdicts at the ends of the bracket", wrong, np.zeros(wrong.shape)))
+            checks.append(("unlike exact verdicts at the ends of its bracket", wrong, np.zeros(wrong.shape)))
         statements.append(_statement(spec, declared, checks))
     return statements
 
@@ -80,7 +95,7 @@ def _found_again(
     spec: SweepSpec,
     name: str,
     dataset: "xr.Dataset",
-    again: Mapping[str, tuple[Declaration, Values]],
+    again: Boundaries,
     halves: Mapping[str, str],
     repeated: bool,
 ) -> _Check:
@@ -95,12 +110,17 @@ def _found_again(
         against, allowed = "the line of theory, computed again", _THEORY_ROUNDING * size
     elif name in halves or name in middles:
         middle = halves.get(name, name)
-        allowed = _ROUNDING * np.abs(np.nan_to_num(np.asarray(again[middle][1], np.float64)))
+        place = np.abs(np.nan_to_num(np.asarray(again[middle][1], np.float64)))
+        allowed = _ROUNDING * place
         if spec.boundary_width is not None:
             against = "the stored verdicts, bisected again"
-            if not repeated:
+            if repeated:
+                allowed = _LAST_BITS * place
+            else:
                 width = np.nan_to_num(np.asarray(again[middles[middle]][1], np.float64))
-                allowed = allowed + np.where(width > 0.0, _WIDER * np.maximum(width, spec.boundary_width), 0.0)
+                allowed = allowed + np.where(
+                    width > 0.0, _WIDER * np.maximum(width, spec.boundary_width), 0.0
+                )
     elif declared.dtype.startswith("f"):
         allowed = _THEORY_ROUNDING * size
     same = (stored == wanted) | (np.isnan(stored) & np.isnan(wanted))
@@ -110,7 +130,9 @@ def _found_again(
 
 def _other_shape(name: str, stored: Values, expected: Values) -> Statement:
     words = f"{' x '.join(map(str, stored.shape))} values instead of {' x '.join(map(str, expected.shape))}"
-    return Statement(name, "the stored verdicts", judged=int(stored.size), wrong=int(stored.size), named=[words])
+    return Statement(
+        name, "the stored verdicts", judged=int(stored.size), wrong=int(stored.size), named=[words]
+    )
 
 
 def _brackets(
@@ -128,14 +150,17 @@ def _brackets(
         starts = _curve_starts(spec, dataset) if middle.startswith("curve_") else _row_starts(spec, axis)
         if starts is None or any(each.size != places.size for each in starts.values()):
             continue
-        known = (np.isfinite(places) & np.isfinite(width) & ((width > 0.0) | ~np.full(places.shape, middle.startswith("curve_")))).ravel()
+        known = (np.isfinite(places) & np.isfinite(width)).ravel()
+        if middle.startswith("curve_"):
+            # a point lies on the grid along all axes but the measured one
+            known &= width.ravel() > 0.0
         wrong = np.zeros(places.size, bool)
         wrong[known] = _alike(exact, axis, starts, known, places.ravel()[known], width.ravel()[known])
         yield middle, wrong.reshape(places.shape)
 
 
 def _alike(spec: SweepSpec, axis: str, starts: Starts, which: Truths, places: Array, width: Array) -> Truths:
-    """Return where both ends of a bracket have one exact verdict; an end on the very edge is undecided and counts not."""
+    """Return where both ends of a bracket have one exact verdict; an end on the edge itself is undecided."""
     ends = []
     for end in (places - width, places + width):
         chosen = {name: end if name == axis else each.ravel()[which] for name, each in starts.items()}
@@ -189,5 +214,9 @@ def _statement(spec: SweepSpec, declared: Declaration, checks: list[_Check]) -> 
 
 def _place_in_words(spec: SweepSpec, declared: Declaration, place: npt.NDArray[np.intp]) -> str:
     if set(declared.dims) <= set(spec.axes):
-        return row_in_words(spec, dict(zip(declared.dims, place, strict=True))) if declared.dims else "the one row"
+        return (
+            row_in_words(spec, dict(zip(declared.dims, place, strict=True)))
+            if declared.dims
+            else "the one row"
+        )
     return ", ".join(f"{name} {number}" for name, number in zip(declared.dims, place.tolist(), strict=True))

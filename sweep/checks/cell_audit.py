@@ -19,7 +19,7 @@ _MOST_STEPS = 1e9
 #: that made the atlas; and the number of cells that may be corrupt in a small block.
 _SAME, _FEW = 0.99, 3
 
-_AGAIN = "its integration, repeated"
+_AGAIN = "its computation, repeated"
 
 
 class CellAudit:
@@ -45,7 +45,10 @@ class CellAudit:
         self._spec, self._reference, self._stored, self._own = spec, reference, stored, own
         self._tallies: dict[tuple[str, str], _Tally] = {}
         self._stride = _stride(spec, stored) if own else 0
-        self._quantities = {**spec.model.cell_variables(spec), **{n: spec.model.parameters[n] for n in spec.computed}}
+        self._quantities = {
+            **spec.model.cell_variables(spec),
+            **{n: spec.model.parameters[n] for n in spec.computed},
+        }
 
     def audited(self, names: Iterable[str]) -> dict[str, npt.NDArray[np.generic]]:
         """Check all cells, and return the variables of the audit: arrays of shape (spec.size,)."""
@@ -72,7 +75,9 @@ class CellAudit:
         for name, quantity in self._quantities.items():
             tallies = [each for (variable, _), each in self._tallies.items() if variable == name]
             if name in self._stored and tallies:
-                yield _joined(name, quantity, [each for each in tallies if each.counts(self._own)], self._spec)
+                yield _joined(
+                    name, quantity, [each for each in tallies if each.counts(self._own)], self._spec
+                )
 
     def _tally(self, check: CellCheck) -> "_Tally":
         return self._tallies.setdefault((check.name, check.against), _Tally(check))
@@ -85,7 +90,9 @@ class CellAudit:
             for name, values in more.items():
                 if name in stored:
                     against = "its computation, repeated from the stored extremes"
-                    checks.append(_repeated(self._quantities[name], against, stored[name], values, exactly=False))
+                    checks.append(
+                        _repeated(self._quantities[name], against, stored[name], values, exactly=False)
+                    )
         return checks
 
     def _again(self, span: Span, starts: Starts, stored: Columns) -> Iterator[CellCheck]:
@@ -105,7 +112,11 @@ class CellAudit:
 
 def _stride(spec: SweepSpec, stored: Columns) -> int:
     """Return of how many cells one is integrated again."""
-    steps = sum(np.sum(np.abs(stored[name]), dtype=np.float64) for name in spec.model.counts if name == "steps" in stored)
+    steps = sum(
+        np.sum(np.abs(stored[name]), dtype=np.float64)
+        for name in spec.model.counts
+        if name == "steps" in stored
+    )
     return max(1, int(np.ceil(min(float(steps), 1e18) / _MOST_STEPS)))
 
 
@@ -132,7 +143,11 @@ def _same_rounding(spec: SweepSpec, stored: Columns, measured: Columns) -> bool:
 
 
 def _repeated(
-    quantity: Quantity, against: str, stored: npt.NDArray[np.generic], again: npt.NDArray[np.generic], exactly: bool
+    quantity: Quantity,
+    against: str,
+    stored: npt.NDArray[np.generic],
+    again: npt.NDArray[np.generic],
+    exactly: bool,
 ) -> CellCheck:
     """Return the check of a variable by a repetition: to the bit, or within its tolerance."""
     ours, theirs = np.asarray(stored, np.float64), np.asarray(again, np.float64)
@@ -191,7 +206,11 @@ class _Tally:
         and five.
         """
         expected = self.share * self.judged
-        return self.beyond if self.beyond > expected + (5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0) else 0
+        return (
+            self.beyond
+            if self.beyond > expected + (5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0)
+            else 0
+        )
 
     @property
     def ratio(self) -> float:
@@ -232,5 +251,8 @@ def cell_in_words(spec: SweepSpec, place: int) -> str:
 def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
     """Return the coordinates of a row or a cell, given by its places along some axes."""
     parameters = spec.model.parameters
-    words = [f"{name} {parameters[name].spell(getattr(spec, name).array()[place])}" for name, place in places.items()]
+    words = [
+        f"{name} {parameters[name].spell(getattr(spec, name).array()[place])}"
+        for name, place in places.items()
+    ]
     return ", ".join(words) or "the one cell"

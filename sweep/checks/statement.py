@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 #: Number of wrong cells, rows or attributes that are named.
 MOST_NAMED = 3
@@ -52,7 +53,7 @@ def unchecked(name: str, reason: str) -> Statement:
 def to_text(statements: Iterable[Statement]) -> str:
     """Return statements as ASCII JSON, for an attribute; numbers that are not finite are null."""
     rows = [
-        {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()}
+        {name: None if _not_finite(value) else value for name, value in row.items()}
         for row in map(asdict, statements)
     ]
     return json.dumps(rows, separators=(",", ":"), allow_nan=False)
@@ -60,7 +61,11 @@ def to_text(statements: Iterable[Statement]) -> str:
 
 def from_text(text: str) -> tuple[Statement, ...]:
     """Return the statements that `to_text` wrote."""
-    return tuple(
-        Statement(**{name: math.nan if value is None else value for name, value in row.items()})
-        for row in json.loads(text)
-    )
+    rows: list[dict[str, Any]] = json.loads(text)
+    for row in rows:
+        row |= {name: math.nan for name, value in row.items() if value is None}
+    return tuple(Statement(**row) for row in rows)
+
+
+def _not_finite(value: object) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sweep.atlas.cf_metadata import coordinates, created, declare_cells
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
-from sweep.checks.boundary_audit import boundary_statements
+from sweep.checks.boundary_audit import boundary_statements, found_again
 from sweep.checks.cell_audit import CellAudit
 from sweep.checks.statement import Statement, from_text, to_text
 from sweep.engine.compute import arithmetic_hash, use_threads
@@ -120,11 +120,12 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     cells = CellAudit(spec, reference, stored, own)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = cells.audited([each.name for each in declared])
+    again = found_again(spec, dataset)
     statements = [
         *coordinate_statements(spec, dataset),
         *cells.statements(),
-        *boundary_statements(spec, dataset, cells.repeated),
-        *attribute_statements(spec, dataset, own),
+        *boundary_statements(spec, dataset, again, cells.repeated),
+        *attribute_statements(spec, dataset, [each for each, _ in again.values()], own),
     ]
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},

@@ -17,9 +17,9 @@ MEASURES = ("ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplifi
 
 NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
 AGREEING = (AGREES, WITHIN, MARGINAL)
-EXTREMES_DIFFER, ENDING_DIFFERS, PERIOD_DIFFERS, VERDICT_DIFFERS, CONTRADICTORY, OTHER_DIFFERS = DISAGREEING = range(
-    7, 13
-)
+EXTREMES_DIFFER, ENDING_DIFFERS, PERIOD_DIFFERS, VERDICT_DIFFERS, CONTRADICTORY, OTHER_DIFFERS = (
+    DISAGREEING
+) = range(7, 13)
 
 _AUDIT_TILT = Tolerance(1e-8, 0.0, "a difference from the exact value is as large as the error it measures")
 
@@ -174,7 +174,11 @@ def _period_allowance(spec: Request, stored: Columns, exact: Columns, difference
     width = exact["tilt_max"] - exact["tilt_min"]
     with np.errstate(divide="ignore", invalid="ignore"):
         lingering = np.nan_to_num(1.0 / np.abs(exact["separatrix"]), nan=0.0, posinf=np.inf)
-        error = np.minimum(np.nan_to_num(difference), spec.tolerance) + np.nan_to_num(exact["tilt_error"]) + _TILT_ROUNDING
+        error = (
+            np.minimum(np.nan_to_num(difference), spec.tolerance)
+            + np.nan_to_num(exact["tilt_error"])
+            + _TILT_ROUNDING
+        )
         share = _PERIOD_FACTOR * error * (1.0 + 1.0 / width + lingering)
     time = _PERIOD_ROUNDING + _PERIOD_TOLERANCE * spec.tolerance
     if not isinstance(spec.step, str):
@@ -210,7 +214,8 @@ def _verdict_follows(spec: Request, stored: Columns, reach: Array, scale: Array)
     """Return where the stored verdict is that of the criterion on the stored extremes, or lies on its limit."""
     follows: Truths = stored["stability"] == _verdict(spec, stored, reach, scale)
     on_limit = np.abs(reach - np.nan_to_num(spec.criterion.allowed(scale))) <= _TILT_ROUNDING
-    return follows | (on_limit & np.isin(stored["stability"], list(VARIABLES["stability"].flags or ())))
+    legal = np.isin(stored["stability"], list(VARIABLES["stability"].flags or ()))
+    return np.asarray(follows | (on_limit & legal))
 
 
 def _margin(spec: Request, exact: Columns, reach: Array, scale: Array) -> Array:

@@ -12,6 +12,7 @@ from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.quantity import Array, Truths
 
 _EXACT = "the exact reduction"
+_PRESENT = "the ending, which says where it is missing"
 
 #: `tilt_error` promises that this share of cells may be further off than so many times the stated error.
 _SHARE, _TIMES = 1e-3, 2.0
@@ -72,7 +73,9 @@ def same(one: Array, other: Array, within: Array | float) -> Truths:
     return found
 
 
-def _decided(name: str, against: str, right: Truths, judged: Truths | None = None, promise: bool = False) -> CellCheck:
+def _decided(
+    name: str, against: str, right: Truths, judged: Truths | None = None, promise: bool = False
+) -> CellCheck:
     """Return the check of a decision, which is right or wrong: the difference is 0 or 1."""
     none = np.zeros(right.shape)
     every = np.ones(right.shape, bool) if judged is None else judged
@@ -91,7 +94,9 @@ def _failed(stored: Columns) -> Truths:
 def _resolved(facts: Facts) -> Truths:
     """Return which cells both the atlas and the reduction have resolved."""
     exact = facts.exact
-    vague = _ended(exact, "unresolved", "invalid") | (_ended(exact, "bounded") & np.isnan(exact["nutation_period"]))
+    vague = _ended(exact, "unresolved", "invalid") | (
+        _ended(exact, "bounded") & np.isnan(exact["nutation_period"])
+    )
     return np.asarray(~vague & ~_failed(facts.stored))
 
 
@@ -109,7 +114,7 @@ def _decisions(facts: Facts) -> Iterator[CellCheck]:
     yield _decided("ending", _EXACT, right)
     yield _decided(
         "stability",
-        f"the criterion, on the stored extremes and those of {_EXACT[4:]}",
+        f"the criterion, on the stored extremes and on those of {_EXACT}",
         facts.verdict_follows & (facts.verdict_right | ~resolved),
     )
 
@@ -119,9 +124,7 @@ def _extremes(facts: Facts) -> Iterator[CellCheck]:
     for name, difference in (("tilt_min", facts.low), ("tilt_max", facts.high)):
         values = facts.stored[name]
         empty = np.where(np.isnan(values), 0.0, np.nan)
-        yield CellCheck(
-            name, _EXACT, np.where(failed, empty, difference), facts.allowed, resolved | failed
-        )
+        yield CellCheck(name, _EXACT, np.where(failed, empty, difference), facts.allowed, resolved | failed)
     period, exact = facts.stored["nutation_period"], facts.exact["nutation_period"]
     bounded = _ended(facts.stored, "bounded")
     both = bounded & np.isfinite(exact)
@@ -149,11 +152,15 @@ def _following(spec: Request, starts: Starts, facts: Facts) -> Iterator[CellChec
     ]
     if (rate := computed_rate(spec)) is not None:
         values = np.where(np.isfinite(starts[rate]), starts[rate], np.nan)
-        expected.append((rate, "the equation of steady motion", values, _ROUNDING * np.abs(np.nan_to_num(values))))
+        expected.append(
+            (rate, "the equation of steady motion", values, _ROUNDING * np.abs(np.nan_to_num(values)))
+        )
     for name, against, values, allowed in expected:
         right = same(facts.stored[name], values, 0.0)
         with np.errstate(invalid="ignore"):
-            yield CellCheck(name, against, np.where(right, 0.0, np.abs(facts.stored[name] - values)), allowed, every)
+            yield CellCheck(
+                name, against, np.where(right, 0.0, np.abs(facts.stored[name] - values)), allowed, every
+            )
 
 
 def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
@@ -164,7 +171,7 @@ def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
         if name in stored:
             values = np.asarray(stored[name], np.float64)
             right = (np.isfinite(values) == (there & integrated)) & ~(values < 0.0)
-            yield _decided(name, "the endings of the cells: where it has to be missing", right)
+            yield _decided(name, _PRESENT, right)
     for name in ("steps", "refinements"):
         if name in stored:
             yield _decided(name, "its range", (stored[name] >= 0) & (integrated | (stored[name] == 0)))
@@ -179,13 +186,13 @@ def _stated_error(facts: Facts) -> Iterator[CellCheck]:
     integrated = ~failed & (stored["steps"] != 0)
     with np.errstate(invalid="ignore"):
         right = np.where(failed, np.isnan(error), np.isfinite(error) & (error >= 0.0))
-        yield _decided("tilt_error", "the endings of the cells: where it has to be missing", right)
-        yield _decided("tilt_error", "0, which no integration may state", error > 0.0, integrated, promise=True)
+        yield _decided("tilt_error", _PRESENT, right)
+        yield _decided("tilt_error", "0, which no integration states", error > 0.0, integrated, promise=True)
         true = np.maximum(facts.low, facts.high)
         judged = _resolved(facts) & integrated & ~_ended(stored, "horizon")
         allowed = _TIMES * error + np.nan_to_num(facts.exact["tilt_error"]) + _TILT_ROUNDING
     yield CellCheck(
-        "tilt_error", f"the true error, of which it states half at least", true, allowed, judged, True, _SHARE
+        "tilt_error", "the true error, of which it states half at least", true, allowed, judged, True, _SHARE
     )
 
 
