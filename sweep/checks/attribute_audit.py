@@ -13,6 +13,7 @@ from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.errors import shown
 from sweep.request.spec import SweepSpec
+from sweep.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,8 +29,6 @@ FREE: Mapping[str, str] = {
     "kernel_hash": "names the code that computed the cells, which cannot be had from its hash",
     "versions": "the libraries that were there when the cells were computed",
 }
-
-_THIS_CODE = "the hash of this code"
 
 #: Attributes of a variable that say what its values mean. The others are words that a later version may put otherwise.
 _MEANING = ("units", "flag_values", "flag_meanings", "_FillValue", "coordinates", "sample_dimension")
@@ -50,9 +49,11 @@ def attribute_statements(
     boundary : iterable of Declaration
         The variables of the boundary that its verdicts have.
     own : bool
-        Whether the code that made the atlas is this code. If not, words that a later version may put otherwise, and
-        variables that it may have added, are not judged.
+        Whether the code that made the atlas is this code. If it, or the version, is not, words that a later version may
+        put otherwise, and variables that it may have added, are not judged.
     """
+    # words may change with the version though the arithmetic stays
+    own = own and str(dataset.attrs.get("source")).startswith(f"eulerdisk {__version__}, ")
     yield from _global_statements(spec, dataset, own)
     declared = [*(each for each, _ in coordinates(spec)), *cell_declarations(spec), *boundary]
     yield from _variable_statements({each.name: each for each in declared}, dataset, own)
@@ -113,7 +114,7 @@ def _global_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Ite
         elif not right:
             yield _wrong(name, against, shown(stored[name]) + ("" if form else f" instead of {shown(value)}"))
         elif name in FREE:
-            yield unchecked(name, _THIS_CODE if own and name == "kernel_hash" else FREE[name])
+            yield unchecked(name, FREE[name])
         else:
             yield Statement(name, against, judged=1)
     for name in map(str, stored):
