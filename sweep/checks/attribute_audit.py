@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +32,9 @@ FREE: Mapping[str, str] = {
 
 #: Attributes of a variable that say what its values mean. The others are words that a later version may put otherwise.
 _MEANING = ("units", "flag_values", "flag_meanings", "_FillValue", "coordinates", "sample_dimension")
+
+#: Global attributes that a later version may put otherwise.
+_WORDS = ("Conventions", "summary", "keywords", "references")
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 
@@ -93,23 +96,16 @@ def _global_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Ite
     stored = dataset.attrs
     # what is expected of these two is a form, see `_FORMS`
     expected = {**global_attributes(spec, "", "1970-01-01T00:00:00Z")}
-    own_words = set(expected) - {
-        "criterion",
-        *spec.model.settings,
-        "method",
-        "sweep_spec",
-        "sweep_fingerprint",
-    }
     for name, value in expected.items():
         if name not in stored:
-            if own or name not in own_words:
+            if own or name not in _WORDS:
                 yield _wrong(name, "what every atlas has", "missing")
             continue
         form = _FORMS.get(name)
         against, right = (
             form(spec, stored) if form else ("its spec and this version", _equal(stored[name], value))
         )
-        if not right and not own and name in own_words and not form:
+        if not right and not own and name in _WORDS:
             yield unchecked(name, "made by other code, which may put it otherwise")
         elif not right:
             yield _wrong(name, against, shown(stored[name]) + ("" if form else f" instead of {shown(value)}"))
@@ -188,6 +184,7 @@ def _variable_statements(
     declared: Mapping[str, Declaration], dataset: "xr.Dataset", own: bool
 ) -> Iterator[Statement]:
     in_file = "source" in dataset.encoding
+    scalars = {name for name, each in declared.items() if each.coordinate and not each.dims}
     for name, each in declared.items():
         if name not in dataset:
             if own:
@@ -195,14 +192,14 @@ def _variable_statements(
             else:
                 yield unchecked(name, "not in the file: made by other code, which may not have known it")
             continue
-        yield from _of_variable(each, dataset[name], own, in_file)
+        yield from _of_variable(each, dataset[name], own, in_file, scalars)
     for name in map(str, dataset.variables):
         if name not in declared:
             yield unchecked(name, "no variable of an atlas of its spec")
 
 
 def _of_variable(
-    declared: Declaration, variable: "xr.DataArray", own: bool, in_file: bool
+    declared: Declaration, variable: "xr.DataArray", own: bool, in_file: bool, scalars: Set[str]
 ) -> Iterator[Statement]:
     """Yield one statement of all attributes of a variable that are right, and one of each that is not."""
     stored, expected = {**variable.attrs}, dict(declared.attributes)
@@ -230,7 +227,18 @@ def _of_variable(
             yield _wrong(place, "the table of the model", words)
     yield Statement(f"{declared.name}:", "the table of the model", judged=right)
     for name in stored.keys() - expected.keys():
-        if name in ("_FillValue", "flag_values", "flag_meanings", "units", "scale_factor", "add_offset"):
+        if name == "coordinates" and set(str(stored[name]).split()) <= scalars:
+            # xarray adds it when it saves a variable from memory
+            continue
+        if name in (
+            "coordinates",
+            "_FillValue",
+            "flag_values",
+            "flag_meanings",
+            "units",
+            "scale_factor",
+            "add_offset",
+        ):
             yield _wrong(
                 f"{declared.name}:{name}",
                 "the table of the model",

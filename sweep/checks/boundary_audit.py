@@ -199,16 +199,16 @@ def _statement(spec: SweepSpec, declared: Declaration, checks: list[_Check]) -> 
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(np.where(difference == 0.0, 0.0, difference / allowed), nan=np.inf)
     place = np.unravel_index(int(np.argmax(ratio)), ratio.shape) if ratio.size else None
-    wrong = np.argwhere(wrongs[worst])[:MOST_NAMED]
+    some = np.any(wrongs, axis=0)
     return Statement(
         declared.name,
         "; ".join(against for against, _, _ in checks),
         judged=max(1, int(ratio.size)),
-        wrong=int(np.count_nonzero(wrongs[worst])),
+        wrong=int(np.count_nonzero(some)),
         difference=float(difference[place]) if place is not None else 0.0,
         allowed=float(allowed[place]) if place is not None else 0.0,
         units=str(declared.attributes.get("units", "1")),
-        named=[_place_in_words(spec, declared, each) for each in wrong],
+        named=[_place_in_words(spec, declared, each) for each in np.argwhere(some)[:MOST_NAMED]],
     )
 
 

@@ -151,7 +151,8 @@ def _following(spec: Request, starts: Starts, facts: Facts) -> Iterator[CellChec
         ),
     ]
     if (rate := computed_rate(spec)) is not None:
-        values = np.where(np.isfinite(starts[rate]), starts[rate], np.nan)
+        known = np.isfinite(starts[rate]) & ~_ended(facts.stored, "not_computed")
+        values = np.where(known, starts[rate], np.nan)
         expected.append(
             (rate, "the equation of steady motion", values, _ROUNDING * np.abs(np.nan_to_num(values)))
         )
@@ -174,7 +175,8 @@ def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
             yield _decided(name, _PRESENT, right)
     for name in ("steps", "refinements"):
         if name in stored:
-            yield _decided(name, "its range", (stored[name] >= 0) & (integrated | (stored[name] == 0)))
+            may = integrated & ~_ended(stored, "not_computed", "invalid", "steady")
+            yield _decided(name, "its range", (stored[name] == 0) | ((stored[name] > 0) & may))
     if "tilt_error" in stored and "steps" in stored:
         yield from _stated_error(facts)
 
