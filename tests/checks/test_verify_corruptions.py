@@ -370,3 +370,46 @@ def test_nothing_is_free_without_a_reason():
             if not each.checked and not each.name.endswith(":"):
                 assert each.name in allowed
                 assert each.against
+
+
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [
+        ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),
+        ("rolling", {"predicted_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"critical_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"nutation_period": lambda x: x + 2e-5}),
+        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e3 * x}),
+        ("refined", {"boundary_roll_rate": lambda x: x + 1e-8}),
+        ("refined", {"curve_roll_rate": lambda x: 1.05 * x}),
+        ("refined", {"curve_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+        ("falls", {"fall_time": lambda x: 1.5 * x}),
+        ("falls", {"fall_time": lambda x: x + 1e-3 * x}),
+        ("circling", {"least_normal_force": lambda x: 1.05 * x}),
+        ("circling", {"friction_needed": lambda x: 1.05 * x}),
+        ("exact", {"separatrix": lambda x: 1.05 * x}),
+    ],
+)
+def test_numbers_made_by_other_code_are_checked(kind, change):
+    """Without a repetition of the same computation: by quadratures, the exact bisection, the verdicts and theory."""
+    dataset = atlas(kind).assign_attrs(kernel_hash="0" * 64)
+    assert wrong_values(dataset) == {}
+    assert (
+        change.keys()
+        <= wrong_values(
+            with_values(dataset, {name: each(dataset[name].values) for name, each in change.items()})
+        ).keys()
+    )
+
+
+def test_a_stated_error_that_is_too_small_is_named():
+    """An error of 0, a negative one, and one that is a thousandth of the true error in all cells."""
+    dataset = atlas("rolling")
+    true = verify(dataset).tilt_difference.values
+    for change in (0.0 * true, -dataset.tilt_error.values, 1e-3 * true + 1e-30):
+        found = findings(verify(with_values(dataset, {"tilt_error": change.astype("f4")})))
+        assert "tilt_error" in [each.name for each in found.wrong]
+    line = next(each for each in findings(verify(dataset)).statements if each.name == "tilt_error")
+    assert "0 % of cells beyond it, 0.1 % allowed" in line.against
