@@ -253,9 +253,11 @@ def _equal_lists(given: Any, value: Any) -> bool:
 
 
 def _older(name: str, given: Any, value: Any) -> bool:
-    """Return whether flags are those of a version that knew fewer of them."""
+    """Return whether flags and coordinates are those of a version that knew fewer of them."""
     if name == "flag_values":
         return np.array_equal(given, np.asarray(value)[: np.size(given)])
+    if name == "coordinates":
+        return set(str(given).split()) <= set(str(value).split())
     if name == "flag_meanings":
         return isinstance(given, str) and str(value).split()[: len(given.split())] == given.split()
     return False

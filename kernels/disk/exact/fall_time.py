@@ -98,25 +98,25 @@ def _integral(panels, nodes, motion, turn, begin, end, waiting):
     `turn` is the turning point at `begin`, or a place behind it; `waiting`, float64[_WAITING, 3], holds intervals with
     their sums.
     """
-    low = math.sqrt((begin - turn) / (end - turn))
-    waiting[0, 0], waiting[0, 1] = low, 1.0
-    whole = waiting[0, 2] = _sum(panels, nodes, motion, turn, end, low, 1.0)
-    held, total = 1, 0.0
+    waiting[0, 0], waiting[0, 1] = math.sqrt((begin - turn) / (end - turn)), 1.0
+    waiting[0, 2] = math.inf
+    held, total, whole = 1, 0.0, 0.0
     for _ in range(_MOST):
         if held == 0:
             return total
         held -= 1
         low, high, rough = waiting[held, 0], waiting[held, 1], waiting[held, 2]
-        middle = 0.5 * (low + high)
-        first = _sum(panels, nodes, motion, turn, end, low, middle)
-        second = _sum(panels, nodes, motion, turn, end, middle, high)
-        if abs(first + second - rough) <= _AGREEMENT * whole or held + 2 > _WAITING:
-            total += first + second
-            continue
-        whole += first + second - rough
-        waiting[held, 0], waiting[held, 1], waiting[held, 2] = low, middle, first
-        waiting[held + 1, 0], waiting[held + 1, 1], waiting[held + 1, 2] = middle, high, second
-        held += 2
+        width, fine = 0.5 * (high - low), 0.0
+        for half in range(2):
+            start = low + half * width
+            waiting[held + half, 0], waiting[held + half, 1] = start, start + width
+            waiting[held + half, 2] = _sum(panels, nodes, motion, turn, end, start, start + width)
+            fine += waiting[held + half, 2]
+        whole = fine if rough == math.inf else whole + (fine - rough)
+        if abs(fine - rough) <= _AGREEMENT * whole or held + 2 >= _WAITING:
+            total += fine
+        else:
+            held += 2
     return math.nan
 
 
@@ -133,13 +133,17 @@ def _fall_time(panels, nodes, tilt, w, s, o, alpha, least, greatest, fall_tilt, 
     c1, c2 = _upright_rates(panels, nodes, y0, s, o * math.cos(tilt))
     h = _potential_and_cos(panels, nodes, y0, c1, c2)[0] + 0.25 * (2.0 + alpha) * w * w
     motion, factor = (c1, c2, h), 0.5 * math.sqrt(2.0 + alpha)
-    if w == 0.0 or (w > 0.0) == falls_up:
-        turn = y0 if w == 0.0 else _turn_behind(panels, nodes, motion, y0, y_end)
-        return factor * _integral(panels, nodes, motion, turn, y0, y_end, waiting)
-    # there and back to the turning point on the other side
-    y_turn = stretched(math.sin(turn), math.cos(turn))
-    before = _integral(panels, nodes, motion, y_turn, y_turn, y0, waiting)
-    return factor * (before + _integral(panels, nodes, motion, y_turn, y_turn, y_end, waiting))
+    inward = w != 0.0 and (w > 0.0) != falls_up
+    if inward:
+        # there and back to the turning point on the other side
+        back = stretched(math.sin(turn), math.cos(turn))
+    else:
+        back = y0 if w == 0.0 else _turn_behind(panels, nodes, motion, y0, y_end)
+    time = 0.0
+    for part in range(2 if inward else 1):
+        begin, target = (back, y0) if part == 1 else (back if inward else y0, y_end)
+        time += _integral(panels, nodes, motion, back, begin, target, waiting)
+    return factor * time
 
 
 @parallel

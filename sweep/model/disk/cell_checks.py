@@ -182,7 +182,7 @@ def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
         yield _fall_time(spec, facts)
     for name in ("steps", "refinements"):
         if name in stored:
-            may = integrated & ~_ended(stored, "not_computed", "invalid", "steady")
+            may = integrated & ~_ended(stored, "not_computed", "invalid")
             yield _decided(name, "its range", (stored[name] == 0) | ((stored[name] > 0) & may))
     if "tilt_error" in stored and "steps" in stored:
         yield from _stated_error(facts)

@@ -15,7 +15,7 @@ STARTS = [
     {"tilt": -0.5, "roll_rate": 0.3},
     {"tilt": 0.2, "tilt_rate": 1.0, "precession_rate": 0.5},
     {"tilt": 0.4, "tilt_rate": -0.5, "alpha": 1.0},
-    {"tilt": -0.4, "tilt_rate": -3.0, "roll_rate": 1.0},
+    {"tilt": -0.4, "tilt_rate": 3.0, "roll_rate": 0.3},
     {"tilt": 0.4, "tilt_rate": -3.5, "gravity": 1.62},
     {"tilt": 0.9, "tilt_rate": 1e-4, "radius": 0.01},
     {"tilt": 1e-4},
