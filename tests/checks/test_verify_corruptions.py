@@ -240,6 +240,8 @@ def test_a_whole_corrupt_variable_is_named(kind):
     halves = [name for name in floats if name.endswith("_halfwidth")]
     for label, change in WHOLE.items():
         narrow = label in ("a millionth", "a thousand times")
+        # the cells of a refined atlas are those of others, and its brackets take their time
+        cells = cells if kind != "refined" else []
         for group in (halves, *([] if narrow else [others, *([name] for name in cells)])):
             found = wrong_values(with_values(dataset, {name: change(dataset[name].values) for name in group}))
             missed += [(name, label) for name in group if name not in found]
