@@ -124,7 +124,8 @@ COMPRESSION = 1
 
 _WAYS = {
     "rk4": "integrated with RK4 until they are final",
-    "exact": "as turning points of the exact reduction to one degree of freedom",
+    "exact": "as turning points of the exact reduction to one degree of freedom, which has no time (no duration, no "
+    "fall time)",
 }
 
 #: An attribute that ACDD recommends for every variable that is not a coordinate.

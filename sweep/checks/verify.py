@@ -9,8 +9,11 @@ import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import coordinates, created, declare_cells
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
-from sweep.engine.compute import use_threads
-from sweep.engine.grid import blocks, starts_of
+from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
+from sweep.checks.boundary_audit import boundary_statements, found_again
+from sweep.checks.cell_audit import CellAudit
+from sweep.checks.statement import Statement, from_text, to_text
+from sweep.engine.compute import arithmetic_hash, use_threads
 from sweep.errors import RequestError
 from sweep.model.description import ExactReference
 from sweep.request.spec import SweepSpec
@@ -21,8 +24,8 @@ if TYPE_CHECKING:
 #: Number of disagreeing cells that are named.
 _MOST_NAMED = 5
 
-#: Relative tolerance of an axis: the logarithm in a range differs in its last bits between processors.
-_ROUNDING = 1e-12
+#: The attribute of an audit that holds its statements.
+_STATEMENTS = "audit_statements"
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Findings:
         That of the atlas, in the same unit.
     method : str
         That of the atlas.
+    statements : sequence of Statement
+        What was found of each variable and attribute.
     """
 
     counts: Mapping[str, int]
@@ -66,6 +71,7 @@ class Findings:
     named: Sequence[tuple[str, Mapping[str, float]]]
     tolerance: float
     method: str
+    statements: Sequence[Statement]
 
     @property
     def cells(self) -> int:
@@ -73,13 +79,18 @@ class Findings:
         return sum(self.counts.values())
 
     @property
+    def wrong(self) -> Sequence[Statement]:
+        """The statements of the atlas that are wrong."""
+        return [each for each in self.statements if each.wrong]
+
+    @property
     def passed(self) -> bool:
-        """Whether no cell disagrees and none is missing."""
-        return not self.disagreeing and not self.missing
+        """Whether no cell disagrees, none is missing, and nothing that the atlas states is wrong."""
+        return not self.disagreeing and not self.missing and not self.wrong
 
 
 def verify(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Compare every cell of an atlas with its exact extremes, period and verdict.
+    """Hold all that an atlas states against its spec and the exact reference of its model.
 
     Parameters
     ----------
@@ -91,27 +102,31 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     xarray.Dataset
         On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
-        means for it, its ending and verdict are the exact ones, and its derived numbers follow from its extremes. What
-        depends on the integration in time (fall_time, energy_drift, tilt_error, steps, refinements) is not checked.
+        means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
+        other variables are what its integration gives again. What was found of each variable and attribute, the
+        boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it.
 
     Raises
     ------
     RequestError
-        If its model has no exact reference, or the atlas lacks a variable that is needed, cannot be read, is only a
-        part of an atlas, or does not have the coordinates of its spec.
+        If its model has no exact reference, or the atlas lacks a variable that is needed, cannot be read, or is only a
+        part of an atlas.
     """
     import xarray as xr
 
     spec, reference, stored = _read(dataset)
     use_threads(None)
+    own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
+    cells = CellAudit(spec, reference, stored, own)
     declared = declare_cells(spec, reference.audit.variables, "audit")
-    found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
-    for span in blocks(spec.size):
-        here = slice(span.start, span.stop)
-        columns = {name: column[here] for name, column in stored.items()}
-        audited = reference.check(spec, starts_of(spec, span), columns)
-        for name, column in found.items():
-            column[here] = audited[name]
+    found = cells.audited([each.name for each in declared])
+    again = found_again(spec, dataset)
+    statements = [
+        *coordinate_statements(spec, dataset),
+        *cells.statements(),
+        *boundary_statements(spec, dataset, again, cells.repeated),
+        *attribute_statements(spec, dataset, [each for each, _ in again.values()], own),
+    ]
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
         {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
@@ -123,6 +138,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
             "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
             "tolerance": spec.tolerance,
             "method": spec.method,
+            _STATEMENTS: to_text(statements),
         },
     )
 
@@ -161,6 +177,7 @@ def findings(audited: "xr.Dataset") -> Findings:
         ],
         tolerance=float(audited.attrs["tolerance"]),
         method=str(audited.attrs["method"]),
+        statements=from_text(str(audited.attrs[_STATEMENTS])),
     )
 
 
@@ -191,11 +208,13 @@ def _read(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference, dict[str, n
     for each, values in coordinates(spec):
         if each.name in later and each.name not in dataset:
             continue
-        found = dataset[each.name].values if each.name in dataset else None
-        if found is None or found.shape != values.shape or not np.allclose(found, values, _ROUNDING, 0.0):
+        if each.name not in dataset or dataset[each.name].values.shape != values.shape:
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     stored = {}
-    for name in names:
+    for name in dict.fromkeys((*names, *spec.model.cell_variables(spec))):
+        # an older file lacks the variables that were added later
+        if name not in dataset or dataset[name].dims != spec.axes:
+            continue
         try:
             stored[name] = dataset[name].values.ravel()
         except (OSError, RuntimeError) as problem:

@@ -1,7 +1,7 @@
 """An atlas in words and tables, for a person to read."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
+from sweep.checks.statement import Statement
 from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 #: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
+
+#: Number of wrong variables and attributes that the last line of an audit names.
+_MOST_WRONG = 6
 
 
 def describe(dataset: "xr.Dataset") -> str:
@@ -36,6 +40,7 @@ def describe(dataset: "xr.Dataset") -> str:
         f"fixed       {_fixed(dataset, spec)}",
         f"criterion   unstable if {spec.criterion.unstable_if(spec.model)}",
         f"method      {spec.method}, {_settings(spec)}",
+        *_untimed(spec),
         "",
         *_counts(dataset, spec, "ending"),
         *_counts(dataset, spec, "stability"),
@@ -85,7 +90,48 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
         lines.append(
             "note         made by the reduction itself: only the file has been checked, not the method"
         )
-    return "\n".join([*lines, audit_line(found)])
+    if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
+        lines.append(f"note         method={found.method} knows {unknown}: there is nothing to check")
+    return "\n".join([*lines, "", *_statement_lines(found.statements), "", audit_line(found)])
+
+
+def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
+    """Yield a table of the variables, then what is wrong among the attributes, then what was not checked."""
+    variables = [each for each in statements if each.checked and _is_variable(each)]
+    width = max((len(each.name) for each in variables), default=0)
+    yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  held against"
+    for each in variables:
+        allowed = f"{_small(each.allowed)} {each.units}".removesuffix(" 1")
+        yield f"{each.name:<{width}}  {_small(each.difference):<10}  {allowed:<17}  {each.against}"
+        yield from _named(each)
+    attributes = [each for each in statements if each.checked and not _is_variable(each)]
+    judged, wrong = sum(each.judged for each in attributes), sum(each.wrong for each in attributes)
+    yield f"attributes: {judged - wrong} of {judged} are what the spec, the tables of the model and this version say"
+    for each in attributes:
+        if each.wrong:
+            yield f"    wrong: {each.name}, held against {each.against}: {'; '.join(each.named)}"
+    for each in statements:
+        if not each.checked and not each.name.endswith(":"):
+            yield f"not checked: {each.name}, {each.against}"
+
+
+def _is_variable(statement: Statement) -> bool:
+    """Whether a statement is one of the values of a variable, not of an attribute."""
+    return not math.isnan(statement.allowed) and ":" not in statement.name
+
+
+def _named(statement: Statement) -> Iterator[str]:
+    if statement.wrong:
+        more = f", and {statement.wrong - len(statement.named)} more" * (
+            statement.wrong > len(statement.named)
+        )
+        yield f"    wrong in {statement.wrong} of {statement.judged}: {'; '.join(statement.named)}{more}"
+
+
+def _small(value: float) -> str:
+    if math.isnan(value):
+        return "missing"
+    return f"{value:.1e}" if value else "0"
 
 
 def audit_line(found: Findings) -> str:
@@ -95,9 +141,11 @@ def audit_line(found: Findings) -> str:
             f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "
             f"largest difference {found.extremes[2]:.1e} {found.units}"
         )
-    return (
-        f"NOT verified: {found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
-    )
+    names = [each.name for each in found.wrong]
+    wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
+    more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""
+    counted = f"{found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
+    return f"NOT verified: {counted}{wrong}{more}"
 
 
 def _no_control(spec: SweepSpec) -> str:
@@ -181,6 +229,11 @@ def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
     return ", ".join(
         [*fixed, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
     )
+
+
+def _untimed(spec: SweepSpec) -> Iterator[str]:
+    if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
+        yield f"            it has no time: it knows {unknown}, and no cell ends because time ran out"
 
 
 def _settings(spec: SweepSpec) -> str:

@@ -116,7 +116,8 @@ class Words:
 class Audit:
     """What `verify` stores of each cell, and which of its codes mean what.
 
-    `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `difference` names the
+    `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `other` is the code, one of
+    `disagreeing`, of a cell in which a variable is wrong that the model itself did not check. `difference` names the
     variable with the error of the extremes, `period` those with the error of the period, the exact period, and the
     error over what is allowed.
     """
@@ -125,9 +126,47 @@ class Audit:
     agreeing: tuple[int, ...]
     disagreeing: tuple[int, ...]
     missing: int
+    other: int
     ended_by_time: int
     difference: str
     period: tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class CellCheck:
+    """One variable of some cells held against what it has to be.
+
+    Parameters
+    ----------
+    name : str
+        The variable.
+    against : str
+        What it was held against, in words.
+    difference, allowed : array, shape (n,)
+        How far each value is from what it has to be, and how far it may be; NaN where a value is missing that has to be
+        there, or the reverse. In the unit of the variable.
+    judged : array of bool, shape (n,)
+        Which cells were held against anything.
+    promise : bool
+        Whether only this version of the code promises it: files made by other code are not judged by it.
+    share : float
+        Share of the judged cells that may be further off than is allowed.
+    """
+
+    name: str
+    against: str
+    difference: Array
+    allowed: Array
+    judged: Truths
+    promise: bool = False
+    share: float = 0.0
+
+    @property
+    def wrong(self) -> Truths:
+        """Which of the judged cells are further off than is allowed."""
+        # written so that NaN is wrong
+        found: Truths = self.judged & ~(self.difference <= self.allowed)
+        return found
 
 
 class Request(Protocol):
@@ -170,8 +209,17 @@ class ExactReference(Protocol):
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
 
-    def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
-        """Return the variables of `audit` for cells with these starts and stored values, shape (n,)."""
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
+        """Hold cells with these starts and stored values, shape (n,), against the reference.
+
+        `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
+        `audit`, and the check of each variable.
+        """
+
+    def untimed(self, spec: Request) -> str:
+        """Return what an atlas of a spec does not know because it was made without time; empty if it knows all."""
 
 
 class Model(ABC):

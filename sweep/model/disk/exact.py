@@ -7,17 +7,27 @@ import numpy.typing as npt
 
 from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
-from sweep.model.description import Columns, Request, Starts
+from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk import audit
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array
 
 EXTREMES = Kernel(
     "kernels.disk.exact.extremes",
     "extremes",
     ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.extremes:reduce"),
 )
+
+FALL_TIMES = Kernel(
+    "kernels.disk.exact.fall_time",
+    "fall_times",
+    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.fall_time:integrate_falls"),
+)
+
+#: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.
+_MOST_FALLS = 20_000
 
 
 class ExactReduction:
@@ -62,6 +72,29 @@ class ExactReduction:
         needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
         return tuple(dict.fromkeys(needed))
 
-    def check(self, spec: Request, starts: Starts, stored: Columns) -> dict[str, npt.NDArray[Any]]:
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Compare stored cells with the reduction; see `sweep.model.disk.audit.check`."""
-        return audit.check(spec, starts, stored, self.measures(spec, starts))
+        exact = self.measures(spec, starts)
+        if spec.method != "exact":
+            exact["fall_time"] = _fall_times(spec, starts, exact)
+        return audit.check(spec, starts, stored, exact)
+
+    def untimed(self, spec: Request) -> str:
+        """Return what an atlas of ``method=exact`` does not know: the reduction has no time."""
+        return "no duration and no fall time" if spec.method == "exact" else ""
+
+
+def _fall_times(spec: Request, starts: Starts, exact: Columns) -> Array:
+    """Return the fall times [s] of cells that fall, or of every k-th of them; NaN for the others."""
+    fallen = np.flatnonzero(
+        (exact["ending"] == ENDINGS.code("fell")) & (np.abs(starts["tilt"]) < spec.fall_tilt)
+    )
+    chosen = fallen[:: max(1, -(-fallen.size // _MOST_FALLS))]
+    times = np.full(exact["ending"].shape, np.nan)
+    if chosen.size:
+        rows = np.stack([starts[name][chosen] for name in arrays.PARAMETERS])
+        tilts = np.stack([exact[name][chosen] for name in arrays.EXTREME_TILTS])
+        times[chosen] = FALL_TIMES.load()(rows, tilts, spec.fall_tilt)
+    return times

@@ -1,6 +1,7 @@
 """The disk: the model of a request that names none."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,9 +96,17 @@ class Disk(Model):
         return complete(spec, starts)
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
-        """Return the variables of an atlas, with contact forces where they are asked for."""
+        """Return the variables of an atlas, with contact forces where they are asked for.
+
+        Those that need an integration in time say so where there is none.
+        """
         contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
-        return {**super().cell_variables(spec), **contact}
+        held = {**super().cell_variables(spec), **contact}
+        if spec.method == "exact":
+            for name, words in tables.UNTIMED.items():
+                described = "; ".join(filter(None, (held[name].description, words)))
+                held[name] = replace(held[name], description=described)
+        return held
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and that of the contact forces where they are asked for."""

@@ -6,6 +6,7 @@ Their order is the order of the rows of the kernels' arrays (`kernels.disk.array
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -188,6 +189,17 @@ CONTACT_VARIABLES: Mapping[str, Quantity] = table(
              {motion.NO_MOTION: "no_motion", motion.PRESSES: "presses", motion.LIFTS_OFF: "lifts_off",
               motion.UNRESOLVED_FORCES: "unresolved"}),
 )
+
+_NO_TIME = "method=exact has no time: "
+
+#: What an atlas of the exact reduction says of the variables that need an integration in time.
+UNTIMED: Mapping[str, str] = MappingProxyType({
+    "ending": _NO_TIME + "the duration is not used, and no cell ends at the horizon",
+    "fall_time": _NO_TIME + "no fall time is known, and all values are missing",
+    "energy_drift": _NO_TIME + "nothing is integrated, and all values are missing",
+    "steps": _NO_TIME + "0 in all cells",
+    "refinements": _NO_TIME + "0 in all cells",
+})
 
 #: What an atlas of the exact reduction holds besides.
 REDUCTION: Mapping[str, Quantity] = table(

@@ -1,0 +1,417 @@
+"""Every variable and every attribute of every kind of atlas, corrupted one after the other: `verify` names the place.
+
+The test goes through what the files hold, so that a variable or an attribute without a check fails it. There is no seal
+to hide behind: a file holds no hash of its own content, and the fingerprint of the spec is checked like any attribute.
+"""
+
+import hashlib
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas.dataset import assemble
+from sweep.checks.verify import _read, findings, verify
+from sweep.engine.compute import run_blocks
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+#: Attributes that may say something else, and why: the reasons stand in the report of `verify` too.
+FREE_TEXT = {
+    "title": "free text",
+    "history": "free text, beside the time of date_created",
+    "kernel_hash": "names code that cannot be had from it: all that is found is that other code made the file",
+    "versions": "nothing in the file follows from them",
+}
+
+
+def partial(spec):
+    """Return an atlas of which the last block is not computed, as `info --partial` writes it."""
+    *first, last = run_blocks(spec, block_cells=10)
+    empty = {
+        name: np.full(column.shape, np.nan if column.dtype.kind == "f" else 0, column.dtype)
+        for name, column in last.columns.items()
+    }
+    dataset = assemble(spec, [*first, type(last)(last.span, empty)], "sweep.run")
+    return dataset.assign_attrs(comment="Partial: 2 of 3 blocks; the other cells are not computed.")
+
+
+def small(preset, **words):
+    """Return a preset with few cells."""
+    return SweepSpec.preset(preset).replace(**words)
+
+
+ROLLING = {"roll_rate": "2:4:6", "tilt": "0.1deg,1deg,4deg"}
+KINDS = {
+    "rolling": lambda: sweep.run(small("rolling", **ROLLING)),
+    "spinning": lambda: sweep.run(small("spinning", precession_rate="3:5:6", tilt="0.1deg,1deg")),
+    "circling": lambda: sweep.run(
+        small("circling", precession_rate="0.1:5:9", tilt="2deg,9deg", contact="yes")
+    ),
+    "steady": lambda: sweep.run(
+        SweepSpec(tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="-8:8:5", tilt_rate=1e-3)
+    ),
+    "refined": lambda: sweep.run(small("rolling", **ROLLING, boundary="refined:1e-9")),
+    "edges": lambda: sweep.run(
+        small("circling", precession_rate="0.05:6:14", tilt="2deg,9deg", boundary="refined:1e-8")
+    ),
+    "cube": lambda: sweep.run(
+        SweepSpec(
+            alpha="0.5,1",
+            roll_rate="2:3.5:4",
+            tilt="1deg,4deg",
+            boundary="refined",
+            criterion="amplification:9",
+        )
+    ),
+    "exact": lambda: sweep.run(small("rolling", **ROLLING, method="exact", contact="yes")),
+    "falls": lambda: sweep.run(
+        SweepSpec(tilt="-50deg,20deg", roll_rate="0:3:7", tilt_rate="-1,1", contact="yes")
+    ),
+    "horizon": lambda: sweep.run(small("rolling", **ROLLING, duration=1.2)),
+    "cell": lambda: sweep.run(SweepSpec(tilt="1deg", roll_rate=3, contact="yes")),
+    "partial": lambda: partial(small("rolling", **{**ROLLING, "roll_rate": "2:4:9"})),
+    "reclassified": lambda: sweep.reclassify(sweep.run(small("rolling", **ROLLING)), "departure:2deg"),
+}
+
+
+@lru_cache
+def atlas(kind):
+    """Return the atlas of a kind, not to be changed."""
+    return KINDS[kind]()
+
+
+@pytest.fixture(autouse=True)
+def each_once(monkeypatch):
+    """What follows from the spec and the verdicts alone is computed once for each, to save the time."""
+    from sweep.atlas import cf_metadata, dataset
+    from sweep.checks import attribute_audit, boundary_audit
+    from sweep.checks import verify as verify_module
+
+    monkeypatch.setattr(boundary_audit, "boundaries", _boundaries)
+    for module in (cf_metadata, verify_module):
+        monkeypatch.setattr(module, "arithmetic_hash", _hash)
+    del attribute_audit, dataset
+
+
+_KEPT = {}
+
+
+def _boundaries(spec, stability):
+    key = spec.canonical(), stability.tobytes()
+    if key not in _KEPT:
+        _KEPT[key] = sweep.atlas.dataset.boundaries(spec, stability)
+    return _KEPT[key]
+
+
+def _hash(spec):
+    key = spec.canonical()
+    if key not in _KEPT:
+        _KEPT[key] = sweep.engine.compute.arithmetic_hash(spec)
+    return _KEPT[key]
+
+
+def wrong_values(dataset):
+    """Return the names of all that `verify` finds wrong, each with the number of its wrong values."""
+    found = findings(verify(dataset))
+    assert found.passed == (not found.wrong and not found.missing and not found.disagreeing)
+    return {each.name: each.wrong for each in found.wrong}
+
+
+def test_the_atlases_pass():
+    """Nothing is wrong with the atlases as they are; a part of one does not pass, but no line of it is wrong."""
+    for kind in KINDS:
+        found = findings(verify(atlas(kind)))
+        assert [each.name for each in found.wrong] == [], kind
+        assert found.passed == (kind != "partial")
+
+
+# --- one value of a variable -----------------------------------------------------------------------------------------
+
+
+def one_value(variable):
+    """Return the corruptions of one value: what each makes of it, and where it can be put, an array of bool."""
+    values, codes = variable.values, variable.attrs.get("flag_values")
+    if values.dtype.kind == "f":
+        finite = np.isfinite(values)
+        known = finite & (values != 0.0)
+        return {
+            "5 % more": (lambda x: 1.05 * x, known),
+            "0.1 % more": (lambda x: x + 1e-3 * x, known),
+            "zero": (lambda x: 0.0, known),
+            "missing": (lambda x: np.nan, finite),
+            "not missing": (lambda x: 1.0, ~finite),
+        }
+    every = np.ones(values.shape, bool)
+    if codes is None:
+        return {"one more": (lambda x: x + 1, every), "negative": (lambda x: -5, every)}
+    legal = [int(code) for code in codes if code != 0 or len(codes) == 2]
+    others = (lambda x: legal[(legal.index(x) + 1) % len(legal)], np.isin(values, legal))
+    return {"another flag": others, "no flag": (lambda x: 77, every)}
+
+
+def with_values(dataset, values):
+    """Return an atlas with other values of some variables."""
+    # variables without their coordinates: xarray would align them with axes that are corrupt
+    replaced = {name: dataset[name].variable.copy(data=each) for name, each in values.items()}
+    coords = {name: each for name, each in replaced.items() if name in dataset.coords}
+    return dataset.assign_coords(coords).assign(
+        {name: each for name, each in replaced.items() if name not in coords}
+    )
+
+
+#: Corrupt values of one variable in one copy: with more of them the cells would look as if made on another processor.
+MOST = 3
+
+
+def batch(dataset, left):
+    """Return a copy with as many corruptions as there is room for, each in a cell or row of its own; those done."""
+    values, taken, done = {}, {}, []
+    for name, label in left:
+        change, where = one_value(dataset[name])[label]
+        used = taken.setdefault(dataset[name].dims, set())
+        place = next((each for each in map(tuple, np.argwhere(where)) if each not in used), None)
+        # a scalar has no dimensions, so that all of them seem to be in one place
+        if dataset[name].ndim == 0 and name in dataset.coords and name not in values:
+            place = ()
+        if place is None or sum(each == name for each, _ in done) == MOST:
+            continue
+        used.add(place)
+        values.setdefault(name, dataset[name].values.copy())[place] = change(dataset[name].values[place])
+        done.append((name, label))
+    return with_values(dataset, values), done
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_corrupt_value_is_named(kind):
+    """A value 5 % or 0.1 % too large, zero, missing, or where none may be; another flag, or one that does not exist."""
+    dataset, missed = atlas(kind), []
+    # the boundary follows from the verdicts, and what is known of a cell from its ending
+    alone = ("stability", "ending")
+    for group in (
+        [name for name in map(str, dataset.variables) if name not in alone],
+        *([name] for name in alone),
+    ):
+        left = [
+            (name, label)
+            for name in group
+            for label, (_, where) in one_value(dataset[name]).items()
+            if where.any() and (kind != "cell" or label == "5 % more")
+        ]
+        while left:
+            copy, done = batch(dataset, left)
+            found = wrong_values(copy)
+            for name in {name for name, _ in done}:
+                labels = [label for other, label in done if other == name]
+                if found.get(name, 0) < len(labels):
+                    missed.append((name, labels))
+            left = [each for each in left if each not in done]
+    assert missed == []
+
+
+# --- a whole variable ------------------------------------------------------------------------------------------------
+
+WHOLE = {
+    "5 % more": lambda values: 1.05 * values,
+    "zero": lambda values: 0.0 * values,
+    "missing": lambda values: np.nan * values,
+    "a millionth": lambda values: 1e-6 * values,
+    "a thousand times": lambda values: 1e3 * values,
+}
+
+
+def of_the_boundary(name):
+    """Whether a variable belongs to the boundary."""
+    return name.startswith(("boundary_", "predicted_", "critical_", "curve_"))
+
+
+@pytest.mark.parametrize("kind", ["refined", "exact", "falls"])
+def test_a_whole_corrupt_variable_is_named(kind):
+    """All values of a variable 5 % too large, zero, missing, a millionth or a thousand times as large."""
+    dataset, missed = atlas(kind), []
+    floats = [name for name in map(str, dataset.variables) if dataset[name].dtype.kind == "f"]
+    floats = [name for name in floats if np.any(np.nan_to_num(dataset[name].values))]
+    cells = [name for name in floats if dataset[name].dims == dataset["ending"].dims]
+    # what is said of one cell hangs together; each line of the boundary and each coordinate stands for itself
+    others = [name for name in floats if name not in cells and not name.endswith("_halfwidth")]
+    halves = [name for name in floats if name.endswith("_halfwidth")]
+    for label, change in WHOLE.items():
+        narrow = label in ("a millionth", "a thousand times")
+        # the cells of a refined atlas are those of others, and its brackets take their time
+        cells = cells if kind != "refined" else []
+        for group in (halves, *([] if narrow else [others, *([name] for name in cells)])):
+            found = wrong_values(with_values(dataset, {name: change(dataset[name].values) for name in group}))
+            missed += [(name, label) for name in group if name not in found]
+    assert missed == []
+
+
+@pytest.mark.parametrize("kind", ["steady", "edges", "exact", "cell"])
+def test_a_missing_variable_is_named(kind):
+    """An atlas without a variable is refused, or the line of the variable says that it is missing."""
+    dataset, gone = atlas(kind), []
+    for name in map(str, dataset.variables):
+        try:
+            _read(dataset.drop_vars(name))
+        except RequestError:
+            with pytest.raises(RequestError, match=name):
+                verify(dataset.drop_vars(name))
+        else:
+            gone.append(name)
+    found = wrong_values(dataset.drop_vars(gone))
+    assert set(gone) <= found.keys()
+    assert {"fall_time", "tilt_error"} <= set(gone)
+
+
+@pytest.mark.parametrize("kind", ["edges", "exact", "falls"])
+def test_a_corrupt_type_is_named(kind):
+    """A variable in single instead of double precision, or in another width of integers, is named."""
+    dataset = atlas(kind)
+    other = {"f8": "f4", "f4": "f8", "i1": "i2", "i4": "i8"}
+    types = {name: other[each.dtype.str[1:]] for name, each in dataset.variables.items()}
+    found = wrong_values(
+        with_values(dataset, {name: dataset[name].values.astype(types[name]) for name in types})
+    )
+    assert {f"{name}:dtype" for name in types} <= found.keys()
+
+
+# --- attributes ------------------------------------------------------------------------------------------------------
+
+#: Attributes without which a file is not read at all, or that decide what the others are held against.
+ALONE = ("sweep_spec", "eulerdisk_format", "kernel_hash", "source")
+
+
+def other_value(value):
+    """Return another value of an attribute, of its type."""
+    if isinstance(value, str):
+        return f"{value}x"
+    return np.asarray(value)[::-1] if np.ndim(value) else 2 * value + 1
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Return the atlases as they come from files, where their encodings are those of the file."""
+    folder, found = tmp_path_factory.mktemp("files"), {}
+    for kind in KINDS:
+        sweep.save(atlas(kind), folder / f"{kind}.nc")
+        with sweep.open_atlas(folder / f"{kind}.nc") as dataset:
+            found[kind] = dataset.load()
+    return found
+
+
+@pytest.mark.parametrize("change", ["another value", "removed"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_corrupt_attribute_is_named(files, kind, change):
+    """Every attribute, global and of variables, is named when it says something else, and when it is not there."""
+    dataset, expected = files[kind].copy(deep=True), set()
+
+    def corrupt(attributes, name, place):
+        expected.add(place)
+        if change == "removed":
+            del attributes[name]
+        else:
+            attributes[name] = other_value(attributes[name])
+
+    for name in set(dataset.attrs) - {*ALONE, "comment"}:
+        corrupt(dataset.attrs, name, name)
+    for name, variable in dataset.variables.items():
+        for attribute in list(variable.attrs):
+            corrupt(variable.attrs, attribute, f"{name}:{attribute}")
+        for attribute in ("_FillValue", "coordinates"):
+            # xarray adds the coordinates of a curve when it saves one from memory; a run does not
+            optional = attribute == "coordinates" and name.startswith("curve_") and change == "removed"
+            if variable.encoding.get(attribute) is not None and not optional:
+                corrupt(variable.encoding, attribute, f"{name}:{attribute}")
+    found = wrong_values(dataset)
+    assert expected - found.keys() == ({"title", "history"} if change == "another value" else set())
+
+
+@pytest.mark.parametrize("kind", ["rolling", "exact"])
+def test_a_corrupt_origin_is_named(files, kind):
+    """The spec, the format, the hash of the code and the program: each is named, or the file is not read."""
+    dataset = files[kind]
+    attributes = dataset.attrs
+    spec = SweepSpec.from_canonical(attributes["sweep_spec"])
+    corrupt = [
+        {"sweep_spec": attributes["sweep_spec"].replace(",", ", ")},
+        {"kernel_hash": "x" + attributes["kernel_hash"][1:]},
+        {"kernel_hash": attributes["kernel_hash"] + "0"},
+        {"source": attributes["source"] + "x"},
+        {"source": "somebody"},
+        {"eulerdisk_format": np.int32(0)},
+    ]
+    moved = attributes["sweep_spec"].replace('"tilt_rate":0.0', '"tilt_rate":0.001')
+    assert "sweep_fingerprint" in wrong_values(dataset.assign_attrs(sweep_spec=moved))
+    for each in corrupt:
+        assert each.keys() <= wrong_values(dataset.assign_attrs(each)).keys()
+    # a spec with a fingerprint of its own is contradicted by what the cells hold
+    for other in (
+        spec.replace(criterion="departure:4deg"),
+        spec.replace(alpha=0.6),
+        spec.replace(tilt_rate=0.1),
+    ):
+        text = other.canonical()
+        claims = {"sweep_spec": text, "sweep_fingerprint": hashlib.sha256(text.encode()).hexdigest()}
+        assert wrong_values(dataset.assign_attrs(claims, criterion=str(other.criterion)))
+    for name in ("kernel_hash", "source", "eulerdisk_format"):
+        removed = {key: value for key, value in attributes.items() if key != name}
+        stripped = dataset.copy()
+        stripped.attrs = removed
+        assert name in wrong_values(stripped)
+    with pytest.raises(RequestError, match="canonical"):
+        verify(dataset.assign_attrs(sweep_spec="{}"))
+
+
+def test_nothing_is_free_without_a_reason():
+    """What `verify` does not check is named with the reason, and nothing else is left out."""
+    allowed = {**FREE_TEXT, "comment": "free text"}
+    for kind in KINDS:
+        for each in findings(verify(atlas(kind))).statements:
+            if not each.checked and not each.name.endswith(":"):
+                assert each.name in allowed
+                assert each.against
+
+
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [
+        ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),
+        ("rolling", {"predicted_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"critical_roll_rate": lambda x: 1.05 * x}),
+        ("rolling", {"nutation_period": lambda x: x + 2e-5}),
+        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e3 * x}),
+        ("refined", {"boundary_roll_rate": lambda x: x + 1e-8}),
+        ("refined", {"curve_roll_rate": lambda x: 1.05 * x}),
+        ("refined", {"curve_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+        ("falls", {"fall_time": lambda x: 1.5 * x}),
+        ("falls", {"fall_time": lambda x: x + 1e-3 * x}),
+        ("circling", {"least_normal_force": lambda x: 1.05 * x}),
+        ("circling", {"friction_needed": lambda x: 1.05 * x}),
+        ("exact", {"separatrix": lambda x: 1.05 * x}),
+    ],
+)
+def test_numbers_made_by_other_code_are_checked(kind, change):
+    """Without a repetition of the same computation: by quadratures, the exact bisection, the verdicts and theory."""
+    dataset = atlas(kind).assign_attrs(kernel_hash="0" * 64)
+    assert wrong_values(dataset) == {}
+    assert (
+        change.keys()
+        <= wrong_values(
+            with_values(dataset, {name: each(dataset[name].values) for name, each in change.items()})
+        ).keys()
+    )
+
+
+def test_a_stated_error_that_is_too_small_is_named():
+    """An error of 0, a negative one, and one that is a thousandth of the true error in all cells."""
+    dataset = atlas("rolling")
+    true = verify(dataset).tilt_difference.values
+    for change in (0.0 * true, -dataset.tilt_error.values, 1e-3 * true + 1e-30):
+        found = findings(verify(with_values(dataset, {"tilt_error": change.astype("f4")})))
+        assert "tilt_error" in [each.name for each in found.wrong]
+    line = next(each for each in findings(verify(dataset)).statements if each.name == "tilt_error")
+    assert "0 % of cells beyond it, 0.1 % allowed" in line.against
