@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile, Criterion, Overwrite
-from sweep.commands.terminal import say
+from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
 
@@ -36,10 +36,10 @@ def info(
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
     elif folder is not None:
-        print(describe_run(folder))
+        show(describe_run(folder))
     if folder is None or atlas.is_file():
         with opened(atlas) as dataset:
-            print(describe(dataset))
+            show(describe(dataset))
 
 
 def boundary(
@@ -74,7 +74,7 @@ def boundary(
             found = refined(found, refine)
         if output is not None:
             save(found, output, overwrite=overwrite)
-        print(boundary_table(found))
+        show(boundary_table(found))
 
 
 def plot(

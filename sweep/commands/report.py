@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+#: Characters of a line, and lines, of an attribute that are shown.
+_MOST_SHOWN, _MOST_LINES = 300, 30
+
 #: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 
@@ -26,7 +29,7 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
+    known = {name: _cut(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
         known["title"],
         "",
@@ -47,6 +50,12 @@ def describe(dataset: "xr.Dataset") -> str:
         f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
     ]
     return "\n".join(lines)
+
+
+def _cut(text: str) -> str:
+    """Return a text from a file, no longer than a person reads: its first lines, each with its first characters."""
+    lines = [line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]} ..." for line in text.split("\n")]
+    return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
 def boundary_table(dataset: "xr.Dataset") -> str:
