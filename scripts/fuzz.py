@@ -23,8 +23,16 @@ from pathlib import Path
 from damage import damaged
 from odd_words import spec_file, words
 
+from sweep.errors import printable
+
 #: Seconds and bytes of resident memory that a case may take.
 MOST_SECONDS, MOST_BYTES = 10.0, 10**9
+
+#: A process that has grown to this is replaced: what its cases left behind is not what the next one takes.
+_WORN = 6 * 10**8
+
+#: Cases printed of those that end badly in the same way.
+_MOST_PRINTED = 3
 
 #: Exit statuses that a case may have: done, a check that failed, a refused request, a file system that refuses.
 _STATUSES = (0, 1, 2, 3)
@@ -88,7 +96,7 @@ def faults(end: End) -> list[str]:
     if _CONTROL.search(end.out + end.err):
         found.append("control characters")
     if "Traceback" in end.out + end.err or "Warning" in end.err or "HDF5-DIAG" in end.err:
-        found.append(f"words for developers: {end.err.strip()[:300]}")
+        found.append(f"words for developers: {end.err.strip()[-300:]}")
     if end.status == 2 and not (end.err.startswith(("eulerdisk: ", "Usage: ")) and len(end.err) < 10_000):
         found.append(f"no sentence of at most 10 kB: {end.err[:200]!r}")
     if len(end.out) > 10**6:
@@ -105,6 +113,8 @@ class Worker:
 
     def run(self, line: list[str], patience: float = MOST_SECONDS) -> End:
         """Run one command line; it is stopped when it takes twice the time or memory that it may."""
+        if self._process is not None and _resident(self._process.pid) > _WORN:
+            self.close()
         process = self._process or self._started()
         assert process.stdin is not None
         assert process.stdout is not None
@@ -286,15 +296,21 @@ def fuzz(folder: Path, options: argparse.Namespace) -> int:
     """Run the cases, print those that did not end well and a summary, and return how many these are."""
     worker, wrong, began = Worker(folder), 0, time.monotonic()
     statuses: collections.Counter[str] = collections.Counter()
+    alike: collections.Counter[str] = collections.Counter()
     slowest, largest = 0.0, 0
     for what, line in cases(folder, options):
         end = worker.run(line)
         statuses[str(end.status)] += 1
         slowest, largest = max(slowest, end.seconds), max(largest, end.resident)
-        for fault in faults(end):
-            wrong += 1
-            print(f"{what}: eulerdisk {' '.join(line)[:200]}\n    {fault}", flush=True)
+        found = faults(end)
+        wrong += bool(found)
+        for fault in found:
+            alike[kind := re.sub(r"\d+|case-\S+", "", fault)[:60]] += 1
+            if alike[kind] <= _MOST_PRINTED:
+                print(f"{what}: eulerdisk {printable(' '.join(line))[:200]}\n    {fault}", flush=True)
     worker.close()
+    for kind, count in alike.most_common():
+        print(f"{count:>5} x {kind}")
     counts = ", ".join(f"{count} with {status}" for status, count in sorted(statuses.items()))
     print(
         f"{sum(statuses.values())} cases in {time.monotonic() - began:.0f} s: {counts}; slowest {slowest:.1f} s, "

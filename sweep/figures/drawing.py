@@ -44,6 +44,11 @@ STYLE: Any = {
     "svg.hashsalt": "eulerdisk",
 }
 
+#: All settings: matplotlib's own defaults where the style says nothing. The backend is the program's.
+_SETTINGS = {
+    name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
+} | STYLE
+
 #: Largest number of points of the measured boundary that are drawn: more would merge into a thick line.
 MOST_POINTS = 24
 
@@ -84,9 +89,16 @@ _ROOM = 2.4
 
 
 @contextmanager
+def styled() -> Iterator[None]:
+    """Draw in the style of this package alone, whatever matplotlib was told by files or programs."""
+    with matplotlib.rc_context(_SETTINGS):
+        yield
+
+
+@contextmanager
 def sheet(width: float, height: float) -> Iterator[Figure]:
     """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         drawn = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(drawn)
         yield drawn

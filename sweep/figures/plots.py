@@ -8,7 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
@@ -16,9 +15,10 @@ from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.drawing import COLOURS, STYLE, add_legend, draw_map, draw_profile, draw_ratio, sheet
+from sweep.figures.drawing import COLOURS, add_legend, draw_map, draw_profile, draw_ratio, sheet, styled
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
+from sweep.figures.texts import set_title
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
@@ -113,14 +113,14 @@ def save(drawn: Figure, path: str | Path) -> None:
     path = Path(path)
     ending = check_format(path)
     check_target(path, overwrite=True)
-    with matplotlib.rc_context(STYLE), published(path) as unfinished:
+    with styled(), published(path) as unfinished:
         drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_METADATA[ending])
 
 
 def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:
     draw_map(top, each, norm)
     draw_ratio(strip, each)
-    top.set_title(each.title)
+    set_title(top, each.title)
     strip.set_xlabel(top.get_xlabel())
     top.set_xlabel("")
     top.tick_params(axis="x", which="both", labelbottom=False)
@@ -132,7 +132,7 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
         draw_map(axes, each, norm)
     else:
         draw_profile(axes, each)
-    axes.set_title(each.title)
+    set_title(axes, each.title)
     add_legend(axes, axes, each.caption)
 
 

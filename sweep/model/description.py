@@ -85,7 +85,8 @@ class Endings:
             if each.code == code:
                 return each
         raise RequestError(
-            f"The cell has the ending {code:g}, which is none of {', '.join(map(str, self.flags))}: the file is damaged.",
+            f"The file is damaged: a cell has the ending {code:g}, which is none of "
+            f"{', '.join(map(str, self.flags))}.",
             hint="Check it with eulerdisk verify.",
             where="ending",
         )

@@ -123,7 +123,7 @@ class Range:
         share = np.asarray(places) / max(self.count - 1, 1)
         ends = np.log(self.ends()) if self.spacing == "log" else self.ends()
         values = ends[0] + (ends[1] - ends[0]) * share
-        return np.clip(np.exp(values) if self.spacing == "log" else values, self.start, self.stop)
+        return np.asarray(np.clip(np.exp(values) if self.spacing == "log" else values, self.start, self.stop))
 
     def array(self) -> Array:
         """Return the values, shape (count,), float64, increasing, in SI; the ends are exact."""
