@@ -1,8 +1,8 @@
 """Feed damaged and foreign files, spec files and words to every command that reads, and judge how each ends.
 
-A case is one command line. It ends well with a documented exit status, within 10 s and 1 GB of resident memory, and with
-a refusal in one printable line if it refuses; never with a traceback, a hang or the end of its process. Many cases run
-in one process, which is replaced when a case has ended it. Ends with 1 if a case did not end well.
+A case is one command line. It ends well with a documented exit status, within 10 s and 1 GB of resident memory, and
+with a refusal in one printable line if it refuses; never with a traceback, a hang or the end of its process. Many cases
+run in one process, which is replaced when a case has ended it. Ends with 1 if a case did not end well.
 """
 
 import argparse

@@ -10,6 +10,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator
+from functools import lru_cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def ignore_numba_file() -> None:
     when_imported("numba.core.config", _forget_numba_file, _without_yaml)
 
 
+@lru_cache
 def ignore_matplotlibrc() -> None:
     """Let matplotlib start with its own defaults in this process: no matplotlibrc, no $MPLBACKEND.
 

@@ -22,6 +22,7 @@ from sweep.engine.grid import Span, chunk_shape, chunks
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_atlas, check_target
 from sweep.files.publish import published
+from sweep.files.trial import check_opens
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
 
@@ -197,6 +198,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            check_opens(path)
             check_claims(path)
             dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except RequestError:

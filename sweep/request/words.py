@@ -21,8 +21,9 @@ AUTOMATIC = "auto"
 #: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
 
-#: Bytes of a spec file at most: a list of 200,000 values.
-_MOST_BYTES = 2**22
+#: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
+#: 20,000 parts the parser makes gigabytes.
+_MOST_BYTES, _MOST_DOTS = 2**20, 50
 
 #: Where the cells are computed.
 DEVICES = ("cpu", "cuda")
@@ -93,7 +94,10 @@ def read_file(path: Path) -> dict[str, object]:
     import tomllib
 
     try:
-        return tomllib.loads(read_regular(path, _MOST_BYTES).decode("utf-8-sig"))
+        text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
+        if any(part.count(".") > _MOST_DOTS for line in text.splitlines() for part in line.split(",")):
+            raise RecursionError
+        return tomllib.loads(text)
     except OSError as problem:
         raise RequestError(
             f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
@@ -111,8 +115,8 @@ def read_file(path: Path) -> dict[str, object]:
         ) from problem
     except RecursionError as problem:
         raise RequestError(
-            "The spec file is no request: its arrays or tables are nested too deep to be read. A spec file holds lines "
-            "NAME = VALUE.",
+            "The spec file is no request: its arrays, tables or dotted names are nested too deep to be read. A spec "
+            "file holds lines NAME = VALUE.",
             hint="Write lists as in alpha = [0.5, 1].",
             where=str(path),
         ) from problem
