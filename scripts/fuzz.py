@@ -25,8 +25,9 @@ from odd_words import spec_file, words
 
 from sweep.errors import printable
 
-#: Seconds and bytes of resident memory that a case may take.
-MOST_SECONDS, MOST_BYTES = 10.0, 10**9
+#: Seconds of processor time and bytes of resident memory that a case may take, and seconds on the clock after which it
+#: hangs: the machine may have other work.
+MOST_SECONDS, MOST_BYTES, PATIENCE = 10.0, 10**9, 60.0
 
 #: A process that has grown to this is replaced: what its cases left behind is not what the next one takes.
 _WORN = 6 * 10**8
@@ -71,7 +72,7 @@ _CONTROL = re.compile(r"[^\n\x20-\x7e\xa0-\U0010ffff]|[\u202a-\u202e\u2066-\u206
 
 @dataclass(frozen=True)
 class End:
-    """How a case ended: exit status, both outputs, seconds, largest resident memory [bytes]; `fault` if by a crash."""
+    """How a case ended: status, outputs, seconds of processor time, largest resident memory; `fault` if by a crash."""
 
     status: object
     out: str
@@ -111,8 +112,8 @@ class Worker:
         self._folder = folder
         self._process: subprocess.Popen[bytes] | None = None
 
-    def run(self, line: list[str], patience: float = MOST_SECONDS) -> End:
-        """Run one command line; it is stopped when it takes twice the time or memory that it may."""
+    def run(self, line: list[str], patience: float = PATIENCE) -> End:
+        """Run one command line; it is stopped when it takes longer than `patience` or twice the memory that it may."""
         if self._process is not None and _resident(self._process.pid) > _WORN:
             self.close()
         process = self._process or self._started()
@@ -128,8 +129,8 @@ class Worker:
                 if answer:
                     return End(**json.loads(answer))
                 fault = f"the process ended with {process.wait()}: {self._last_words()}"
-            elif time.monotonic() - began > 2.0 * patience:
-                fault = f"a hang of more than {2.0 * patience:.0f} s"
+            elif time.monotonic() - began > patience:
+                fault = f"a hang of more than {patience:.0f} s"
             elif _resident(process.pid) > 2 * MOST_BYTES:
                 fault = "more than 2 GB of resident memory"
         self.close()
@@ -188,7 +189,7 @@ def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
         os.dup2(handle, number)
     sys.argv = ["eulerdisk", *line]
     _reset_peak()
-    began = time.monotonic()
+    began = _worked()
     status: object = 0
     try:
         main()  # type: ignore[operator]
@@ -199,9 +200,14 @@ def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
         traceback.print_exc()
     sys.stdout.flush()
     sys.stderr.flush()
-    seconds = time.monotonic() - began
+    seconds = _worked() - began
     texts = [_text(handle) for handle in handles]
     return {"status": status, "out": texts[0], "err": texts[1], "seconds": seconds, "resident": _peak()}
+
+
+def _worked() -> float:
+    """Return the seconds of processor time of this process and its children that have ended."""
+    return sum(os.times()[:4])
 
 
 def _text(handle: int) -> str:

@@ -315,4 +315,9 @@ def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
     require(dataset, ("ending", "stability", *spec.model.extremes), str(path))
     check_structure(dataset, spec, str(path))
     # the attribute `coordinates` of any variable may have made another one of them a coordinate
-    return dataset.reset_coords([name for name in dataset.coords if name not in spec.model.parameters])
+    wrong = [name for name in dataset.coords if name not in spec.model.parameters]
+    if not wrong:
+        return dataset
+    found = dataset.reset_coords(wrong)
+    found.set_close(dataset.close)
+    return found
