@@ -1,4 +1,4 @@
-"""Damaged, edited and foreign files, made of whole atlases by a seeded generator: what `scripts/fuzz` feeds to commands.
+"""Damaged, edited and foreign files, made of whole atlases by a seeded generator, for `scripts/fuzz`.
 
 Each way is a function of `BYTES`, `EDITS` or `FOREIGN`; a new way is a function more.
 """
@@ -401,8 +401,10 @@ def _external_values(file: Any, dice: random.Random) -> None:
 
 #: Edits of the structure of an atlas.
 EDITS = (
-    _delete_variable, _rename_variable, _swap_variables, _delete_attribute, _rename_attribute, _odd_attribute, _odd_global,
-    _new_attribute, _spec, _spec_string, _title, _values, _reversed_values, _other_type, _other_shape, _huge, _huge_grid,
+    _delete_variable, _rename_variable, _swap_variables, _delete_attribute, _rename_attribute, _odd_attribute,
+    _odd_global,
+    _new_attribute, _spec, _spec_string, _title, _values, _reversed_values, _other_type, _other_shape, _huge,
+    _huge_grid,
     _links, _groups, _many, _same_dimension, _no_such_filter, _external_values,
 )  # fmt: skip
 
@@ -512,7 +514,8 @@ def _sparse(path: Path, dice: random.Random) -> None:
 FOREIGN = (
     _bytes_file(b""), _bytes_file(b"a,b\n1,2\n"), _bytes_file(b"\x89PNG\r\n\x1a\n" + bytes(50)),
     _bytes_file(b"SIMPLE  =                    T" + b" " * 2850), _bytes_file(b"PAR1" + bytes(20) + b"PAR1"),
-    _bytes_file(b"\x1f\x8b\x08" + bytes(20)), _bytes_file(b"\x0e\x03\x13\x01" + bytes(60)), _bytes_file(b"GRIB" + bytes(60)),
+    _bytes_file(b"\x1f\x8b\x08" + bytes(20)), _bytes_file(b"\x0e\x03\x13\x01" + bytes(60)),
+    _bytes_file(b"GRIB" + bytes(60)),
     _noise, _hdf5_noise, _classic_noise, _classic_absurd, _other_netcdf, _claims_to_be_one, _hdf5, _zip, _database,
     _folder, _pipe, _device, _loop, _socket, _sparse,
 )  # fmt: skip

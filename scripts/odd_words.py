@@ -8,29 +8,39 @@ from pathlib import Path
 from damage import TEXTS
 
 _NAMES = ("tilt", "tilt_rate", "roll_rate", "precession_rate", "alpha", "radius", "gravity", "criterion", "duration",
-          "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "model", "self",
+          "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "model",
+          "self",
           "words", "", "tilt\x1b[31m", "x" * 10_000)  # fmt: skip
 
 _VALUES = (
-    "1", "-1", "0", "1e400", "1e-400", "nan", "inf", "-inf", "\uff11", "1_000", "0x10", "1j", "1e", "--1", "\u22121deg",
-    "1 m*(9**9**9)", "1 m**9**9**9", "1 m^999999999", "1 (m)", "1 ((((((m))))))", "1 m" + "*m" * 500, "1 " + "m" * 10**5,
+    "1", "-1", "0", "1e400", "1e-400", "nan", "inf", "-inf", "\uff11", "1_000", "0x10", "1j", "1e", "--1",
+    "\u22121deg",
+    "1 m*(9**9**9)", "1 m**9**9**9", "1 m^999999999", "1 (m)", "1 ((((((m))))))", "1 m" + "*m" * 500,
+    "1 " + "m" * 10**5,
     "1 " + "(" * 5000, "1 m[0]", "1 __import__('os')", "1 lambda:0", "1 [length]", "1 degC", "1 delta_degC", "1 dB",
-    "1 km**99", "1 m/0", "1 %", "1 m//2", "1 m%2", "1 'm'", "1 \x00", "1 \u00b5m", "1 m\u00b2/m", "1 \u2126", "1 m e9",
+    "1 km**99", "1 m/0", "1 %", "1 m//2", "1 m%2", "1 'm'", "1 \x00", "1 \u00b5m", "1 m\u00b2/m", "1 \u2126",
+    "1 m e9",
     "1 meter per second", "1deg:2deg", "1deg:2deg:3", "1deg:2deg:0", "1deg:2deg:-3", "1deg:2deg:\uff13", "1:2:3:4:5",
-    "1deg:2deg:3:LOG", "1deg:2deg:10000000", "2:4:1000000000", "1e-300:1e300:999999:log", "1deg:2deg:999999999999999999",
+    "1deg:2deg:3:LOG", "1deg:2deg:10000000", "2:4:1000000000", "1e-300:1e300:999999:log",
+    "1deg:2deg:999999999999999999",
     ",", ",,", "1,2,", ",".join(map(str, range(1, 30_000))), "1" * 10**6, "1." + "0" * 10**6, "steady", "steady-slow",
     "departure:5deg", "departure:", "departure:1e9deg", "amplification:" + "9" * 500, "refined:1e-300", "refined:nan",
     "refined:\uff11e-6", "refined:1_0", "cuda", "exact", "yes", "auto", *TEXTS[:10], *TEXTS[11:],
 )  # fmt: skip
 
 _LINES = (
-    "eulerdisk", "--help", "plan rolling --threads \uff12", "plan rolling --block-cells 1_000", "block --run nowhere --part \uff11/\uff13",
-    "block --run rolling.nc --part 1/1", "assemble rolling.nc", "assemble .", "assemble /", "info /", "info .", "info \x1b[31m.nc",
+    "eulerdisk", "--help", "plan rolling --threads \uff12", "plan rolling --block-cells 1_000",
+    "block --run nowhere --part \uff11/\uff13",
+    "block --run rolling.nc --part 1/1", "assemble rolling.nc", "assemble .", "assemble /", "info /", "info .",
+    "info \x1b[31m.nc",
     "info " + "x" * 5000, "explain rolling.nc tilt=\uff11deg roll_rate=2", "explain rolling.nc tilt=nan roll_rate=2",
-    "explain rolling.nc tilt=1e300 roll_rate=2", "boundary rolling.nc --refine nan", "boundary rolling.nc --refine 1e-300",
-    "boundary rolling.nc --refine -1", "plot rolling.nc --friction nan -o OUT/a.png", "plot rolling.nc --friction 1e999 -o OUT/a.png",
+    "explain rolling.nc tilt=1e300 roll_rate=2", "boundary rolling.nc --refine nan",
+    "boundary rolling.nc --refine 1e-300",
+    "boundary rolling.nc --refine -1", "plot rolling.nc --friction nan -o OUT/a.png",
+    "plot rolling.nc --friction 1e999 -o OUT/a.png",
     "boundary rolling.nc --criterion [red]", "export rolling.nc --to \x1b[31m", "compare rolling.nc rolling.nc",
-    "run rolling --from rolling.nc -o OUT/a.nc", "plan nothing", "plan /dev/zero", "plan rolling.nc", "plan .toml", "plan OUT",
+    "run rolling --from rolling.nc -o OUT/a.nc", "plan nothing", "plan /dev/zero", "plan rolling.nc", "plan .toml",
+    "plan OUT",
     "simulate tilt=1deg title=$ -o OUT/path.nc --overwrite --plot OUT/path.png",
 )  # fmt: skip
 
@@ -52,7 +62,7 @@ def words(dice: random.Random) -> list[str]:
 
 def spec_file(path: Path, dice: random.Random) -> str:
     """Write one odd spec file, and return in words what it is."""
-    name, write = dice.choice(_FILES)
+    name, write = dice.choice(FILES)
     write(path, dice)
     return name
 
@@ -68,7 +78,8 @@ def _text(make: Callable[[random.Random], str | bytes]) -> Callable[[Path, rando
 def _odd_value(dice: random.Random) -> str:
     return dice.choice(
         ("1", "[]", "[[1]]", "[1, 'a']", "{a = 1}", "true", "1979-05-27", "07:32:00", "0x1f", "1e400", "nan", "-inf",
-         "9" * 5000, "[1.0, 1.0]", "[" * 300 + "]" * 300, "'''\n'''", '"\\u0000"', '"1 m*(9**9**9)"', '"$"', '"2:4:9"',
+         "9" * 5000, "[1.0, 1.0]", "[" * 300 + "]" * 300, "'''\n'''", '"\\u0000"', '"1 m*(9**9**9)"', '"$"',
+         '"2:4:9"',
          '"2:4:1000000000"', "[" + "1e9," * 10_000 + "]")
     )  # fmt: skip
 
@@ -87,7 +98,8 @@ def _sparse(path: Path, dice: random.Random) -> None:
         file.truncate(2**36)
 
 
-_FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
+#: Kinds of spec files: their names and what writes one.
+FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:20])} = {_odd_value(dice)}\n")),
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:18])} = {_odd_value(dice)}\n")),
     ("odd title", _text(lambda dice: f'title = """{dice.choice(TEXTS)}"""\n')),

@@ -223,22 +223,22 @@ def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
 
 
-def _most(values: "xr.DataArray") -> str:
+def _most(values: "xr.DataArray", form: str = ".1e") -> str:
     known = values.values[np.isfinite(values.values)]
-    return f"{known.max():.1e}" if known.size else "-"
+    return f"{known.max():{form}}" if known.size else "-"
 
 
 def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
-        found, halfwidth = dataset[measured].values, dataset[halfwidth_name].values
+        found = dataset[measured].values
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
         units = spec.model.parameters[axis].units
         if count:
             yield (
                 f"boundary    stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {found.size} rows"
+                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in {count} of {found.size} rows"
             )
         else:
             yield f"boundary    no change of verdict along {axis} ({side})"

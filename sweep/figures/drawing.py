@@ -325,7 +325,7 @@ def _name_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
 
 def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
     axes.set_ylabel(quantity.plot_label)
-    positive = peak[np.isfinite(peak) & (peak > 0.0)]
+    positive = peak[np.isfinite(peak) & (peak > 1e-30)]
     if positive.size and positive.max() > SQUEEZED * positive.min():
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, positive.max() / positive.min())

@@ -35,6 +35,9 @@ _MOST_IN_ROW = 3
 
 _DOTS_PER_INCH = 200
 
+#: Peaks up to here, if a file has them, are drawn in the first colour: a scale from them on would overflow.
+_LEAST = 1e-30
+
 #: Format -> the metadata that would record the date and the program, each set to None to leave it out.
 _METADATA: Mapping[str, Mapping[str, None]] = {
     "png": {"Software": None},
@@ -139,7 +142,7 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
 def _norm(panels: Sequence[Panel]) -> LogNorm:
     """Return the colour scale of all panels."""
     peaks = np.concatenate([np.where(each.no_result, np.nan, each.peak).ravel() for each in panels])
-    peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
+    peaks = peaks[np.isfinite(peaks) & (peaks > _LEAST)]
     low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
     return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
 

@@ -6,6 +6,7 @@ interrupt that. The other process is a fork, which takes some milliseconds, wher
 """
 
 import contextlib
+import faulthandler
 import math
 import os
 import resource
@@ -103,6 +104,8 @@ def _read(file: Any, values: bool) -> None:
 
 
 def _limit() -> None:
+    # the end of this process is an answer, and no fault to be printed
+    faulthandler.disable()
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(_MOST_WAIT)
     used = resource.getrusage(resource.RUSAGE_SELF)
