@@ -98,6 +98,8 @@ def _sparse(path: Path, dice: random.Random) -> None:
         file.truncate(2**36)
 
 
+_DEVICES = ("/dev/zero", "/dev/full", "/dev/null", "/proc/self/mem")
+
 #: Kinds of spec files: their names and what writes one.
 FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:20])} = {_odd_value(dice)}\n")),
@@ -119,7 +121,7 @@ FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
     ("no end", _text(lambda dice: 'title = """' + "\\" * dice.choice((1, 10**5)))),
     ("pipe", lambda path, dice: os.mkfifo(path)),
     ("folder", lambda path, dice: path.mkdir()),
-    ("device", lambda path, dice: path.symlink_to(dice.choice(("/dev/zero", "/dev/full", "/dev/null", "/proc/self/mem")))),
+    ("device", lambda path, dice: path.symlink_to(dice.choice(_DEVICES))),
     ("loop", lambda path, dice: path.symlink_to(path.name)),
     ("sparse", _sparse),
     ("64 MB", _text(lambda dice: b"# \n" * (2**26 // 3))),

