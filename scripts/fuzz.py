@@ -61,7 +61,7 @@ READING = {
 #: The atlases that are damaged.
 WHOLE = {
     "rolling.nc": "rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log contact=yes",
-    "curves.nc": "rolling roll_rate=2:3:5 tilt=1deg,2deg,4deg boundary=refined:1e-3 title='a < b'",
+    "curves.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg,4deg boundary=refined:1e-3 title='a < b'",
     "circling.nc": "circling precession_rate=0.5:4:6 tilt=5deg,10deg method=exact",
     "line.nc": "spinning precession_rate=1:6:9 tilt_rate=0.01",
     "steady.nc": "rolling tilt=10deg tilt_rate=0.01 alpha=0.5,1 precession_rate=0.5:2:4 roll_rate=steady",

@@ -56,17 +56,26 @@ def test_numbas_variables_keep_theirs(hostile):
     assert done.stdout.split() == ["0", "generic", "3"]
 
 
-@pytest.mark.parametrize("content", [MATPLOTLIBRC.encode(), b"\xff\xfe: ["])
-def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path, content):
-    """The command draws the same bytes beside a matplotlibrc, readable or not, and with settings in the environment."""
-    (tmp_path / "rc").write_bytes(content)
-    (hostile / "matplotlibrc").write_bytes(content)
+def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path):
+    """The command draws the same bytes beside a matplotlibrc and with settings in the environment."""
     with sweep.open_atlas(hostile / "atlas.nc") as atlas:
         plots.save(plots.figure([atlas]), tmp_path / "here.png")
     line = ["-m", "sweep", "plot", "atlas.nc", "-o", str(tmp_path / "there.png")]
-    done = started(hostile, *line, MATPLOTLIBRC=str(tmp_path / "rc"), MPLBACKEND="bad")
+    done = started(hostile, *line, MATPLOTLIBRC=str(hostile / "matplotlibrc"), MPLBACKEND="bad")
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "there.png").read_bytes() == (tmp_path / "here.png").read_bytes()
+
+
+def test_a_matplotlibrc_that_cannot_be_read_is_not_read(tmp_path):
+    """What would end the import of matplotlib does not end the command."""
+    (tmp_path / "matplotlibrc").write_bytes(b"\xff\xfe: [")
+    ignored = "from sweep.foreign_settings import ignore_matplotlibrc as ignore; ignore(); ignore()"
+    done = started(
+        tmp_path,
+        "-c",
+        f"{ignored}; import matplotlib, os; print(matplotlib.rcParams['font.size'], os.getcwd())",
+    )
+    assert (done.stdout.split(), done.stderr) == (["10.0", str(tmp_path)], "")
 
 
 def test_a_program_may_set_matplotlib_up_and_gets_the_same_figure(hostile, tmp_path):
