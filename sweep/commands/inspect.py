@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, number
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
@@ -48,7 +48,9 @@ def boundary(
     refine: Annotated[
         float | None,
         typer.Option(
-            metavar="WIDTH", help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9."
+            parser=number,
+            metavar="WIDTH",
+            help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9.",
         ),
     ] = None,
     output: Annotated[
@@ -83,7 +85,11 @@ def plot(
     criterion: Criterion = None,
     friction: Annotated[
         float | None,
-        typer.Option(help="Hatch where rolling without slip needs a larger friction coefficient."),
+        typer.Option(
+            parser=number,
+            metavar="FLOAT",
+            help="Hatch where rolling without slip needs a larger friction coefficient.",
+        ),
     ] = None,
     regimes: Annotated[
         bool,

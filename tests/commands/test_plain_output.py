@@ -48,3 +48,20 @@ def test_a_part_is_two_ascii_numbers(command, part):
     status, _, err = command(shlex.join(["block", "--run", "nowhere", "--part", part]))
     assert status == 2
     assert "A part is I/N with 1 <= I <= N" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        ("run rolling -o a.nc --threads", "\uff12"),
+        ("run rolling -o a.nc --block-cells", "1_000"),
+        ("run rolling -o a.nc --max-failed", "\u0661"),
+        ("boundary a.nc --refine", "1_0e-3"),
+        ("plot a.nc -o a.png --friction", "\uff11"),
+    ],
+)
+def test_numbers_of_options_are_ascii(command, option, text):
+    """Digits of other scripts and underscores are refused, for a reader would not know what was meant."""
+    status, out, err = command(f"{option} {text}")
+    assert (status, out) == (2, "")
+    assert "is not a valid" in err
