@@ -225,7 +225,11 @@ def _reset_peak() -> None:
 
 
 def _peak() -> int:
-    found = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="ascii"))
+    """Return the largest resident memory since `_reset_peak` [bytes]; 0 on systems without /proc."""
+    try:
+        found = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="ascii"))
+    except OSError:
+        return 0
     return int(found[1]) * 1024 if found else 0
 
 

@@ -187,3 +187,11 @@ def test_the_order_of_the_dimensions_does_not_matter(atlas):
     xr.testing.assert_equal(turned.eulerdisk.cell(**given), atlas.eulerdisk.cell(**given))
     with pytest.raises(RequestError, match=r"order.*dataset\.transpose\('roll_rate', 'tilt'"):
         sweep.reclassify(turned, "departure:2deg")
+
+
+def test_words_of_a_file_are_text(atlas):
+    """The title of a file is shown without its control characters, and cut; HTML in it is text."""
+    named = atlas.assign_attrs(title="<b>\x1b[31m" + "x" * 1000)
+    assert "<b>\\x1b[31mxxx" in repr(named.eulerdisk)
+    assert len(repr(named.eulerdisk).splitlines()[0]) < 120
+    assert "&lt;b&gt;" in named.eulerdisk._repr_html_()
