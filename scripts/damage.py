@@ -17,6 +17,9 @@ import h5py
 import netCDF4
 import numpy as np
 
+#: Changes an open file of an atlas.
+Edit = Callable[[Any, random.Random], None]
+
 #: Texts that break what is careless with them: mathematics, markup, control sequences, other scripts, length.
 TEXTS = (
     "",
@@ -78,7 +81,7 @@ SPECS: tuple[Callable[[dict[str, Any]], str], ...] = (
     lambda spec: json.dumps(_counted(spec, -1)),
     lambda spec: json.dumps(_counted(spec, 7.0)),
     lambda spec: json.dumps(_counted(spec, 7)),
-    *(lambda spec, text=text: json.dumps(spec | {"title": text}) for text in TEXTS),  # type: ignore[misc]
+    *(lambda spec, text=text: json.dumps(spec | {"title": text}) for text in TEXTS),
 )
 
 
@@ -438,7 +441,7 @@ def _classic_absurd(path: Path, dice: random.Random) -> None:
 
 
 def _other_netcdf(path: Path, dice: random.Random) -> None:
-    kind = dice.choice(
+    kind: Any = dice.choice(
         ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4", "NETCDF4_CLASSIC")
     )
     with netCDF4.Dataset(path, "w", format=kind) as file:
@@ -539,7 +542,7 @@ def damaged(path: Path, wholes: list[Path], dice: random.Random) -> str:
         return f"{way.__name__.lstrip('_')} of {whole.name}"
     if kind < 0.9:
         path.write_bytes(whole.read_bytes())
-        ways = [dice.choice(EDITS) for _ in range(dice.choice((1, 1, 1, 2)))]
+        ways: list[Edit] = [dice.choice(EDITS) for _ in range(dice.choice((1, 1, 1, 2)))]
         edit(path, ways, dice)
         return f"{', '.join(way.__name__.lstrip('_') for way in ways)} of {whole.name}"
     foreign = dice.choice(FOREIGN)
@@ -547,7 +550,7 @@ def damaged(path: Path, wholes: list[Path], dice: random.Random) -> str:
     return f"foreign: {foreign.__name__.lstrip('_')}"
 
 
-def edit(path: Path, ways: list[Callable[[Any, random.Random], None]], dice: random.Random) -> None:
+def edit(path: Path, ways: list[Edit], dice: random.Random) -> None:
     """Edit the structure of an atlas; what cannot be done to it is left out."""
     with h5py.File(path, "r+") as file:
         for way in ways:

@@ -3,6 +3,10 @@
 from typing import Self
 
 
+#: Characters of a message: a word of the user may have a million.
+_MOST_SHOWN = 4000
+
+
 class RequestError(Exception):
     """A request that cannot be carried out; nothing has been touched.
 
@@ -29,7 +33,9 @@ class RequestError(Exception):
     def __str__(self) -> str:
         """Return the error as one line that prints, whatever the words of the user or of a file hold."""
         place = f"{self.where}: " if self.where else ""
-        return printable(f"{place}{self.message} {self.hint}".rstrip())
+        text = printable(f"{place}{self.message} {self.hint}".rstrip())
+        # the sentence is at the end, behind what was given
+        return text if len(text) <= _MOST_SHOWN else f"{text[:1000]} ... {text[1000 - _MOST_SHOWN :]}"
 
     def at(self, where: str) -> Self:
         """Return the same error at another place."""

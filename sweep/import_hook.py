@@ -21,7 +21,8 @@ def when_imported(name: str, action: Callable[[], object], around: Around = lamb
     """
     if name in sys.modules:
         action()
-    else:
+    # a module that is imported again asks again
+    elif not any(isinstance(each, _Finder) and each.name == name for each in sys.meta_path):
         sys.meta_path.insert(0, _Finder(name, action, around))
 
 

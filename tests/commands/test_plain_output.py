@@ -39,6 +39,10 @@ def test_an_error_is_one_line_that_prints():
     """The words of the user and of files that an error repeats are spelled too."""
     error = RequestError("What \x1b]0;is\x07\nwrong.", "Do \u2028this.", "file\n.nc")
     assert str(error) == "file\\n.nc: What \\x1b]0;is\\x07\\nwrong. Do \\u2028this."
+    long = str(RequestError("It is too long.", where="x" * 10**6))
+    assert long.startswith("xxx")
+    assert long.endswith("xxx: It is too long.")
+    assert len(long) < 5000
     assert printable("\u6eda 5 $ [red]") == "\u6eda 5 $ [red]"
 
 
