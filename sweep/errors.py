@@ -2,7 +2,6 @@
 
 from typing import Self
 
-
 #: Characters of a message: a word of the user may have a million.
 _MOST_SHOWN = 4000
 
