@@ -53,22 +53,20 @@ def judged(ended, path, *lines):
 
 
 @pytest.mark.parametrize("way", damage.BYTES, ids=lambda way: way.__name__)
-@pytest.mark.parametrize("seed", range(2))
-def test_damaged_bytes(folder, tmp_path, ended, way, seed):
+def test_damaged_bytes(folder, tmp_path, ended, way):
     """A file whose bytes were changed, cut, moved or added to is read or refused."""
-    path, dice = folder / f"{tmp_path.name}.nc", random.Random(f"{way.__name__} {seed}")
+    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
     path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
-    judged(ended, path, "info {}", "compare rolling.nc {}")
+    judged(ended, path, "compare rolling.nc {}")
 
 
 @pytest.mark.parametrize("way", damage.EDITS, ids=lambda way: way.__name__)
-@pytest.mark.parametrize("seed", range(2))
-def test_edited_structure(folder, tmp_path, ended, way, seed):
+def test_edited_structure(folder, tmp_path, ended, way):
     """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
-    path, dice = folder / f"{tmp_path.name}.nc", random.Random(f"{way.__name__} {seed}")
+    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
     path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
     damage.edit(path, [way], dice)
-    judged(ended, path, "compare {} rolling.nc", "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
+    judged(ended, path, "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
 
 
 @pytest.mark.parametrize("number", range(len(damage.FOREIGN)))
@@ -88,7 +86,7 @@ def test_odd_spec_files(folder, tmp_path, ended, number):
     judged(ended, path, "plan {} --no-calibrate")
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(12))
 def test_odd_words(ended, seed):
     """A request of odd words is carried out or refused."""
     line = odd_words.words(random.Random(seed))
