@@ -2,7 +2,7 @@
 
 Of 38,000 files with damaged bytes none ended or stopped netCDF-C 4.10 with HDF5 2.2. But a link to the root group, or
 one part of a file copied over another, kept it in a loop, in some files with more memory every turn, and Python cannot
-interrupt that. The other process is a fork, which takes some milliseconds, where the process has one thread.
+interrupt that. The other process is a fork on Linux, which takes some milliseconds, and a new one elsewhere.
 """
 
 import contextlib
@@ -13,7 +13,6 @@ import resource
 import signal
 import subprocess
 import sys
-import threading
 import warnings
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,9 @@ from typing import Any
 #: What opening may take: seconds of processor time, seconds on the clock (a file may lie on a slow network), and bytes
 #: of memory beyond those of the process. A file is opened in milliseconds.
 _MOST_WORK, _MOST_WAIT, _MOST_BYTES = 2, 120, 2**29
+
+#: Seconds on the clock after which a new process takes the place of a fork.
+_MOST_WAIT_FORKED = 20
 
 #: Files up to this size [bytes] are read as a whole: then a chunk cannot keep the library either.
 _READ = 2**24
@@ -37,8 +39,7 @@ def check_opens(path: Path) -> None:
     OSError
         If it cannot be opened, or not within limits of time and memory; the text says which.
     """
-    forks = sys.platform == "linux" and threading.active_count() == 1
-    status, words = _in_a_fork(path) if forks else _in_a_new_process(path)
+    status, words = (_in_a_fork if sys.platform == "linux" else _in_a_new_process)(path)
     if status < 0:
         words = f"the library took more than {_MOST_WORK} s or {_MOST_BYTES >> 20} MB to open it, or was ended by it"
     if status:
@@ -48,14 +49,14 @@ def check_opens(path: Path) -> None:
 def _in_a_fork(path: Path) -> tuple[int, str]:
     read, write = os.pipe()
     with warnings.catch_warnings():
-        # threads of libraries alone, which the child does not use
+        # of threads, which the child does not have: see below
         warnings.simplefilter("ignore", DeprecationWarning)
         child = os.fork()
     if child == 0:
         status = 1
         try:
             os.close(read)
-            os.write(write, _attempt(path).encode("utf-8", "replace")[:_MESSAGE])
+            os.write(write, _attempt(path, _MOST_WAIT_FORKED).encode("utf-8", "replace")[:_MESSAGE])
             status = 0
         finally:
             # nothing of the parent's is flushed or closed by this process
@@ -64,6 +65,10 @@ def _in_a_fork(path: Path) -> tuple[int, str]:
     with os.fdopen(read, "rb") as pipe:
         words = pipe.read().decode("utf-8", "replace")
     _, ended = os.waitpid(child, 0)
+    if os.WIFSIGNALED(ended) and os.WTERMSIG(ended) == signal.SIGALRM:
+        # A slow disk, or another thread held a lock of the library when this process forked, which no thread of the
+        # child gives back.
+        return _in_a_new_process(path)
     return (-1, "") if ended else (int(bool(words)), words)
 
 
@@ -75,9 +80,9 @@ def _in_a_new_process(path: Path) -> tuple[int, str]:
     return (-1, "") if done.returncode else (int(bool(words)), words)
 
 
-def _attempt(path: Path) -> str:
+def _attempt(path: Path, wait: int = _MOST_WAIT) -> str:
     """Open the file within the limits, and return what is wrong with it; empty if nothing is."""
-    _limit()
+    _limit(wait)
     import netCDF4
 
     try:
@@ -103,11 +108,11 @@ def _read(file: Any, values: bool) -> None:
                 variable[...]
 
 
-def _limit() -> None:
+def _limit(wait: int) -> None:
     # the end of this process is an answer, and no fault to be printed
     faulthandler.disable()
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.alarm(_MOST_WAIT)
+    signal.alarm(wait)
     used = resource.getrusage(resource.RUSAGE_SELF)
     _lower(resource.RLIMIT_CPU, int(used.ru_utime + used.ru_stime) + _MOST_WORK)
     _lower(resource.RLIMIT_CORE, 0)

@@ -1,5 +1,7 @@
 """The other process in which a netCDF file is opened first."""
 
+import signal
+
 import h5py
 import pytest
 
@@ -33,11 +35,26 @@ def test_the_limits_are_those_of_the_other_process(folder, monkeypatch):
     """A file that takes longer than it may is refused in words; this process goes on."""
     monkeypatch.setattr(trial, "_MOST_WORK", 1)
 
-    def never(path):
-        trial._limit()
+    def never(path, wait):
+        trial._limit(wait)
         while True:
             pass
 
     monkeypatch.setattr(trial, "_attempt", never)
+    assert trial._in_a_fork(folder / "whole.nc") == (-1, "")
+    for way in ("_in_a_fork", "_in_a_new_process"):
+        monkeypatch.setattr(trial, way, lambda path: (-1, ""))
     with pytest.raises(OSError, match=r"more than 1 s or 512 MB"):
         trial.check_opens(folder / "whole.nc")
+
+
+def test_a_fork_that_waits_for_ever_is_replaced(folder, monkeypatch):
+    """Where a fork waits for a lock that nobody gives back, a new process opens the file."""
+    monkeypatch.setattr(trial, "_MOST_WAIT_FORKED", 1)
+
+    def waiting(path, wait):
+        trial._limit(wait)
+        signal.pause()
+
+    monkeypatch.setattr(trial, "_attempt", waiting)
+    assert trial._in_a_fork(folder / "whole.nc") == (0, "")
