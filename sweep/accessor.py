@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
-from sweep.errors import RequestError
+from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 
 if TYPE_CHECKING:
@@ -143,10 +143,10 @@ class Eulerdisk:
         if not _is_atlas(data):
             yield NAME, "not a stability atlas"
             return
-        yield NAME, str(data.attrs["title"])
+        yield NAME, shown(printable(str(data.attrs["title"])))
         sizes = data["ending"].sizes
         yield "grid", " x ".join(f"{name} {count}" for name, count in sizes.items()) or "one cell"
-        yield "criterion", str(data.attrs["criterion"])
+        yield "criterion", shown(printable(str(data.attrs["criterion"])))
         counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
         counts["undecided"] = data["ending"].size - sum(counts.values())
         yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)

@@ -13,6 +13,7 @@ import typer
 
 from sweep.commands import check, inspect, run, simulate
 from sweep.errors import RequestError
+from sweep.foreign_settings import ignore_matplotlibrc
 from sweep.platforms import check_system
 from sweep.version import __version__
 
@@ -63,6 +64,7 @@ def main() -> None:
     """
     try:
         check_system()
+        ignore_matplotlibrc()
         app(prog_name="eulerdisk")
     except RequestError as error:
         print(f"eulerdisk: {error}", file=sys.stderr)

@@ -2,6 +2,9 @@
 
 from typing import Self
 
+#: Characters of a message: a word of the user may have a million.
+_MOST_SHOWN = 4000
+
 
 class RequestError(Exception):
     """A request that cannot be carried out; nothing has been touched.
@@ -27,9 +30,11 @@ class RequestError(Exception):
         self.message, self.hint, self.where = message, hint, where
 
     def __str__(self) -> str:
-        """Return the error as one line."""
+        """Return the error as one line that prints, whatever the words of the user or of a file hold."""
         place = f"{self.where}: " if self.where else ""
-        return f"{place}{self.message} {self.hint}".rstrip()
+        text = printable(f"{place}{self.message} {self.hint}".rstrip())
+        # the sentence is at the end, behind what was given
+        return text if len(text) <= _MOST_SHOWN else f"{text[:1000]} ... {text[1000 - _MOST_SHOWN :]}"
 
     def at(self, where: str) -> Self:
         """Return the same error at another place."""
@@ -56,3 +61,12 @@ def shown(raw: object) -> str:
     """Return what a request gave, as it was given, short enough for a message."""
     text = raw if isinstance(raw, str) else repr(raw)
     return text if len(text) <= 80 else f"{text[:60]} ... {text[-15:]}"
+
+
+def printable(text: str) -> str:
+    """Return a text on one line with all that does not print escaped: XML may not hold it, and a terminal obeys it."""
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
+    )

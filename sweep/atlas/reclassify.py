@@ -83,5 +83,5 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
         criterion=str(spec.criterion),
         sweep_spec=spec.canonical(),
         sweep_fingerprint=spec.fingerprint(),
-        history=f"{dataset.attrs['history']}\n{created()} {done}",
+        history=f"{dataset.attrs.get('history', '')}\n{created()} {done}".lstrip("\n"),
     )

@@ -4,16 +4,10 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from sweep.checks.compare import Comparison, Finding
+from sweep.errors import printable
 
 #: Characters of an attribute that the words show; the JSON has all.
 _SHOWN = 60
-
-
-def plain(text: str) -> str:
-    """Return a text with all that does not print escaped: XML may not hold it, and a terminal may obey it."""
-    return "".join(
-        each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
-    )
 
 
 def in_words(comparison: Comparison) -> str:
@@ -34,7 +28,7 @@ def to_junit(comparison: Comparison, name: str) -> str:
     name : str
         What the suite is called, for example the name of the file.
     """
-    name = plain(name)
+    name = printable(name)
     failed = [finding for finding in comparison.findings if finding.different]
     counts = {"tests": str(len(comparison.findings)), "failures": str(len(failed)), "errors": "0"}
     root = ElementTree.Element("testsuites", counts)
@@ -81,7 +75,7 @@ def _lines(finding: Finding) -> Iterator[str]:
 
 def _what(finding: Finding) -> str:
     if finding.note:
-        return plain(finding.note)
+        return printable(finding.note)
     parts = [f"{finding.different} of {finding.values} differ"] if finding.different else []
     parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
     units = f" {finding.units}".removesuffix(" 1")
@@ -106,5 +100,5 @@ def _provenance(comparison: Comparison) -> Iterator[str]:
 
 
 def _short(text: str) -> str:
-    line = plain(" / ".join(text.splitlines())) or "(none)"
+    line = printable(" / ".join(text.splitlines())) or "(none)"
     return line if len(line) <= _SHOWN else f"{line[: _SHOWN - 4]} ..."

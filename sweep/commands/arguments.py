@@ -1,5 +1,7 @@
 """Arguments that several commands share, and the spec that they ask for."""
 
+import contextlib
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -7,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.commands.terminal import say
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
@@ -18,6 +20,21 @@ def _percentage(value: float) -> float:
     if not 0.0 <= value <= 100.0:
         raise typer.BadParameter(f"must be a percentage from 0 to 100; got {value:g}. Write --max-failed 5.")
     return value
+
+
+def whole_number(text: str) -> int:
+    """Return the whole number that a text spells in ASCII digits; not `int`, which reads those of all scripts."""
+    if re.fullmatch(r"[+-]?[0-9]{1,18}", str(text)):
+        return int(text)
+    raise typer.BadParameter(f"{shown(text)!r} is not a valid integer.")
+
+
+def number(text: str) -> float:
+    """Return the number that a text spells in ASCII digits, ``nan`` and ``inf`` included; not `float`, likewise."""
+    with contextlib.suppress(ValueError):
+        if str(text).isascii() and "_" not in str(text):
+            return float(text)
+    raise typer.BadParameter(f"{shown(text)!r} is not a valid float.")
 
 
 Words = Annotated[
@@ -43,14 +60,22 @@ AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the files to write if they exist.")]
 Criterion = Annotated[str | None, typer.Option(help="Judge by another criterion, e.g. departure:2deg.")]
-Threads = Annotated[int | None, typer.Option(help="Number of threads; default: all available.")]
+Threads = Annotated[
+    int | None,
+    typer.Option(parser=whole_number, metavar="INTEGER", help="Number of threads; default: all available."),
+]
 BlockCells = Annotated[
     int | None,
-    typer.Option(help="Cells per block, the most that a crash costs; default: about a second of work."),
+    typer.Option(
+        parser=whole_number,
+        metavar="INTEGER",
+        help="Cells per block, the most that a crash costs; default: about a second of work.",
+    ),
 ]
 MaxFailed = Annotated[
     float,
     typer.Option(
+        parser=number,
         metavar="PERCENT",
         help="Exit with status 1 if more cells than this are unresolved or invalid.",
         callback=_percentage,

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile, Overwrite
+from sweep.commands.terminal import show
 
 
 def verify(
@@ -34,7 +35,7 @@ def verify(
     if write is not None:
         save(audit, write, overwrite=overwrite)
     found = findings(audit)
-    print(audit_text(found, spec))
+    show(audit_text(found, spec))
     if not found.passed:
         raise typer.Exit(1)
 
@@ -90,9 +91,9 @@ def compare(
             unfinished.write_text(to_junit(comparison, new.name), encoding="utf-8")
     if as_json:
         files = {"new": str(new), "reference": str(reference)}
-        print(json.dumps(files | comparison.to_dict(), indent=1, allow_nan=False))
+        show(json.dumps(files | comparison.to_dict(), indent=1, allow_nan=False))
     else:
-        print(in_words(comparison))
+        show(in_words(comparison))
     if not comparison.same:
         raise typer.Exit(1)
 
@@ -131,7 +132,7 @@ def explain(
 
     with opened(atlas) as dataset:
         explanation = explained(dataset, given)
-    print(explanation.text)
+    show(explanation.text)
     if plot is not None:
         from sweep.figures import plots
 

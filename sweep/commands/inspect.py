@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite
-from sweep.commands.terminal import say
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, number
+from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
@@ -39,10 +39,10 @@ def info(
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
     elif folder is not None:
-        print(describe_run(folder))
+        show(describe_run(folder))
     if folder is None or atlas.is_file():
         with opened(atlas) as dataset:
-            print(describe(dataset))
+            show(describe(dataset))
             _warn(dataset)
 
 
@@ -61,7 +61,9 @@ def boundary(
     refine: Annotated[
         float | None,
         typer.Option(
-            metavar="WIDTH", help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9."
+            parser=number,
+            metavar="WIDTH",
+            help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9.",
         ),
     ] = None,
     output: Annotated[
@@ -87,7 +89,7 @@ def boundary(
             found = refined(found, refine)
         if output is not None:
             save(found, output, overwrite=overwrite)
-        print(boundary_table(found))
+        show(boundary_table(found))
 
 
 def plot(
@@ -96,7 +98,11 @@ def plot(
     criterion: Criterion = None,
     friction: Annotated[
         float | None,
-        typer.Option(help="Hatch where rolling without slip needs a larger friction coefficient."),
+        typer.Option(
+            parser=number,
+            metavar="FLOAT",
+            help="Hatch where rolling without slip needs a larger friction coefficient.",
+        ),
     ] = None,
     regimes: Annotated[
         bool,

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+#: Characters of a line, and lines, of an attribute that are shown.
+_MOST_SHOWN, _MOST_LINES = 300, 30
+
 #: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 
@@ -31,7 +34,7 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    known = {name: str(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
+    known = {name: _cut(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
     lines = [
         known["title"],
         "",
@@ -53,6 +56,12 @@ def describe(dataset: "xr.Dataset") -> str:
         f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
     ]
     return "\n".join(lines)
+
+
+def _cut(text: str) -> str:
+    """Return a text from a file, no longer than a person reads: its first lines, each with its first characters."""
+    lines = [line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]} ..." for line in text.split("\n")]
+    return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
 def boundary_table(dataset: "xr.Dataset") -> str:
@@ -269,15 +278,15 @@ def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
 
 
-def _most(values: "xr.DataArray") -> str:
+def _most(values: "xr.DataArray", form: str = ".1e") -> str:
     known = values.values[np.isfinite(values.values)]
-    return f"{known.max():.1e}" if known.size else "-"
+    return f"{known.max():{form}}" if known.size else "-"
 
 
 def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
-        found, halfwidth = dataset[measured].values, dataset[halfwidth_name].values
+        found = dataset[measured].values
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
         units = spec.model.parameters[axis].units
@@ -286,7 +295,7 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             lines.insert(
                 0,
                 f"stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {np.nanmax(halfwidth):.2g} at most, in {count} of {found.size} rows",
+                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in {count} of {found.size} rows",
             )
         else:
             lines[0] += f", along {axis} (stable {side})"

@@ -22,7 +22,7 @@ from sweep.commands.arguments import (
     Words,
     read_request,
 )
-from sweep.commands.terminal import reporting, say, stoppable
+from sweep.commands.terminal import reporting, say, show, stoppable
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def prepare(
     journal = array_jobs.prepare(
         request, output, overwrite=overwrite, block_cells=block_cells, command=command
     )
-    print(journal.folder)
+    show(str(journal.folder))
     say(f"{request.size} cells in {len(journal.spans)} blocks")
     _warn(request)
 
@@ -112,7 +112,7 @@ def block(
     threads: Threads = None,
 ) -> None:
     """Compute one part of a prepared run: every N-th block, without those that are already there."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part)
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part, re.ASCII)
     number, count = map(int, found.groups()) if found else (0, 0)
     if not 1 <= number <= count:
         raise RequestError(
@@ -167,12 +167,12 @@ def plan(
         used, there = usable_threads(threads), available_threads()
         rate = estimate.cells_per_second(request, threads)
         block_cells = block_cells or estimate.suitable_block(rate, estimate.least_cells(threads))
-    print("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
+    show("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
     _warn(request)
     try:
         estimate.check_room(output, estimate.run_bytes(request))
     except RequestError as problem:
-        print(f"does not fit: {problem}")
+        show(f"does not fit: {problem}")
         raise typer.Exit(1) from None
 
 
@@ -200,9 +200,9 @@ def warmup() -> None:
             spec = SweepSpec(model=model.name, method=method)
             run(spec)
             kernels += model.kernels(spec)
-            print(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
+            show(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
     check_cache(kernels)
-    print(f"cache  {cache_root()}")
+    show(f"cache  {cache_root()}")
 
 
 def _warn(request: "SweepSpec") -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import typer
 
-from sweep.errors import StoppedError
+from sweep.errors import StoppedError, printable
 
 if TYPE_CHECKING:
     from sweep.runs.executor import Progress
@@ -26,9 +26,14 @@ _Show = Callable[[int, int, str], None]
 _LOG_INTERVAL = 10.0
 
 
+def show(text: str) -> None:
+    """Print a result on standard output, its lines escaped by `printable`: words from files are no commands."""
+    print("\n".join(map(printable, text.split("\n"))))
+
+
 def say(text: str) -> None:
-    """Print a message on standard error."""
-    print(f"eulerdisk: {text}", file=sys.stderr)
+    """Print a message on standard error, in one line that prints."""
+    print(f"eulerdisk: {printable(text)}", file=sys.stderr)
 
 
 @contextmanager

@@ -180,6 +180,8 @@ def _integrator(model: Model, device: str) -> Any:
     """Return the kernel that integrates cells on a device: the processor, or an NVIDIA device."""
     if device == "cpu":
         return model.integrate.load()
+    # cells of a file are computed too, which another machine has made
+    _check_cuda()
     return import_module(_CUDA).bind(import_module(model.integrate.module).LANE_MODEL)
 
 
@@ -198,6 +200,10 @@ def check_device(spec: SweepSpec) -> None:
             hint="Leave device out: the exact method is fast without one.",
             where="device",
         )
+    _check_cuda()
+
+
+def _check_cuda() -> None:
     missing = _missing_cuda()
     if missing:
         raise RequestError(

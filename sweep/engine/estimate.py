@@ -205,9 +205,10 @@ def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
     share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
     picked: dict[str, list[float]] = {}
     for name in spec.axes:
-        values = getattr(spec, name).array()
-        count = max(1, round(len(values) * share))
-        picked[name] = [float(values[(2 * i + 1) * len(values) // (2 * count)]) for i in range(count)]
+        # not all values: a range may have more of them than memory holds
+        axis = getattr(spec, name)
+        count = max(1, round(len(axis) * share))
+        picked[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
     return spec.replace(**picked)
 
 

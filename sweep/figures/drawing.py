@@ -44,6 +44,11 @@ STYLE: Any = {
     "svg.hashsalt": "eulerdisk",
 }
 
+#: All settings: matplotlib's own defaults where the style says nothing. The backend is the program's.
+_SETTINGS = {
+    name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
+} | STYLE
+
 #: Largest number of points of the measured boundary that are drawn: more would merge into a thick line.
 MOST_POINTS = 24
 
@@ -84,9 +89,16 @@ _ROOM = 2.4
 
 
 @contextmanager
+def styled() -> Iterator[None]:
+    """Draw in the style of this package alone, whatever matplotlib was told by files or programs."""
+    with matplotlib.rc_context(_SETTINGS):
+        yield
+
+
+@contextmanager
 def sheet(width: float, height: float) -> Iterator[Figure]:
     """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         drawn = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(drawn)
         yield drawn
@@ -313,7 +325,7 @@ def _name_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
 
 def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
     axes.set_ylabel(quantity.plot_label)
-    positive = peak[np.isfinite(peak) & (peak > 0.0)]
+    positive = peak[np.isfinite(peak) & (peak > 1e-30)]
     if positive.size and positive.max() > SQUEEZED * positive.min():
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, positive.max() / positive.min())

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.curves import without_curves
-from sweep.atlas.dataset import edge_status, spec_named
+from sweep.atlas.dataset import edge_status, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 #: Points on a line of theory: a curve looks smooth, whatever the grid.
 _FINE = 400
+
+#: Values from here on are no rates and no angles.
+_LARGEST = 1e30
 
 #: First value of the coordinate on lines that end at zero, where their motions do not exist.
 _NEAR_ZERO = 1e-6
@@ -121,6 +124,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     dataset = without_curves(dataset).squeeze()
     spec = drawn_spec(dataset)
     model = spec.model
+    require(dataset, (model.peak, "stability"))
     control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
     joined = model.joined_edges(spec)
     dims = [str(name) for name in dataset["ending"].dims]
@@ -136,7 +140,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     order = tuple(filter(None, (y_name, x_name)))
     cells = dataset[[model.peak, "stability", "ending"]].transpose(*order).load()
     quantity, ending = model.variables[model.peak], cells["ending"].values
-    peak = cells[model.peak].values * quantity.plot_scale
+    peak = _drawable(cells[model.peak].values) * quantity.plot_scale
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
@@ -223,9 +227,10 @@ def _edges(
         if measured_name not in dataset:
             continue
         measured, half, analytic = (
-            np.atleast_1d(dataset[each].values) for each in (measured_name, halfwidth_name, critical_name)
+            np.atleast_1d(_drawable(dataset[each].values))
+            for each in (measured_name, halfwidth_name, critical_name)
         )
-        has = np.isfinite(measured)
+        has = np.isfinite(measured) & np.isfinite(half)
         middle, low, high = measured[has], (measured - half)[has], (measured + half)[has]
         critical, predicted = (np.atleast_1d(line) for line in lines.get(name, (nothing, nothing)))
         # where the analytic rate is zero (circling upright) there is nothing to compare with
@@ -246,6 +251,11 @@ def _edges(
         )
         edges.append(edge)
     return edges
+
+
+def _drawable(values: Array) -> Array:
+    """Return values that a damaged file has made too large to be drawn as NaN: their squares overflow."""
+    return np.asarray(np.where(np.abs(values) < _LARGEST, values, np.nan))
 
 
 def _spread(low: Array, middle: Array, high: Array) -> Array:

@@ -8,7 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
@@ -16,9 +15,10 @@ from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.drawing import COLOURS, STYLE, add_legend, draw_map, draw_profile, draw_ratio, sheet
+from sweep.figures.drawing import COLOURS, add_legend, draw_map, draw_profile, draw_ratio, sheet, styled
 from sweep.figures.panels import Panel, panel
 from sweep.figures.scales import set_log_ticks
+from sweep.figures.texts import set_title
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
@@ -34,6 +34,9 @@ _WIDTH, _HEIGHT, _STRIP, _LEGEND, _BAR = 3.6, 3.2, 1.0, 1.1, 0.7
 _MOST_IN_ROW = 3
 
 _DOTS_PER_INCH = 200
+
+#: Peaks up to here, if a file has them, are drawn in the first colour: a scale from them on would overflow.
+_LEAST = 1e-30
 
 #: Format -> the metadata that would record the date and the program, each set to None to leave it out.
 _METADATA: Mapping[str, Mapping[str, None]] = {
@@ -113,14 +116,14 @@ def save(drawn: Figure, path: str | Path) -> None:
     path = Path(path)
     ending = check_format(path)
     check_target(path, overwrite=True)
-    with matplotlib.rc_context(STYLE), published(path) as unfinished:
+    with styled(), published(path) as unfinished:
         drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_METADATA[ending])
 
 
 def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:
     draw_map(top, each, norm)
     draw_ratio(strip, each)
-    top.set_title(each.title)
+    set_title(top, each.title)
     strip.set_xlabel(top.get_xlabel())
     top.set_xlabel("")
     top.tick_params(axis="x", which="both", labelbottom=False)
@@ -132,14 +135,14 @@ def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
         draw_map(axes, each, norm)
     else:
         draw_profile(axes, each)
-    axes.set_title(each.title)
+    set_title(axes, each.title)
     add_legend(axes, axes, each.caption)
 
 
 def _norm(panels: Sequence[Panel]) -> LogNorm:
     """Return the colour scale of all panels."""
     peaks = np.concatenate([np.where(each.no_result, np.nan, each.peak).ravel() for each in panels])
-    peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)]
+    peaks = peaks[np.isfinite(peaks) & (peaks > _LEAST)]
     low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
     return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
 

@@ -2,23 +2,27 @@
 
 import contextlib
 import errno
+import math
+import warnings
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import COMPRESSION, FORMAT, Declaration, cell_declarations, coordinates
 from sweep.atlas.dataset import place_of, require, spec_named
+from sweep.atlas.structure import check_structure
 from sweep.engine.compute import Block
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.grid import Span, chunk_shape, chunks
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.files.paths import check_atlas, check_target
 from sweep.files.publish import published
+from sweep.files.trial import check_opens
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
 
@@ -28,6 +32,9 @@ if TYPE_CHECKING:
 #: Bytes of netCDF's chunk cache for one variable. Chunks are written and read whole, one after the other: netCDF's
 #: default, 16 MB for every variable, would hold chunks that are never used again.
 _CACHE_BYTES = 2**20
+
+#: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
+_MOST_PACKED = 1032
 
 
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
@@ -186,21 +193,64 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     check_atlas(path)
     import xarray as xr
 
+    # Only the libraries work here, and of a damaged file they raise all kinds of errors: AttributeError, KeyError,
+    # IndexError, MemoryError. Their warnings hold names from the file.
     try:
-        dataset = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError) as problem:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            check_opens(path)
+            check_claims(path)
+            dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+    except RequestError:
+        raise
+    except Exception as problem:
         raise RequestError(
             f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "
-            f"bytes: {problem}.",
+            f"bytes: {shown(str(problem))}.",
             hint="Make it again with eulerdisk run.",
             where=str(path),
         ) from problem
     try:
-        _check_format(dataset, path)
-    except RequestError:
+        return _as_atlas(dataset, path)
+    except BaseException:
         dataset.close()
         raise
-    return dataset
+
+
+def check_claims(path: Path) -> None:
+    """Refuse a netCDF file whose variables have more values than its bytes can hold, or are not numbers or text.
+
+    A few bytes can declare 2**40 cells, for which reading them would ask for memory.
+
+    Raises
+    ------
+    RequestError
+    OSError, RuntimeError and other errors of netCDF
+        If the file cannot be read.
+    """
+    import netCDF4
+
+    room = path.stat().st_size * _MOST_PACKED + 2**20
+    with netCDF4.Dataset(path) as file:
+        for name, variable in file.variables.items():
+            kind = variable.datatype
+            if not isinstance(kind, np.dtype) or kind.kind not in "iufS":
+                # types that users define cannot be spelled
+                found = kind if isinstance(kind, np.dtype) else type(kind).__name__
+                _refuse(path, f"{shown(name)} is of a type that no atlas has: {shown(str(found))}")
+            room -= math.prod(variable.shape) * kind.itemsize
+            if room < 0:
+                _refuse(
+                    path, f"{shown(name)} has more values than its bytes can hold, of shape {variable.shape}"
+                )
+
+
+def _refuse(path: Path, reason: str) -> NoReturn:
+    raise RequestError(
+        f"This file is no stability atlas, or a damaged one: {reason}.",
+        hint="Give a file made by eulerdisk run.",
+        where=str(path),
+    )
 
 
 @contextlib.contextmanager
@@ -220,31 +270,38 @@ def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
 def _damage_named(dataset: "xr.Dataset") -> Iterator[None]:
     try:
         yield
-    except RuntimeError as problem:
-        damaged = []
-        for name, variable in dataset.variables.items():
-            try:
-                variable.copy(deep=False).load()
-            except RuntimeError:
-                damaged.append(str(name))
-        # several files may be read: the error belongs to this one only if this one is damaged
+    except RequestError:
+        raise
+    except Exception as problem:
+        # several files may be read, or the defect be ours: the error belongs to this file only if it is damaged
+        damaged = [str(name) for name, variable in dataset.variables.items() if not _can_be_read(variable)]
         if not damaged:
             raise
         raise RequestError(
-            f"The file is damaged: {', '.join(damaged)} cannot be read ({problem}).",
+            f"The file is damaged: {', '.join(damaged)} cannot be read ({shown(str(problem))}).",
             hint="Make it again with eulerdisk run, or take a copy that is whole.",
             where=place_of(dataset),
         ) from problem
 
 
-def _check_format(dataset: "xr.Dataset", path: Path) -> None:
+def _can_be_read(variable: "xr.Variable") -> bool:
+    try:
+        variable.copy(deep=False).load()
+    except Exception:
+        # only the libraries work here: see `open_atlas`
+        return False
+    return True
+
+
+def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
+    """Return a dataset that was read from a file as an atlas; a RequestError says why it is none."""
     known = dataset.attrs.get("eulerdisk_format")
     try:
         version = int(str(known) if "sweep_spec" in dataset.attrs else "")
     except (TypeError, ValueError):
         raise RequestError(
             "This is not a stability atlas, which has the attributes eulerdisk_format, a number, and sweep_spec; got a "
-            f"netCDF file titled {dataset.attrs.get('title', '(no title)')!r}.",
+            f"netCDF file titled {shown(str(dataset.attrs.get('title', '(no title)')))!r}.",
             hint="Give a file made by eulerdisk run.",
             where=str(path),
         ) from None
@@ -254,4 +311,13 @@ def _check_format(dataset: "xr.Dataset", path: Path) -> None:
             hint="Update eulerdisk.",
             where=str(path),
         )
-    require(dataset, ("ending", "stability", *spec_named(dataset).model.extremes), str(path))
+    spec = spec_named(dataset)
+    require(dataset, ("ending", "stability", *spec.model.extremes), str(path))
+    check_structure(dataset, spec, str(path))
+    # the attribute `coordinates` of any variable may have made another one of them a coordinate
+    wrong = [name for name in dataset.coords if name not in spec.model.parameters]
+    if not wrong:
+        return dataset
+    found = dataset.reset_coords(wrong)
+    found.set_close(dataset.close)
+    return found

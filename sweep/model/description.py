@@ -74,8 +74,22 @@ class Endings:
         return self._codes[name]
 
     def of(self, code: float) -> Ending:
-        """Return the ending of a code."""
-        return next(each for each in self._all if each.code == int(code))
+        """Return the ending of a code.
+
+        Raises
+        ------
+        RequestError
+            If there is none, as in a damaged file.
+        """
+        for each in self._all:
+            if each.code == code:
+                return each
+        raise RequestError(
+            f"The file is damaged: a cell has the ending {code:g}, which is none of "
+            f"{', '.join(map(str, self.flags))}.",
+            hint="Check it with eulerdisk verify.",
+            where="ending",
+        )
 
     def codes(self, *roles: str) -> list[int]:
         """Return the codes of all endings with one of the roles."""

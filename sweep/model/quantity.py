@@ -116,8 +116,8 @@ class Quantity:
         return f"{value * self.plot_scale:.{digits}g} {self.shown_units}".rstrip()
 
     def flag(self, code: float) -> str:
-        """Return the name of a code of an enumerated quantity, in words."""
-        return (self.flags or {})[int(code)].replace("_", " ")
+        """Return the name of a code of an enumerated quantity, in words; of another number, the number."""
+        return (self.flags or {}).get(code, f"{code:g}").replace("_", " ")  # type: ignore[call-overload, no-any-return]
 
     def attributes(self) -> dict[str, object]:
         """Return the CF attributes, ASCII only; an enumerated quantity has flags instead of units."""

@@ -1,7 +1,7 @@
 """The axes of a grid: evenly spaced values, and values given one by one."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
@@ -14,6 +14,12 @@ _SPACINGS = ("linear", "log")
 
 #: Neighbours closer than this, relative to the larger end, could come out equal after rounding.
 _CLOSEST = 1e-12
+
+#: Values that are all made to know some of them: 8 MB.
+_MANY = 2**20
+
+#: Beyond this no disk holds the values.
+_MOST_VALUES = 2**40
 
 #: Nearer to the largest float, the steps between the ends overflow.
 _LARGEST = 1e300
@@ -65,6 +71,8 @@ class Range:
             self._refuse(
                 "A range must have count >= 1", "Give how many values the range has, as in 0.5:6:400."
             )
+        if self.count > _MOST_VALUES:
+            self._refuse(f"A range has at most {_MOST_VALUES} values", "Give a smaller count.")
         if self.start > self.stop:
             self._refuse("A range must go up, start < stop", "Put the smaller end first.")
         if self.count == 1 and self.start != self.stop:
@@ -107,6 +115,15 @@ class Range:
     def ends(self) -> Array:
         """Return the smallest and the largest value, shape (2,)."""
         return np.array([self.start, self.stop])
+
+    def at(self, places: Sequence[int]) -> Array:
+        """Return the values at some places, shape of `places`; of more than `_MANY` up to rounding, one by one."""
+        if self.count <= _MANY:
+            return self.array()[np.asarray(places, np.intp)]
+        share = np.asarray(places) / max(self.count - 1, 1)
+        ends = np.log(self.ends()) if self.spacing == "log" else self.ends()
+        values = ends[0] + (ends[1] - ends[0]) * share
+        return np.asarray(np.clip(np.exp(values) if self.spacing == "log" else values, self.start, self.stop))
 
     def array(self) -> Array:
         """Return the values, shape (count,), float64, increasing, in SI; the ends are exact."""
@@ -160,6 +177,10 @@ class Values:
     def ends(self) -> Array:
         """Return the smallest and the largest value, shape (2,)."""
         return np.array([self.values[0], self.values[-1]])
+
+    def at(self, places: Sequence[int]) -> Array:
+        """Return the values at some places, shape of `places`."""
+        return self.array()[np.asarray(places, np.intp)]
 
     def array(self) -> Array:
         """Return the values, shape (n,), float64, increasing, in SI."""

@@ -92,7 +92,8 @@ class SweepSpec:
     device: str
     _values: Mapping[str, Any]
 
-    def __init__(self, **words: Any) -> None:
+    # the names of words are the user's, and "self" may be one of them
+    def __init__(self, /, **words: Any) -> None:
         model = registry.named(str(words.pop("model", registry.DEFAULT)))
         order = words.pop("axes", None)
         known = names(model)

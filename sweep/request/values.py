@@ -24,6 +24,11 @@ _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
+#: Units multiplied and divided, each with a small power: nothing else reaches pint, which calculates what it is given
+#: (``m*(9**9**9)`` takes for ever).
+_FACTOR = r"(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
+_UNIT = re.compile(rf"{_FACTOR}(?:(?: ?[*/] ?| ){_FACTOR}){{0,9}}")
+_MOST_UNIT, _LONG_NUMBER = 80, re.compile(r"\d{3}")
 NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
 #: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
 _MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
@@ -184,13 +189,20 @@ def _refuse(raw: object) -> NoReturn:
     raise RequestError(f"{shown(raw)} is no value. A value is {_VALUE}.", hint=hint)
 
 
+def plain_number(text: str) -> float:
+    """Return the number that a text spells in ASCII, without a unit; NaN if it spells none."""
+    match = _NUMBER.fullmatch(text.strip())
+    return float(match[1]) if match and not match[2] else math.nan
+
+
 def factor_to_si(unit: str, quantity: Quantity) -> float:
     """Return the factor from a number in `unit` to the SI units of a quantity.
 
     Parameters
     ----------
     unit : str
-        Any spelling that pint knows, that of CF (``m s-2``) and the common one (``m/s2``); empty for none.
+        Names that pint knows, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF, ``m/s2``,
+        ``m/s**2``, ``meter per second``; empty for none.
     quantity : Quantity
         Says which units fit.
 
@@ -210,8 +222,9 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     if not units:
         units, factor = _ask_pint(unit, quantity.units)
     if units != quantity.units:
+        fitting = _FITTING.get(quantity.units, quantity.units)
         raise RequestError(
-            f"The unit {unit!r} does not fit: {quantity.name} takes {_FITTING.get(quantity.units, quantity.units)}.",
+            f"The unit {shown(unit)!r} does not fit: {quantity.name} takes {fitting}.",
             hint="Use a unit that fits, or a bare number in SI.",
         )
     return factor
@@ -220,11 +233,17 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
 @lru_cache
 def _ask_pint(unit: str, units: str) -> tuple[str, float]:
     """Return `units` with the factor from `unit` to them; other units where the two do not measure the same."""
+    if len(unit) > _MOST_UNIT or not _UNIT.fullmatch(unit) or _LONG_NUMBER.search(unit):
+        raise RequestError(
+            f"The unit {shown(unit)!r} is not known: units are names that pint knows, multiplied and divided, each "
+            "with a whole power below 100.",
+            hint="Write it as in deg, rpm, m/s2, rad s-1.",
+        )
     try:
         root = _root(unit)
     except Exception as problem:  # pint meets bad text with assertions, tokenizer errors and more of its own
         raise RequestError(
-            f"The unit {unit!r} is not known; units are those of pint.",
+            f"The unit {shown(unit)!r} is not known; units are those of pint.",
             hint="Check the spelling, as in deg, rpm, m/s2.",
         ) from problem
     if units == "1":

@@ -12,13 +12,18 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.criterion import Criterion
-from sweep.request.values import NOT_FINITE, Value, read_number, read_value
+from sweep.request.regular_files import read_regular
+from sweep.request.values import NOT_FINITE, Value, plain_number, read_number, read_value
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
 
 #: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
+
+#: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
+#: 20,000 parts the parser makes gigabytes.
+_MOST_BYTES, _MOST_DOTS = 2**20, 50
 
 #: Where the cells are computed.
 DEVICES = ("cpu", "cuda")
@@ -89,7 +94,10 @@ def read_file(path: Path) -> dict[str, object]:
     import tomllib
 
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
+        if any(part.count(".") > _MOST_DOTS for line in text.splitlines() for part in line.split(",")):
+            raise RecursionError
+        return tomllib.loads(text)
     except OSError as problem:
         raise RequestError(
             f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
@@ -103,6 +111,13 @@ def read_file(path: Path) -> dict[str, object]:
             f"The spec file is not TOML: {problem}. A spec file holds lines NAME = VALUE, text in quotes, as in "
             'tilt = "0.1deg:5deg:200:log".',
             hint="Correct that line.",
+            where=str(path),
+        ) from problem
+    except RecursionError as problem:
+        raise RequestError(
+            "The spec file is no request: its arrays, tables or dotted names are nested too deep to be read. A spec "
+            "file holds lines NAME = VALUE.",
+            hint="Write lists as in alpha = [0.5, 1].",
             where=str(path),
         ) from problem
 
@@ -284,10 +299,7 @@ def _boundary(text: str) -> str:
     word, _, width = text.partition(":")
     if text == GRID:
         return text
-    try:
-        value = float(width or REFINED_WIDTH)
-    except ValueError:
-        value = 0.0
+    value = plain_number(width) if width else REFINED_WIDTH
     if word.strip() == REFINED and 0.0 < value < float("inf"):
         return f"{REFINED}:{value!r}"
     raise RequestError(

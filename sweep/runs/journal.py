@@ -21,8 +21,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep.engine.estimate import journal_bytes
 from sweep.errors import RequestError
 from sweep.files.publish import publish_bytes
+from sweep.request.regular_files import read_regular
 from sweep.runs.manifest import MANIFEST, Manifest
 
 #: The measured columns of a block: name -> array with one value per cell.
@@ -77,7 +79,7 @@ class Journal:
         with contextlib.suppress(FileNotFoundError):
             for path in sorted(self._blocks.glob(f"*{BLOCK}")):
                 number = path.name.partition("-")[0]
-                if number.isdecimal() and int(number) < len(self.spans):
+                if number.isascii() and number.isdecimal() and int(number) < len(self.spans):
                     found.setdefault(int(number), []).append(path)
         return found
 
@@ -140,7 +142,7 @@ class Journal:
             raise DamagedBlockError(f"block {number} is not there")
         path = paths[0]
         try:
-            content = path.read_bytes()
+            content = read_regular(path, int(2.0 * journal_bytes(self.spec, len(self.spans[number]))))
         except OSError as problem:
             raise DamagedBlockError(f"{path.name}: {problem}") from problem
         if path.stem.partition("-")[2] != self._checksum(number, content):

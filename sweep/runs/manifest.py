@@ -13,10 +13,14 @@ from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
 from sweep.files.publish import publish_bytes
+from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 
 #: Name of the file in the folder of a run.
 MANIFEST = "manifest.json"
+
+#: Bytes of a manifest at most: its spec may hold a long list.
+_MOST_BYTES = 2**24
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
 FORMAT = 3
@@ -89,13 +93,13 @@ class Manifest:
     def read(cls, path: Path) -> Self:
         """Return the manifest in a file; a RequestError says that it is damaged or of another version."""
         try:
-            content = json.loads(path.read_text(encoding="ascii"))
+            content = json.loads(read_regular(path, _MOST_BYTES).decode("ascii"))
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
             return cls(spec, **({"fingerprint": ""} | content))
-        except (ValueError, TypeError, KeyError, AttributeError, RequestError) as problem:
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
                 f"The manifest of this run is damaged, or of another version of this program: {problem}.",
                 hint=f"Go on with the version that began the run, or start anew after {discard(path.parent)}.",

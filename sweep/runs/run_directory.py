@@ -11,6 +11,7 @@ from sweep.engine import estimate
 from sweep.errors import RequestError
 from sweep.files.paths import check_target
 from sweep.files.publish import publish, publish_bytes, refusals, sync_folder
+from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
 from sweep.runs.locks import LOCK, OWNER, locked
@@ -125,7 +126,8 @@ def publish_file(folder: Path, path: Path, spec: SweepSpec) -> None:
 def has_published(folder: Path, path: Path, spec: SweepSpec) -> bool:
     """Return whether a run of `spec` has published its file, and was killed before it removed its folder."""
     try:
-        return (folder / PUBLISHED).read_bytes() == _record(path, spec)
+        record = _record(path, spec)
+        return read_regular(folder / PUBLISHED, len(record)) == record
     except OSError:
         return False
 

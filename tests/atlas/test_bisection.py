@@ -125,8 +125,8 @@ def test_a_bracket_is_no_narrower_than_what_is_known(words, tolerance):
         off, half = np.abs(found[name] - exact[name]), found[f"{name}_halfwidth"]
         both = half + exact[f"{name}_halfwidth"]
         assert bool(((off <= both) | found[name].isnull()).all()), float((off / both).max())
-        # and not wider than the tolerance of the tilts is worth: they change by 0.05 rad and more for 1 rad/s, and twice
-        # the stated error counts on each side
+        # and not wider than the tolerance of the tilts is worth: they change by 0.05 rad and more for 1 rad/s, and
+        # twice the stated error counts on each side
         assert float(half.max()) <= 2.0 * 2.0 * tolerance / 0.05 + 1e-9
 
 

@@ -114,3 +114,13 @@ def test_a_criterion_that_judges_by_other_variables(monkeypatch):
     found = sweep.reclassify(atlas, "departure:2deg").stability
     assert ((found == UNSTABLE) == (atlas.fall_time < middle)).all()
     assert 0 < (found == UNSTABLE).sum() < found.size
+
+
+def test_refining_on_a_device_that_is_not_here_is_refused(monkeypatch):
+    """An atlas that another machine has made on its device can be read, and is not refined without one."""
+    monkeypatch.setattr("sweep.engine.compute._missing_cuda", lambda: "there is none")
+    atlas = sweep.run(SPECS["rolling"])
+    made = SPECS["rolling"].replace(device="cuda")
+    elsewhere = atlas.assign_attrs(sweep_spec=made.canonical(), sweep_fingerprint=made.fingerprint())
+    with pytest.raises(RequestError, match="cannot compute with CUDA: there is none"):
+        sweep.refine(elsewhere, 1e-3)

@@ -4,7 +4,9 @@ import dataclasses
 import hashlib
 import json
 import math
+import os
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -302,3 +304,38 @@ def test_contact_is_silent_unless_asked_for():
 def test_headline_says_what_is_looked_at(preset, changes, headline):
     """A preset with other words is not called what it no longer is; a title of one's own stays."""
     assert SweepSpec.preset(preset).replace(**changes).headline == headline
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a = " + "[" * 100_000, "a = " + "{b = " * 5000, ".".join("a" * 20_000) + " = 1"],
+    ids=["[", "{", "."],
+)
+def test_a_spec_file_that_nests_without_end_is_refused(spec_file, text):
+    """Arrays, tables and dotted names nested too deep to be parsed are told with the file."""
+    with pytest.raises(RequestError, match=r"sweep\.toml: The spec file is no request: .* nested too deep"):
+        SweepSpec.from_toml(spec_file(text))
+
+
+def test_a_spec_is_a_small_file(tmp_path):
+    """A pipe, a device and a file of more than a megabyte are refused before they are read."""
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    (tmp_path / "large.toml").write_text("# \n" * 400_000, encoding="utf-8")
+    for name, what in (
+        ("pipe", "not a regular file"),
+        ("zero", "not a regular file"),
+        ("large", "of at most 1048576"),
+    ):
+        with pytest.raises(RequestError, match=f"The spec file cannot be read: .*{what}"):
+            SweepSpec.from_toml(tmp_path / f"{name}.toml")
+
+
+def test_any_word_of_a_file_is_a_word(spec_file):
+    """A file may hold names that are those of arguments; a count may be beyond any number of the machine."""
+    with pytest.raises(RequestError, match="self is no word"):
+        SweepSpec.from_toml(spec_file("self = 1"))
+    held = SweepSpec.preset("rolling").canonical()
+    for count in (2**62, 10**400):
+        with pytest.raises(RequestError, match="at most 1099511627776 values"):
+            SweepSpec.from_canonical(re.sub(r'"count":\d+', f'"count":{count}', held, count=1))

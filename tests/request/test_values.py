@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError, shown
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
 from sweep.request.axes import Range, Values
-from sweep.request.values import _EVERYDAY, factor_to_si, read_number, read_value
+from sweep.request.values import _EVERYDAY, factor_to_si, plain_number, read_number, read_value
 
 TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]
 ALPHA, RADIUS, GRAVITY = PARAMETERS["alpha"], PARAMETERS["radius"], PARAMETERS["gravity"]
@@ -207,3 +207,50 @@ def test_everyday_units_agree_with_pint(unit):
 def test_no_unit_is_si():
     """A number without a unit is in the SI unit of its quantity."""
     assert factor_to_si("", TILT) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("raw", "quantity", "value"),
+    [
+        ("2 m*m/m", RADIUS, 2.0),
+        ("2 m**2/m", RADIUS, 2.0),
+        ("2 m^2 / m", RADIUS, 2.0),
+        ("2 meter", RADIUS, 2.0),
+        ("60 degree per minute", RATE, math.radians(1.0)),
+        ("3 rad\u00b7s/s**2", RATE, None),
+        ("4 cm s-2", GRAVITY, 0.04),
+        ("5 m/s\u00b2", GRAVITY, 5.0),
+        ("6 \u00b5m", RADIUS, 6e-6),
+        ("50 %", ALPHA, 0.5),
+    ],
+)
+def test_units_are_multiplied_and_divided(raw, quantity, value):
+    """The algebra of units that a hand writes: products, quotients and small whole powers of names."""
+    if value is None:
+        with pytest.raises(RequestError, match="not known"):
+            read_value(raw, quantity)
+    else:
+        assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        "m*(9**9**9)",
+        "m**9**9**9", "m**999999999", "m^-100", "m999999999", "(m)", "m[0]", "m.real", "m+m", "m//m", "m%m",
+        "'m'", "lambda:m", "m*9", "9", "m**m", "m" * 10**6, "*m" * 100, "m\n*m" * 50, "\uff4d**\uff19\uff19\uff19",
+    ],
+)  # fmt: skip
+def test_nothing_but_units_reaches_pint(unit, monkeypatch):
+    """What a unit is multiplied with, called or raised to is refused before anything is calculated."""
+    monkeypatch.setattr("sweep.request.values._root", lambda unit: pytest.fail(f"pint was asked for {unit}"))
+    with pytest.raises(RequestError, match=r"not known|is no value") as caught:
+        read_value(f"1 {unit}", RADIUS)
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("text", ["\uff11e-6", "1_0", "1 m", "0x1", "", "1e", "nan"])
+def test_a_plain_number_is_ascii(text):
+    """Digits of other scripts, underscores and units make no plain number."""
+    assert math.isnan(plain_number(text))
+    assert plain_number(" 1e-6 ") == 1e-6

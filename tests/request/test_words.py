@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.request.spec import SweepSpec
-from sweep.request.words import names, options
+from sweep.request.words import names, options, read_word
 
 
 def refused(facts, make, *given):
@@ -185,3 +185,10 @@ def test_whatever_is_given_is_read_or_refused(words):
         SweepSpec(**words)
     except RequestError:
         return
+
+
+@pytest.mark.parametrize("width", ["\uff11e-6", "1_0e-6", "1e-6 m", "nan", "inf", "0"])
+def test_the_width_of_a_boundary_is_a_number_in_ascii(width):
+    """Digits of other scripts, underscores and units are no width."""
+    with pytest.raises(RequestError, match="boundary is grid, refined or refined:WIDTH"):
+        read_word("boundary", f"refined:{width}", DISK)

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import os
 
 import numpy as np
 import pytest
@@ -219,3 +220,22 @@ def test_two_kinds_of_nan_are_two_values():
     period = np.full(600, np.nan)
     period.view(np.uint64)[300] += 1
     assert_same_columns(decode(encode({"period": period}, 20), 600), {"period": period})
+
+
+def test_a_block_that_is_no_file_is_not_waited_for(journal):
+    """A pipe or a device under the name of a block is a damaged block, like one that is too large."""
+    (path,), blocks = journal.held()[2], journal.folder / "blocks"
+    os.mkfifo(blocks / "000000-00000000.block")
+    (blocks / "000001-00000000.block").symlink_to("/dev/zero")
+    with open(path, "ab") as file:
+        file.truncate(10**9)
+    missing, damaged = journal.verify(range(4))
+    assert missing == [0, 1, 2, 3]
+    words = ("regular", "regular", "of at most")
+    assert all(word in text for word, text in zip(words, damaged, strict=True))
+
+
+def test_a_block_has_a_number_in_ascii(journal):
+    """Digits of other scripts are no number of a block."""
+    (journal.folder / "blocks" / "\uff11-00000000.block").touch()
+    assert list(journal.held()) == [2]

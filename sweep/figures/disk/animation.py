@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from sweep.errors import RequestError
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.disk.motion_plots import poses_at
-from sweep.figures.drawing import STYLE
+from sweep.figures.drawing import styled
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME
@@ -94,7 +93,7 @@ def _frames(dataset: "xr.Dataset", moments: Array, progress: Progress | None) ->
     follows = reach > _WHOLE * radius
     middle = np.array([0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())])
     size = (0.5 * _WHOLE if follows else reach / radius + 1.6) * radius
-    with matplotlib.rc_context(STYLE):
+    with styled():
         drawn = Figure(figsize=(_WIDTH, _HEIGHT), dpi=_DOTS_PER_INCH)
         canvas = FigureCanvasAgg(drawn)
         for i, pose in enumerate(poses_at(dataset, moments)):

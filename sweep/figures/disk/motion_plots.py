@@ -10,6 +10,7 @@ from matplotlib.font_manager import FontProperties
 
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.drawing import sheet
+from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME, TRAJECTORY
@@ -44,7 +45,8 @@ def figure(dataset: "xr.Dataset") -> Figure:
         draw_tilt(drawn.add_subplot(grid[1, 0]), dataset)
         draw_path(drawn.add_subplot(grid[1, 1]), dataset)
         draw_contact(drawn.add_subplot(grid[1, 2]), dataset)
-        drawn.suptitle(dataset.attrs["title"], fontsize=10.0, fontweight="bold", x=0.01, ha="left")
+        title = fitted(dataset.attrs["title"], 10.0, 7.0)
+        drawn.suptitle(title, fontsize=10.0, fontweight="bold", x=0.01, ha="left", parse_math=False)
     return drawn
 
 
@@ -55,7 +57,9 @@ def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dat
             draw(axes, dataset)
             legend = axes.get_legend()
             assert legend is not None
-            legend.set_title(dataset.attrs["title"], FontProperties(size=8.5, weight="bold"))
+            title = fitted(dataset.attrs["title"], 8.5, 3.2)
+            legend.set_title(title, FontProperties(size=8.5, weight="bold"))
+            legend.get_title().set_parse_math(False)
     return drawn
 
 

@@ -20,6 +20,7 @@ from sweep.errors import RequestError
 from sweep.figures.drawing import HALO, INK, add_legend, hatch, name_regions, sheet
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_scaled_axis, set_scale
+from sweep.figures.texts import set_title
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
@@ -171,7 +172,7 @@ def _draw(axes: "Axes", each: Regimes) -> None:
         axes.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, label=name.replace("\n", ", "), linewidth=0.0, **look))
     if panel.unit is not None:
         add_scaled_axis(axes, "y", panel.y, panel.unit)
-    axes.set_title(panel.title)
+    set_title(axes, panel.title)
     add_legend(axes, axes, each.caption)
 
 

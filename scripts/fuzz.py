@@ -1,0 +1,333 @@
+"""Feed damaged and foreign files, spec files and words to every command that reads, and judge how each ends.
+
+A case is one command line. It ends well with a documented exit status, within 10 s and 1 GB of resident memory, and
+with a refusal in one printable line if it refuses; never with a traceback, a hang or the end of its process. Many cases
+run in one process, which is replaced when a case has ended it. Ends with 1 if a case did not end well.
+"""
+
+import argparse
+import collections
+import json
+import os
+import random
+import re
+import select
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from damage import damaged
+from odd_words import spec_file, words
+
+from sweep.errors import printable
+
+#: Seconds of processor time and bytes of resident memory that a case may take, and seconds on the clock after which it
+#: hangs: the machine may have other work.
+MOST_SECONDS, MOST_BYTES, PATIENCE = 10.0, 10**9, 60.0
+
+#: A process that has grown to this is replaced: what its cases left behind is not what the next one takes.
+_WORN = 6 * 10**8
+
+#: Cases printed of those that end badly in the same way.
+_MOST_PRINTED = 3
+
+#: Exit statuses that a case may have: done, a check that failed, a refused request, a file system that refuses.
+_STATUSES = (0, 1, 2, 3)
+
+#: What each command is asked of a file.
+READING = {
+    "info": "info {}",
+    "boundary": "boundary {}",
+    "criterion": "boundary {} --criterion departure:1deg -o OUT/boundary.nc --overwrite",
+    "refine": "boundary {} --refine 0.01",
+    "plot": "plot {} -o OUT/map.png",
+    "friction": "plot {} WHOLE --friction 0.5 -o OUT/map.svg",
+    "regimes": "plot {} --regimes -o OUT/regimes.png",
+    "verify": "verify {} --write OUT/audit.nc --overwrite",
+    "compare": "compare {} WHOLE",
+    "reference": "compare WHOLE {} --json --junit OUT/out.xml",
+    "common": "compare {} WHOLE --common",
+    "explain": "explain {} tilt=2deg roll_rate=2.5 --plot OUT/cell.png",
+    "csv": "export {} --to csv -o OUT/out.csv --overwrite",
+    "parquet": "export {} --to parquet -o OUT/out.parquet --overwrite",
+    "zarr": "export {} --to zarr -o OUT/out.zarr --overwrite",
+    "run": "run --from {} -o OUT/again.nc --overwrite",
+}
+
+#: The atlases that are damaged.
+WHOLE = {
+    "rolling.nc": "rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log contact=yes",
+    "curves.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg,4deg boundary=refined:1e-3 title='a < b'",
+    "circling.nc": "circling precession_rate=0.5:4:6 tilt=5deg,10deg method=exact",
+    "line.nc": "spinning precession_rate=1:6:9 tilt_rate=0.01",
+    "steady.nc": "rolling tilt=10deg tilt_rate=0.01 alpha=0.5,1 precession_rate=0.5:2:4 roll_rate=steady",
+}
+
+_CONTROL = re.compile(r"[^\n\x20-\x7e\xa0-\U0010ffff]|[\u202a-\u202e\u2066-\u2069]")
+
+
+@dataclass(frozen=True)
+class End:
+    """How a case ended: status, outputs, seconds of processor time, largest resident memory; `fault` if by a crash."""
+
+    status: object
+    out: str
+    err: str
+    seconds: float
+    resident: int
+    fault: str = ""
+
+
+def faults(end: End) -> list[str]:
+    """Return what is wrong with how a case ended, in words; nothing if it ended well."""
+    if end.fault:
+        return [end.fault]
+    found = []
+    if end.status not in _STATUSES:
+        last = end.err.strip().rpartition("\n")[2]
+        found.append(f"status {end.status}: {last[:300]}")
+    if end.seconds > MOST_SECONDS:
+        found.append(f"{end.seconds:.0f} s")
+    if end.resident > MOST_BYTES:
+        found.append(f"{end.resident / 1e9:.1f} GB")
+    if _CONTROL.search(end.out + end.err):
+        found.append("control characters")
+    if "Traceback" in end.out + end.err or "Warning" in end.err or "HDF5-DIAG" in end.err:
+        found.append(f"words for developers: {end.err.strip()[-300:]}")
+    if end.status == 2 and not (end.err.startswith(("eulerdisk: ", "Usage: ")) and len(end.err) < 10_000):
+        found.append(f"no sentence of at most 10 kB: {end.err[:200]!r}")
+    if len(end.out) > 10**6:
+        found.append("a megabyte of output")
+    return found
+
+
+class Worker:
+    """A process that runs command lines one after the other; after a crash or a hang another takes its place."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def run(self, line: list[str], patience: float = PATIENCE) -> End:
+        """Run one command line; it is stopped when it takes longer than `patience` or twice the memory that it may."""
+        if self._process is not None and _resident(self._process.pid) > _WORN:
+            self.close()
+        process = self._process or self._started()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps(line).encode() + b"\n")
+        process.stdin.flush()
+        began = time.monotonic()
+        fault = ""
+        while not fault:
+            if select.select([process.stdout], [], [], 0.05)[0]:
+                answer = process.stdout.readline()
+                if answer:
+                    return End(**json.loads(answer))
+                fault = f"the process ended with {process.wait()}: {self._last_words()}"
+            elif time.monotonic() - began > patience:
+                fault = f"a hang of more than {patience:.0f} s"
+            elif _resident(process.pid) > 2 * MOST_BYTES:
+                fault = "more than 2 GB of resident memory"
+        self.close()
+        return End(None, "", "", time.monotonic() - began, 0, fault)
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+    def _last_words(self) -> str:
+        return (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()[-300:]
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        self._process = subprocess.Popen(
+            [sys.executable, __file__, "--worker", str(self._folder)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd=self._folder,
+        )
+        # imports and kernels are loaded before the first case is timed
+        assert self._process.stdout is not None
+        self._process.stdout.readline()
+        return self._process
+
+
+def _resident(process: int) -> int:
+    try:
+        status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
+    except OSError:
+        return 0
+    found = re.search(r"VmRSS:\s+(\d+)", status)
+    return int(found[1]) * 1024 if found else 0
+
+
+def work(folder: Path) -> None:
+    """Run the command lines that come on standard input, and answer on standard output; the process of a `Worker`."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    from sweep import cli
+
+    for warm in (["verify", "rolling.nc"], ["plot", "rolling.nc", "--regimes", "-o", "OUT/warm.png"]):
+        _ended(cli.main, warm, folder)
+    print("ready", file=answers, flush=True)
+    for line in sys.stdin:
+        print(json.dumps(_ended(cli.main, json.loads(line), folder)), file=answers, flush=True)
+
+
+def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
+    import traceback
+
+    # C libraries write to the descriptors, past sys.stdout
+    handles = [os.open(folder / name, os.O_RDWR | os.O_CREAT | os.O_TRUNC) for name in ("out", "err")]
+    for number, handle in enumerate(handles, 1):
+        os.dup2(handle, number)
+    sys.argv = ["eulerdisk", *line]
+    _reset_peak()
+    began = _worked()
+    status: object = 0
+    try:
+        main()  # type: ignore[operator]
+    except SystemExit as end:
+        status = end.code or 0
+    except BaseException:
+        status = "exception"
+        traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    seconds = _worked() - began
+    texts = [_text(handle) for handle in handles]
+    return {"status": status, "out": texts[0], "err": texts[1], "seconds": seconds, "resident": _peak()}
+
+
+def _worked() -> float:
+    """Return the seconds of processor time of this process and its children that have ended."""
+    return sum(os.times()[:4])
+
+
+def _text(handle: int) -> str:
+    os.lseek(handle, 0, os.SEEK_SET)
+    with os.fdopen(handle, "rb") as file:
+        return file.read(10**7).decode("utf-8", "replace")
+
+
+def _reset_peak() -> None:
+    try:
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    except OSError:
+        # the peak is then that of all cases before, which is too strict
+        return
+
+
+def _peak() -> int:
+    """Return the largest resident memory since `_reset_peak` [bytes]; 0 on systems without /proc."""
+    try:
+        found = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="ascii"))
+    except OSError:
+        return 0
+    return int(found[1]) * 1024 if found else 0
+
+
+def cases(folder: Path, options: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
+    """Yield each case: in words what it is given, and its command line."""
+    wholes = [folder / name for name in WHOLE]
+    for number in range(options.first, options.first + options.count):
+        dice = random.Random(f"{options.seed} file {number}")
+        path = folder / f"case-{number}.nc"
+        how = damaged(path, wholes, dice)
+        for name in options.commands:
+            line = READING[name].format(path.name).replace("WHOLE", dice.choice(wholes).name)
+            yield f"file {number} ({how})", line.split()
+        if not options.keep:
+            _remove(path)
+    for number in range(options.first, options.first + options.words):
+        dice = random.Random(f"{options.seed} words {number}")
+        yield f"words {number}", words(dice)
+        path = folder / f"spec-{number}.toml"
+        yield f"spec file {number} ({spec_file(path, dice)})", ["plan", path.name, "--no-calibrate"]
+        if not options.keep:
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        path.rmdir()
+    else:
+        path.unlink(missing_ok=True)
+
+
+def prepared(folder: Path) -> None:
+    """Compute the atlases that are damaged, in a folder."""
+    import shlex
+
+    import sweep
+
+    (folder / "OUT").mkdir()
+    for name, line in WHOLE.items():
+        preset, *changes = shlex.split(line)
+        sweep.run_to_file(sweep.SweepSpec.from_words(preset, changes), folder / name)
+
+
+def main() -> None:
+    """Run the cases that were asked for, and print what went wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=1000, help="damaged files (default 1000)")
+    parser.add_argument(
+        "--words", type=int, default=1000, help="requests, and as many spec files (default 1000)"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first file: to repeat one, --count 1"
+    )
+    parser.add_argument(
+        "--commands", nargs="+", default=list(READING), choices=READING, help="what each file is given to"
+    )
+    parser.add_argument("--keep", type=Path, help="work in this new folder, and keep the files")
+    parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        work(options.worker)
+        return
+    with tempfile.TemporaryDirectory(prefix="eulerdisk-fuzz-") as name:
+        folder = options.keep or Path(name)
+        folder.mkdir(exist_ok=True)
+        prepared(folder)
+        wrong = fuzz(folder, options)
+    if wrong:
+        sys.exit(f"scripts/fuzz: {wrong} cases did not end well")
+
+
+def fuzz(folder: Path, options: argparse.Namespace) -> int:
+    """Run the cases, print those that did not end well and a summary, and return how many these are."""
+    worker, wrong, began = Worker(folder), 0, time.monotonic()
+    statuses: collections.Counter[str] = collections.Counter()
+    alike: collections.Counter[str] = collections.Counter()
+    slowest, largest = 0.0, 0
+    for what, line in cases(folder, options):
+        end = worker.run(line)
+        statuses[str(end.status)] += 1
+        slowest, largest = max(slowest, end.seconds), max(largest, end.resident)
+        found = faults(end)
+        wrong += bool(found)
+        for fault in found:
+            alike[kind := re.sub(r"\d+|case-\S+", "", fault)[:60]] += 1
+            if alike[kind] <= _MOST_PRINTED:
+                print(f"{what}: eulerdisk {printable(' '.join(line))[:200]}\n    {fault}", flush=True)
+    worker.close()
+    for kind, count in alike.most_common():
+        print(f"{count:>5} x {kind}")
+    counts = ", ".join(f"{count} with {status}" for status, count in sorted(statuses.items()))
+    print(
+        f"{sum(statuses.values())} cases in {time.monotonic() - began:.0f} s: {counts}; slowest {slowest:.1f} s, "
+        f"largest {largest / 1e6:.0f} MB"
+    )
+    return wrong
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,180 @@
+"""What a file must be to be read as the atlas that it states: checked once, so that no reader has to look again.
+
+Its variables have the dimensions, types, units and flags that its spec asks for; its values are not looked at, but for
+coordinates. A selection from an atlas is one too: an axis may be shorter, or a scalar.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import (
+    CURVES,
+    EDGES,
+    POINTS,
+    Declaration,
+    cell_declarations,
+    curve_declarations,
+    edge_declarations,
+)
+from sweep.errors import RequestError, printable, shown
+from sweep.model.quantity import Array
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Global attributes that are text, if they are there.
+_TEXTS = (
+    "title",
+    "summary",
+    "history",
+    "source",
+    "criterion",
+    "method",
+    "sweep_fingerprint",
+    "kernel_hash",
+    "versions",
+)
+
+#: What xarray moves to the encoding where a variable is packed: those of an atlas are stored as they are.
+_PACKED = ("scale_factor", "add_offset", "missing_value")
+
+#: Problems that a message names.
+_MOST_NAMED = 3
+
+
+def check_structure(dataset: "xr.Dataset", spec: SweepSpec, place: str) -> None:
+    """Refuse a dataset that is not built as the atlas of a spec, or as a selection from it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With the variables ``ending`` and ``stability``.
+    spec : SweepSpec
+        That which the dataset states.
+    place : str
+        What messages call it.
+
+    Raises
+    ------
+    RequestError
+        Naming what is wrong.
+    """
+    problems = list(_grid_problems(dataset, spec))
+    # what follows relies on the grid
+    problems = problems or [*_variable_problems(dataset, spec), *_attribute_problems(dataset)]
+    if problems:
+        more = f"; and {len(problems) - _MOST_NAMED} more" if len(problems) > _MOST_NAMED else ""
+        raise RequestError(
+            "The file is not built as the atlas that its sweep_spec states: "
+            f"{'; '.join(problems[:_MOST_NAMED])}{more}.",
+            hint="Make it again with eulerdisk run, or take a copy that no other program has changed.",
+            where=place,
+        )
+
+
+def _grid_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+    dims = dataset["ending"].dims
+    if len(set(dims)) < len(dims) or not set(dims) <= set(spec.axes):
+        yield f"the dimensions of ending must be axes, of {_listed(spec.axes)}; got {_listed(dims)}"
+        return
+    for name in spec.axes:
+        if name not in dataset.variables:
+            yield f"the coordinate {name} is missing"
+        elif problem := _coordinate_problem(dataset[name], (name,) if name in dims else ()):
+            yield f"the coordinate {name} {problem}"
+    for name in spec.fixed:
+        if name in dataset.variables and (problem := _coordinate_problem(dataset[name], ())):
+            yield f"the coordinate {name} {problem}"
+
+
+def _coordinate_problem(found: "xr.DataArray", dims: tuple[str, ...]) -> str:
+    if found.dims != dims:
+        return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
+    if found.dtype.kind != "f":
+        return f"must be numbers of floating point; got {found.dtype}"
+    values: Array = np.atleast_1d(found.values)
+    if not values.size or not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
+        return "must be finite and increasing"
+    return ""
+
+
+def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+    grid = dataset["ending"].dims
+    declared = {each.name: each for each in cell_declarations(spec)}
+    groups = [
+        edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES
+    ]
+    groups.append(curve_declarations(spec))
+    for group in groups:
+        present = [each.name in dataset for each in group]
+        if any(present) and not all(present):
+            yield f"{group[present.index(False)].name} is missing beside {group[present.index(True)].name}"
+        declared |= {each.name: each for each in group}
+    for name, found in dataset.variables.items():
+        if name in spec.model.parameters and name not in declared:
+            continue
+        problem = _unlike(found, declared[str(name)], grid, spec) if name in declared else _stray(found, grid)
+        if problem:
+            yield f"{shown(printable(str(name)))} {problem}"
+    if "curve_point_count" in dataset:
+        yield from _curve_problems(dataset)
+
+
+def _unlike(found: "xr.Variable", declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec) -> str:
+    """Return how a variable differs from what is declared of it; empty if it does not."""
+    # a selection has lost the dimensions of axes of which it took one value
+    dims = {name for name in declared.dims if name in grid or name not in spec.axes}
+    if set(found.dims) != dims or len(found.dims) != len(dims):
+        return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
+    if found.dtype.kind not in ("f" if declared.dtype.startswith("f") else "iu"):
+        return f"must be of type {declared.dtype}; got {found.dtype}"
+    if packed := [name for name in _PACKED if name in found.encoding]:
+        return f"must not be packed; got {_listed(packed)}"
+    units = declared.attributes.get("units")
+    if units is not None and found.attrs.get("units") != units:
+        return f"must be in {units}; got {shown(found.attrs.get('units', 'no units'))}"
+    return _flag_problem(found, "flag_values" in declared.attributes)
+
+
+def _stray(found: "xr.Variable", grid: tuple[Any, ...]) -> str:
+    """Return why a variable that no atlas has cannot stand beside its cells; empty if it can."""
+    if len(set(found.dims)) < len(found.dims) or not set(found.dims) <= {*grid, CURVES, POINTS}:
+        return f"has dimensions that are no axes of the cells: {_listed(found.dims)}"
+    if found.dtype.kind not in "iufb":
+        return f"must be numbers; got {found.dtype}"
+    return _flag_problem(found, False)
+
+
+def _flag_problem(found: "xr.Variable", needed: bool) -> str:
+    meanings, values = found.attrs.get("flag_meanings"), found.attrs.get("flag_values")
+    if meanings is None and values is None and not needed:
+        return ""
+    codes = np.atleast_1d(np.asarray(values))
+    words = meanings.split() if isinstance(meanings, str) else []
+    if codes.dtype.kind in "iu" and codes.ndim == 1 and codes.size == len(words) == len(set(codes.tolist())):
+        return ""
+    return "must have flag_values, whole numbers, and as many words in flag_meanings"
+
+
+def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
+    counts = dataset["curve_point_count"]
+    points = dataset.sizes.get(POINTS, 0)
+    if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
+        values = counts.values
+        if not (values > 0).all() or math.fsum(values.tolist()) != points:
+            yield f"curve_point_count must add up to the {points} points of the curves"
+
+
+def _attribute_problems(dataset: "xr.Dataset") -> Iterator[str]:
+    for name in _TEXTS:
+        found = dataset.attrs.get(name, "")
+        if not isinstance(found, str):
+            yield f"the attribute {name} must be text; got {shown(found)}"
+
+
+def _listed(names: Any) -> str:
+    return shown(printable(", ".join(sorted(map(str, names))))) or "none"

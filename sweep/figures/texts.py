@@ -1,0 +1,73 @@
+"""Words of files and requests in figures: drawn as they stand, never as mathematics, in one line that fits."""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from matplotlib.font_manager import FontProperties, findfont, get_font
+
+from sweep.errors import printable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.ft2font import FT2Font
+
+#: Size [points] of the title of a panel, and the width [in] that it may have.
+_SIZE, _WIDTH = 9.0, 3.3
+
+#: Characters that can be in a line of a figure at most, however narrow they are.
+_MOST = 400
+
+
+def set_title(axes: "Axes", text: str) -> None:
+    """Give a panel a title from a file or a request."""
+    axes.set_title(fitted(text, _SIZE, _WIDTH), parse_math=False)
+
+
+def fitted(text: str, size: float, width: float) -> str:
+    r"""Return a text as one bold line can show it.
+
+    Parameters
+    ----------
+    text : str
+        What does not print, and what the font has no sign for, is spelled as in ``\u4e2d``.
+    size : float
+        Of the font [points].
+    width : float
+        The width [in] that the line may have; a longer one is cut, and ends in an ellipsis.
+
+    Returns
+    -------
+    str
+        To be drawn with ``parse_math=False``.
+    """
+    spelled = _spelled(text[: _MOST + 1])
+    if len(spelled) <= _MOST and _points(spelled, size) <= 72.0 * width:
+        return spelled
+    low, high = 0, min(len(spelled), _MOST)
+    while low < high:
+        middle = (low + high + 1) // 2
+        fits = _points(f"{spelled[:middle].rstrip()}\u2026", size) <= 72.0 * width
+        low, high = (middle, high) if fits else (low, middle - 1)
+    return f"{spelled[:low].rstrip()}\u2026"
+
+
+def _spelled(text: str) -> str:
+    known = _font().get_charmap()
+    return "".join(
+        each if ord(each) in known else each.encode("ascii", "backslashreplace").decode("ascii")
+        for each in printable(text)
+    )
+
+
+def _points(text: str, size: float) -> float:
+    """Return how wide a line is."""
+    font = _font()
+    font.set_size(size, 72.0)
+    font.set_text(text, 0.0)
+    # in 64ths of a dot, of which an inch has 72 here
+    return float(font.get_width_height()[0]) / 64.0
+
+
+@lru_cache
+def _font() -> "FT2Font":
+    return get_font(findfont(FontProperties(family="DejaVu Sans", weight="bold")))

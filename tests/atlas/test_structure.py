@@ -1,0 +1,125 @@
+"""An atlas is built as its spec says: every part that is missing, renamed or of another kind is named on opening."""
+
+import netCDF4
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas.structure import check_structure
+from sweep.errors import RequestError
+from sweep.files.netcdf import open_atlas
+
+SPEC = sweep.SweepSpec.preset("rolling").replace(
+    roll_rate="2:4:7", tilt="1deg,2deg,4deg", contact="yes", boundary="refined:1e-3"
+)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the file of an atlas with all kinds of variables."""
+    path = tmp_path_factory.mktemp("structure") / "whole.nc"
+    sweep.run_to_file(SPEC, path)
+    return path
+
+
+@pytest.fixture
+def edited(whole, tmp_path):
+    """Return a function that changes a copy of the file and returns what is said when it is opened."""
+
+    def change(edit):
+        path = tmp_path / "edited.nc"
+        path.write_bytes(whole.read_bytes())
+        with netCDF4.Dataset(path, "a") as file:
+            edit(file)
+        with pytest.raises(RequestError) as refused:
+            open_atlas(path)
+        return str(refused.value).removeprefix(f"{path}: ")
+
+    return change
+
+
+def test_every_unit_and_flag_is_looked_at(whole):
+    """Whichever variable loses or changes its units or flags is named: this goes over all that the file has."""
+    with open_atlas(whole) as atlas:
+        for name, found in atlas.variables.items():
+            if name in SPEC.model.parameters:
+                # the numbers of coordinates are looked at instead
+                continue
+            for attribute in {"units", "flag_values", "flag_meanings"}.intersection(found.attrs):
+                kept = found.attrs.pop(attribute)
+                for wrong in ({}, {attribute: "furlong"}, {attribute: 5.0}):
+                    found.attrs.update(wrong)
+                    with pytest.raises(RequestError, match=f"{name} must "):
+                        check_structure(atlas, SPEC, "here")
+                found.attrs[attribute] = kept
+        check_structure(atlas, SPEC, "here")
+
+
+def test_every_part_of_a_group_is_missed(whole):
+    """A variable of an edge or of the curves that is gone is missed by name, because the others are there."""
+    with open_atlas(whole) as atlas:
+        starts = ("boundary_", "predicted_", "critical_", "curve_")
+        grouped = [str(name) for name in atlas.data_vars if str(name).startswith(starts)]
+        assert len(grouped) >= 10
+        for name in grouped:
+            with pytest.raises(RequestError, match=f"{name} is missing|curve_point_count"):
+                check_structure(atlas.drop_vars(name), SPEC, "here")
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1.0, -1.0])
+def test_coordinates_are_finite_and_increasing(edited, value):
+    """Coordinates that are no coordinates are refused before anything is looked up in them."""
+
+    def edit(file):
+        file["roll_rate"][1:3] = value
+
+    assert "the coordinate roll_rate must be finite and increasing" in edited(edit)
+    assert "the coordinate gravity must be finite" in edited(lambda file: file["gravity"].assignValue(np.nan))
+
+
+def test_dimensions_types_and_strangers(edited):
+    """A variable of other dimensions or another type is named, and so is one that has no place on the grid."""
+
+    def retyped(file, kind, dims):
+        file.renameVariable("peak_tilt", "old_peak")
+        file.createVariable("peak_tilt", kind, dims).units = "rad"
+
+    assert "peak_tilt must have the dimensions" in edited(lambda file: retyped(file, "f8", ("tilt",)))
+    assert "peak_tilt must have the dimensions" in edited(lambda file: retyped(file, "f8", ("tilt", "tilt")))
+    assert "peak_tilt must be of type f8; got int32" in edited(
+        lambda file: retyped(file, "i4", ("roll_rate", "tilt"))
+    )
+
+    def stranger(file, kind="f8"):
+        file.createDimension("time", 3)
+        file.createVariable("sst", kind, ("time",) if kind == "f8" else ("tilt",))
+
+    assert "sst has dimensions that are no axes" in edited(stranger)
+    assert "sst must be numbers" in edited(lambda file: stranger(file, "S1"))
+    assert "packed" in edited(lambda file: file["tilt_max"].setncattr("scale_factor", 2.0))
+    assert "title must be text" in edited(lambda file: file.setncattr("title", 5.0))
+
+
+def test_the_points_of_curves_add_up(edited):
+    """The counts of the curves are those of their points."""
+
+    def edit(file):
+        file["curve_point_count"][0] += 1
+
+    assert "curve_point_count must add up" in edited(edit)
+
+
+def test_a_selection_is_read(tmp_path):
+    """A part of an atlas, with an axis shortened, reordered or taken at one value, is read and drawn."""
+    atlas = sweep.run(SPEC.replace(alpha=[0.5, 1.0]))
+    for number, part in enumerate(
+        (
+            atlas.isel(alpha=0),
+            atlas.isel(tilt=slice(1)),
+            atlas.isel(alpha=1, tilt=0),
+            atlas.transpose(..., "roll_rate"),
+        )
+    ):
+        sweep.save(part.drop_encoding(), tmp_path / f"{number}.nc")
+        with open_atlas(tmp_path / f"{number}.nc") as found:
+            assert found.sizes == part.sizes

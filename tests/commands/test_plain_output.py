@@ -1,0 +1,71 @@
+"""What commands print goes through one place, which lets no control character pass."""
+
+import ast
+import shlex
+from pathlib import Path
+
+import pytest
+
+import sweep
+from sweep.commands import terminal
+from sweep.errors import RequestError, printable
+
+COMMANDS = sorted((Path(sweep.__file__).parent / "commands").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=lambda path: path.stem)
+def test_commands_do_not_print_by_themselves(path):
+    """Only `show` and `say` print: what a file says is shown, and is no command to the terminal."""
+    if path.stem == "terminal":
+        return
+    called = [
+        node.func
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+    ]
+    assert not [each.lineno for each in called if isinstance(each, ast.Name) and each.id == "print"]
+
+
+def test_only_line_breaks_pass(capsys):
+    """A result keeps its lines, a message is one line, and what does not print is spelled."""
+    terminal.show("a\x1b[31m\tb\nc\x9b\u202e")
+    terminal.say("a\nb\x07")
+    out, err = capsys.readouterr()
+    assert out == "a\\x1b[31m\\tb\nc\\x9b\\u202e\n"
+    assert err == "eulerdisk: a\\nb\\x07\n"
+
+
+def test_an_error_is_one_line_that_prints():
+    """The words of the user and of files that an error repeats are spelled too."""
+    error = RequestError("What \x1b]0;is\x07\nwrong.", "Do \u2028this.", "file\n.nc")
+    assert str(error) == "file\\n.nc: What \\x1b]0;is\\x07\\nwrong. Do \\u2028this."
+    long = str(RequestError("It is too long.", where="x" * 10**6))
+    assert long.startswith("xxx")
+    assert long.endswith("xxx: It is too long.")
+    assert len(long) < 5000
+    assert printable("\u6eda 5 $ [red]") == "\u6eda 5 $ [red]"
+
+
+@pytest.mark.parametrize("part", ["\uff11/\uff13", "1/3\n", "0/3", "4/3", "1/\u0663"])
+def test_a_part_is_two_ascii_numbers(command, part):
+    """Digits of other scripts are no part of a run."""
+    status, _, err = command(shlex.join(["block", "--run", "nowhere", "--part", part]))
+    assert status == 2
+    assert "A part is I/N with 1 <= I <= N" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        ("run rolling -o a.nc --threads", "\uff12"),
+        ("run rolling -o a.nc --block-cells", "1_000"),
+        ("run rolling -o a.nc --max-failed", "\u0661"),
+        ("boundary a.nc --refine", "1_0e-3"),
+        ("plot a.nc -o a.png --friction", "\uff11"),
+    ],
+)
+def test_numbers_of_options_are_ascii(command, option, text):
+    """Digits of other scripts and underscores are refused, for a reader would not know what was meant."""
+    status, out, err = command(f"{option} {text}")
+    assert (status, out) == (2, "")
+    assert "is not a valid" in err

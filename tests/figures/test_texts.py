@@ -1,0 +1,54 @@
+"""Words of files and requests in figures: text, not mathematics, in one line that fits."""
+
+import pytest
+
+import sweep
+from sweep.figures import plots
+from sweep.figures.disk import motion_plots
+from sweep.figures.texts import fitted
+
+#: Titles that mathematics, fonts and layouts do not take as they are.
+TITLES = (
+    "$",
+    r"$\frac{\frac{1}{2}}{$",
+    "x" * 2**20,
+    "\u6eda\u52a8 \U0001f600",
+    "cost: 5$ or 6$",
+    r"a_b^c \alpha % & #",
+    "[red]{}[/]",
+)
+
+
+@pytest.fixture(scope="module")
+def spec():
+    """Return a request for a small map."""
+    return sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4")
+
+
+@pytest.mark.parametrize("title", TITLES, ids=lambda title: title[:10].encode("unicode_escape").decode())
+def test_a_title_is_drawn_as_it_stands(spec, tmp_path, title):
+    """No title breaks a figure or warns of glyphs, and its panel has the text, cut where it does not fit."""
+    drawn = plots.figure([sweep.run(spec.replace(title=title))])
+    plots.save(drawn, tmp_path / "map.png")
+    shown = drawn.axes[0].get_title(loc="left")
+    assert shown == fitted(title.partition(":")[0], 9.0, 3.3)
+    assert len(shown) < 80
+
+
+def test_the_figure_of_a_motion_takes_any_title_too(tmp_path):
+    """The title of a single motion is text as well."""
+    motion = sweep.simulate(
+        sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1, title="$^$ \u6eda")
+    )
+    plots.save(motion_plots.figure(motion), tmp_path / "motion.png")
+    plots.save(motion_plots.side_by_side([motion], motion_plots.draw_path), tmp_path / "path.png")
+
+
+def test_what_fits_stays(spec):
+    """A text that fits is left alone; what does not print or has no sign is spelled, what is too long ends in dots."""
+    assert fitted("Rolling, 5 $ at \u03b1 = 1", 9.0, 3.3) == "Rolling, 5 $ at \u03b1 = 1"
+    assert fitted("a\nb\x1b", 9.0, 3.3) == r"a\nb\x1b"
+    assert fitted("\u6eda", 9.0, 3.3) == r"\u6eda"
+    cut = fitted("word " * 100, 9.0, 3.3)
+    assert cut.endswith("\u2026")
+    assert 20 < len(cut) < 60

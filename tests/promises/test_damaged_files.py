@@ -1,0 +1,150 @@
+"""Whatever is read, a command ends with a documented status and a sentence: the short form of scripts/fuzz."""
+
+import os
+import random
+import shlex
+import sys
+
+import damage
+import fuzz
+import netCDF4
+import odd_words
+import pytest
+
+import sweep
+from sweep import cli
+
+#: Of the atlases that scripts/fuzz damages, those with the most kinds of variables.
+WHOLE = ("rolling.nc", "curves.nc")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with whole atlases."""
+    folder = tmp_path_factory.mktemp("damaged")
+    (folder / "OUT").mkdir()
+    for name in WHOLE:
+        preset, *changes = shlex.split(fuzz.WHOLE[name])
+        sweep.run_to_file(sweep.SweepSpec.from_words(preset, changes), folder / name)
+    return folder
+
+
+@pytest.fixture
+def ended(folder, monkeypatch, capfd):
+    """Return a function that runs a command line in the folder of atlases, and says how it ended."""
+    monkeypatch.chdir(folder)
+
+    def run(line):
+        monkeypatch.setattr(sys, "argv", ["eulerdisk", *line])
+        began = sum(os.times()[:4])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        out, err = capfd.readouterr()
+        return fuzz.End(end.value.code or 0, out, err, sum(os.times()[:4]) - began, 0)
+
+    return run
+
+
+def judged(ended, path, *lines):
+    """Assert that command lines that read a file end well."""
+    for line in lines:
+        end = ended(line.format(path.name).split())
+        assert fuzz.faults(end) == [], line
+
+
+@pytest.mark.parametrize("way", damage.BYTES, ids=lambda way: way.__name__)
+def test_damaged_bytes(folder, tmp_path, ended, way):
+    """A file whose bytes were changed, cut, moved or added to is read or refused."""
+    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
+    path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
+    judged(ended, path, "compare rolling.nc {}")
+
+
+@pytest.mark.parametrize("way", damage.EDITS, ids=lambda way: way.__name__)
+def test_edited_structure(folder, tmp_path, ended, way):
+    """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
+    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
+    path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
+    damage.edit(path, [way], dice)
+    judged(ended, path, "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
+
+
+@pytest.mark.parametrize("number", range(len(damage.FOREIGN)))
+def test_foreign_files(folder, tmp_path, ended, number):
+    """Files of other tools, folders, pipes and devices are refused."""
+    path = folder / f"{tmp_path.name}.nc"
+    damage.FOREIGN[number](path, random.Random(number))
+    judged(ended, path, "info {}", "plan {} --no-calibrate")
+    assert ended(["info", path.name]).status == 2
+
+
+@pytest.mark.parametrize("number", range(len(odd_words.FILES)))
+def test_odd_spec_files(folder, tmp_path, ended, number):
+    """A spec file of whatever content, or a thing that is no file, is read or refused."""
+    path = folder / f"{tmp_path.name}.toml"
+    odd_words.FILES[number][1](path, random.Random(number))
+    judged(ended, path, "plan {} --no-calibrate")
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_odd_words(ended, seed):
+    """A request of odd words is carried out or refused."""
+    line = odd_words.words(random.Random(seed))
+    if line[0] != "simulate":
+        assert fuzz.faults(ended(line)) == [], line
+
+
+def test_a_link_to_the_root_is_refused(folder, ended):
+    """netCDF-C follows a link to the root group for ever, with more memory every turn: the file is refused."""
+    import h5py
+
+    path = folder / "circle.nc"
+    path.write_bytes((folder / "rolling.nc").read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file["tilt_min"]
+        file["tilt_min"] = h5py.SoftLink("/")
+    end = ended(["info", path.name])
+    assert (end.status, end.out) == (2, "")
+    assert "circle.nc: This is not a readable netCDF file" in end.err
+
+
+def test_more_cells_than_bytes_are_refused(folder, ended):
+    """A file of some kilobytes that declares 2**30 values is refused before memory is asked for them."""
+    path = folder / "empty.nc"
+    path.write_bytes((folder / "rolling.nc").read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.createDimension("much", 2**30)
+        file.createVariable("much", "f8", ("much",), chunksizes=(2**16,))
+    end = ended(["info", path.name])
+    assert end.status == 2
+    assert "much has more values than its bytes can hold" in end.err
+
+
+def test_a_missing_part_of_a_boundary_is_named(folder, ended):
+    """The four variables of an edge come together; one that is missing is named by every command."""
+    path = folder / "half.nc"
+    path.write_bytes((folder / "rolling.nc").read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.renameVariable("boundary_roll_rate_halfwidth", "other")
+    for line in ("info half.nc", "boundary half.nc", "compare rolling.nc half.nc", "export half.nc --to csv"):
+        end = ended(line.split())
+        assert (end.status, end.out) == (2, "")
+        assert "boundary_roll_rate_halfwidth is missing" in end.err
+
+
+def test_texts_of_a_file_do_not_reach_the_terminal_raw(folder, ended):
+    """Control sequences, markup and a megabyte of title are shown as text of a sensible length."""
+    path = folder / "words.nc"
+    path.write_bytes((folder / "rolling.nc").read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.title = "[red]a\x1b[31mb\x9b" + "x" * 2**20
+        file.history = "line\n" * 1000
+        file.source = "\u202egnp"
+    end = ended(["info", path.name])
+    assert end.status == 0
+    assert fuzz.faults(end) == []
+    assert end.out.startswith("[red]a\\x1b[31mb\\x9bxxx")
+    assert "\\u202egnp" in end.out
+    assert len(end.out) < 5000
+    end = ended(["info", "no\x1b[31msuch\n.nc"])
+    assert end.err.startswith("eulerdisk: no\\x1b[31msuch\\n.nc: There is no such file")
