@@ -74,9 +74,10 @@ class AtlasWriter:
         # not at the top: a request that is refused before any file is opened need not wait for this import
         import netCDF4
 
-        self._path, self._spec, self._attributes = path, spec, dict(attributes)
+        # absolute, because netCDF-C leaves out blanks at the begin of a name
+        self._path, self._spec, self._attributes = path.absolute(), spec, dict(attributes)
         self._sums: dict[str, int] = {}
-        self._file = netCDF4.Dataset(path, "w", format="NETCDF4_CLASSIC")
+        self._file = netCDF4.Dataset(self._path, "w", format="NETCDF4_CLASSIC")
 
     def write_cells(self, blocks: Iterable[Block]) -> None:
         """Write the global attributes, the coordinates, and the variables with one value per cell, chunk by chunk.
@@ -187,7 +188,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     import xarray as xr
 
     try:
-        dataset = xr.open_dataset(path, engine="netcdf4")
+        dataset = xr.open_dataset(path.absolute(), engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as problem:
         raise RequestError(
             f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "

@@ -9,10 +9,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
+from sweep.atomic import publish_bytes
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
-from sweep.files.publish import publish_bytes
 from sweep.request.spec import SweepSpec
 
 #: Name of the file in the folder of a run.

@@ -50,7 +50,7 @@ class Failures:
         import netCDF4
 
         failures = cls(spec)
-        with netCDF4.Dataset(path) as file:
+        with netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
             failures.count(0, file["ending"][...].reshape(-1))
         return failures
@@ -224,7 +224,7 @@ def _write_and_publish(
     stopping: Stopping,
 ) -> Failures:
     """Write the file of a run from its measured blocks in C order, publish it, and remove the run's folder."""
-    unfinished = journal.folder / run_directory.UNFINISHED
+    unfinished = run_directory.create_unfinished(journal.folder)
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
     try:
