@@ -87,8 +87,10 @@ def check_name(path: Path) -> None:
     """Refuse a name that the file system does not take, or that netCDF cannot be given."""
     try:
         os.fspath(path.absolute()).encode("utf-8")
-        os.lstat(path)
-    except (FileNotFoundError, NotADirectoryError):
+        # that the folder is there is checked elsewhere
+        if os.path.isdir(path.parent) or "\0" in str(path):
+            os.lstat(path)
+    except FileNotFoundError:
         return
     except UnicodeEncodeError:
         wrong = "The path of an output must be text in UTF-8, with all of its folders"

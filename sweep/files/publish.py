@@ -93,11 +93,11 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
 def _probe(folder: Path, size: int) -> int:
     """Return the error that the system gives for a file of this size, 0 for none; netCDF does not pass it on."""
     try:
-        probe = create_temporary(folder)
+        unfinished = create_temporary(folder)
     except OSError as problem:
         return problem.errno or 0
     try:
-        with open(probe, "rb+") as file:
+        with open(unfinished, "rb+") as file:
             os.pwrite(file.fileno(), b"\0", max(size, 1))
             if hasattr(os, "posix_fallocate"):
                 os.posix_fallocate(file.fileno(), 0, max(size, 1))
@@ -105,5 +105,5 @@ def _probe(folder: Path, size: int) -> int:
         return problem.errno or 0
     finally:
         with contextlib.suppress(OSError):
-            probe.unlink()
+            unfinished.unlink()
     return 0
