@@ -18,9 +18,9 @@ TEMPORARY = re.compile(r"\.eulerdisk-[0-9a-f]{16}\.tmp")
 _LONGEST_NAME = 255
 
 
-def create(path: Path) -> int:
+def create(path: Path, mode: int = 0o666) -> int:
     """Create a file and return its handle; FileExistsError if the name is taken, by a symbolic link too."""
-    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, mode)
 
 
 def open_or_create(path: Path) -> int:
@@ -28,10 +28,10 @@ def open_or_create(path: Path) -> int:
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
-def create_temporary(folder: Path) -> Path:
+def create_temporary(folder: Path, mode: int = 0o666) -> Path:
     """Create an empty file in a folder, for a library that writes to a name, and return its path."""
     path = folder / _temporary_name()
-    os.close(create(path))
+    os.close(create(path, mode))
     return path
 
 
@@ -53,11 +53,11 @@ def publish(unfinished: Path, path: Path) -> None:
     sync_folder(path.parent)
 
 
-def publish_bytes(path: Path, content: bytes) -> None:
+def publish_bytes(path: Path, content: bytes, mode: int = 0o666) -> None:
     """Write a file that is either absent or complete, also after a power cut; if that fails no temporary file stays."""
     # not the tempfile module: only the owner can read its files, and another account of the same group may have to go
     # on with a run
-    unfinished = create_temporary(path.parent)
+    unfinished = create_temporary(path.parent, mode)
     try:
         with open(unfinished, "rb+") as file:
             file.write(content)
