@@ -23,6 +23,8 @@ SYSTEM = {
     }.items()
     for name in names
 }
+#: Flags of `os.open` that write or create.
+WRITING_FLAGS = {"O_WRONLY", "O_RDWR", "O_CREAT", "O_TRUNC", "O_APPEND"}
 #: Functions of the system that remove.
 REMOVING = {"os.unlink", "os.remove", "os.rmdir", "os.removedirs", "shutil.rmtree"}
 #: Methods that write to a path or rename one, whatever object has them.
@@ -67,8 +69,16 @@ def called(node):
 
 def opens_for_writing(node):
     """Return whether a call of `open` has a mode that is not one of reading, or that nobody can read off."""
-    mode = [*node.args[1:2], *(each.value for each in node.keywords if each.arg == "mode")]
+    place = 1 if isinstance(node.func, ast.Name) else 0
+    mode = [*node.args[place : place + 1], *(each.value for each in node.keywords if each.arg == "mode")]
     return bool(mode) and not (isinstance(mode[0], ast.Constant) and set(mode[0].value) <= set("rbt"))
+
+
+def reads_only(node):
+    """Return whether a call of `os.open` has flags that can be read off, and none that writes."""
+    named = [each for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)]
+    flags = {each.attr for each in ast.walk(node.args[1]) if isinstance(each, ast.Attribute)}
+    return all(each.id == "os" for each in named) and "O_RDONLY" in flags and not flags & WRITING_FLAGS
 
 
 def writes(text):
@@ -82,7 +92,7 @@ def writes(text):
         targets = [each.id for each in (target, *node.args) if isinstance(each, ast.Name)]
         if name in REMOVING or last in REMOVING_METHODS:
             yield node.lineno, name, True
-        elif TEMPORARY in targets:
+        elif TEMPORARY in targets or (name == "os.open" and reads_only(node)):
             continue
         elif (
             name in SYSTEM
@@ -117,7 +127,9 @@ def test_one_module_writes():
         "open(path, 'w')",
         "open(path, mode=how)",
         "os.open(path, flags)",
+        "os.open(path, os.O_WRONLY | os.O_EXCL)",
         "path.write_text('x')",
+        "path.open('w')",
         "figure.savefig(path)",
         "os.replace(a, b)",
         "shutil.rmtree(path)",
@@ -129,7 +141,9 @@ def test_the_search_finds_what_writes(line):
     """Each way of writing is found; reading, and writing to a temporary name, is not."""
     assert len(list(writes(line))) == 1
     assert not list(
-        writes("open(path, 'rb'); open(path); unfinished.write_text('x'); drawn.savefig(unfinished)")
+        writes(
+            "open(path, 'rb'); os.open(path, os.O_RDONLY); unfinished.write_text('x'); drawn.savefig(unfinished)"
+        )
     )
 
 
