@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 #: default, 16 MB for every variable, would hold chunks that are never used again.
 _CACHE_BYTES = 2**20
 
+#: Bytes of a file without its data, at most: attributes, and 4 kB for each of 50 variables.
+_HEADER_BYTES = 3e5
+
 
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
     """Write an atlas that is in memory; the file appears only when it is complete.
@@ -43,10 +46,12 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     """
     path = Path(path)
     check_target(path, overwrite)
-    check_room(path, dataset.nbytes * FILE_SHARE)
+    needed = dataset.nbytes * FILE_SHARE
+    check_room(path, needed)
     # xarray gives every float variable a fill value, also coordinates that were read from a file without one
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
-    with published(path) as unfinished:
+    # room is reserved, because HDF5 may end the process if a file may not become as large as it wants
+    with published(path, needed + _HEADER_BYTES) as unfinished:
         dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
 
 

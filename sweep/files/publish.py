@@ -15,20 +15,32 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextlib.contextmanager
-def published(path: Path) -> Iterator[Path]:
+def published(path: Path, needed: float = 0.0) -> Iterator[Path]:
     """Yield an empty file with a temporary name beside `path`, to be written; it is published when the block ends.
 
-    If the block fails, the file is removed. If the file system refuses, the error is a StorageError.
+    If the block fails, the file is removed. If the file system refuses, or has no room for `needed` bytes, the error is
+    a StorageError.
     """
     # absolute, because programs take the begin of a relative name for an option, a protocol or nothing (a blank)
     path = path.absolute()
-    with refusals(path):
+    with refusals(path, lambda: needed):
         unfinished = create_temporary(path.parent)
         try:
+            if needed:
+                _reserve(unfinished, int(needed))
             yield unfinished
             publish(unfinished, path)
         finally:
             unfinished.unlink(missing_ok=True)
+
+
+def _reserve(unfinished: Path, size: int) -> None:
+    """Give a file so many bytes of the disk, and take them back; an OSError says that it cannot have them."""
+    with open(unfinished, "rb+") as file:
+        os.pwrite(file.fileno(), b"\0", max(size - 1, 0))
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, max(size, 1))
+        file.truncate(0)
 
 
 @contextlib.contextmanager
@@ -97,10 +109,7 @@ def _probe(folder: Path, size: int) -> int:
     except OSError as problem:
         return problem.errno or 0
     try:
-        with open(unfinished, "rb+") as file:
-            os.pwrite(file.fileno(), b"\0", max(size, 1))
-            if hasattr(os, "posix_fallocate"):
-                os.posix_fallocate(file.fileno(), 0, max(size, 1))
+        _reserve(unfinished, size)
     except OSError as problem:
         return problem.errno or 0
     finally:

@@ -20,7 +20,7 @@ from typing import Any
 
 from sweep.errors import RequestError
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
-from sweep.platforms import warn_of_processor
+from sweep.platforms import check_numba, warn_of_processor
 
 #: What may hold a quote or a hash sign that means nothing: strings and comments.
 _STRING_OR_COMMENT = re.compile(
@@ -62,6 +62,7 @@ class Kernel:
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
+    check_numba()
     warn_of_processor()
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     folder = usable_folder(cache_root(), cache_folder([kernel.module]).name)
