@@ -12,12 +12,13 @@ import platform
 import re
 import sys
 import warnings
+from collections.abc import Mapping
 from functools import lru_cache
 
 from sweep.errors import RequestError
 
 #: Address space [bytes] that a small run and a figure take, and what each processor adds (its threads' stacks).
-_LIBRARIES_BYTES, _THREAD_BYTES = 1.2e9, 1.5e8
+_LIBRARIES_BYTES, _THREAD_BYTES = 0.8e9, 1.0e8
 
 _SYSTEMS = ("linux", "darwin")
 _X86, _ARM = ("x86_64", "amd64"), ("arm64", "aarch64")
@@ -95,6 +96,39 @@ def check_numba() -> None:
         raise _refused_setting("NUMBA_THREADING_LAYER", f"has the value {layer!r}: {reason}") from problem
 
 
+def check_features(target: str, features: tuple[str, ...]) -> None:
+    """Refuse a target whose code this processor cannot run: it would end the process.
+
+    Raises
+    ------
+    RequestError
+    """
+    missing = [name for name in features if not host_features().get(name)]
+    if missing:
+        raise RequestError(
+            f"Code for {target} needs a processor with {', '.join(features)}; this one lacks {', '.join(missing)}.",
+            hint="Use --baseline generic, or leave such machines out.",
+            where="--baseline",
+        )
+
+
+def processor() -> str:
+    """Return LLVM's name of this processor."""
+    from llvmlite import binding
+
+    return str(binding.get_host_cpu_name())
+
+
+def host_features() -> Mapping[str, bool]:
+    """Return the features of this processor, by LLVM's names; none if LLVM does not know it."""
+    from llvmlite import binding
+
+    try:
+        return dict(binding.get_host_cpu_features())
+    except RuntimeError:
+        return {}
+
+
 def _refused_setting(name: str, problem: str) -> RequestError:
     return RequestError(
         f"The environment variable {name} {problem.rstrip('.')}.", hint=f"Run `unset {name}`.", where=name
@@ -129,10 +163,5 @@ def _problem() -> str:
 
 def _has_fma() -> bool:
     """Return whether an x86-64 processor multiplies and adds in one instruction, as far as LLVM can tell."""
-    from llvmlite import binding
-
-    try:
-        return bool(binding.get_host_cpu_features().get("fma"))
-    except RuntimeError:
-        # LLVM does not know the processor, and compiles without the instruction
-        return False
+    # LLVM compiles without the instruction for a processor that it does not know
+    return bool(host_features().get("fma"))

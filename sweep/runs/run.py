@@ -102,6 +102,7 @@ def run_to_file(
     overwrite: bool = False,
     threads: int | None = None,
     block_cells: int | None = None,
+    baseline: str | None = None,
     command: str = "sweep.run_to_file",
     progress: Progress = no_op,
     say: Say = no_op,
@@ -122,6 +123,9 @@ def run_to_file(
         Threads to use; all that this process may use if not given.
     block_cells : int, optional
         Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
+    baseline : str, optional
+        Compute bits that all processors of a kind share, "generic" or "x86-64-v3"; the process must have been started
+        for it (`sweep.engine.machine`). By default for the processor of this machine, or as the run was begun.
     command : str
         What the user ran, for the history.
     progress : callable, optional
@@ -157,7 +161,7 @@ def run_to_file(
         check_target(path, overwrite)
         usable_threads(threads)
         check_device(spec)
-        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command)
+        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
         missing = _missing_blocks(journal, say, progress)
 
         def bytes_to_write() -> float:

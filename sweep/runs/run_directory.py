@@ -12,10 +12,11 @@ from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
 from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder, try_publishing
-from sweep.engine import estimate
+from sweep.engine import estimate, machine
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
+from sweep.platforms import processor
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
@@ -130,34 +131,61 @@ def create_unfinished(folder: Path) -> Path:
 
 
 def begin_or_resume(
-    spec: SweepSpec, path: Path, folder: Path, block_cells: int | None, threads: int | None, command: str
+    spec: SweepSpec,
+    path: Path,
+    folder: Path,
+    block_cells: int | None,
+    threads: int | None,
+    command: str,
+    baseline: str | None = None,
 ) -> Journal:
-    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run."""
+    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run.
+
+    A new run is computed for `baseline`; another one keeps its own, and is refused if `baseline` is not None and
+    another.
+    """
     if block_cells is not None and block_cells < 1:
         raise RequestError(
             f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
         )
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
-        check_same_run(journal, spec)
+        check_same_run(journal, spec, baseline)
         return journal
+    machine.check_baseline(baseline or "")
     made = created()
     estimate.check_room(path, estimate.run_bytes(spec))
     cells = block_cells or estimate.block_cells(spec, threads)
     with refusals(path):
-        journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
+        journal = Journal.create(folder, Manifest.new(spec, cells, made, command, baseline or ""))
         sync_folder(folder.parent)
     return journal
 
 
-def check_same_run(journal: Journal, spec: SweepSpec) -> None:
-    """Refuse to go on with a journal of another spec, or begun by a program that computes other bits."""
-    differences = journal.manifest.differences(spec)
+def check_same_run(journal: Journal, spec: SweepSpec, baseline: str | None = None) -> None:
+    """Refuse to go on with a journal of another spec, or begun by a program or on a machine that computes other bits.
+
+    `baseline` is the one that is asked for, None if that of the journal will do.
+    """
+    manifest = journal.manifest
+    differences = manifest.differences(spec)
+    if baseline is not None and baseline != manifest.baseline:
+        differences.append(f"baseline: {manifest.baseline or 'none'} there, {baseline or 'none'} here")
     if differences:
         raise RequestError(
             "The folder holds blocks of another run. A run goes on with the spec and the program that it was begun "
             f"with; these differ: {'; '.join(differences)}.",
             hint=f"Give the same spec or another output, or discard the blocks with {discard(journal.folder)}.",
+            where=str(journal.folder),
+        )
+    machine.check_baseline(manifest.baseline)
+    differences = manifest.machine_differences()
+    if differences:
+        raise RequestError(
+            f"This machine ({processor()}) would compute other bits than the one that began the run "
+            f"({manifest.processor}); these differ: {'; '.join(differences)}.",
+            hint="Go on with it on machines of that kind, or begin it anew for processors of all kinds: `eulerdisk "
+            "prepare --baseline generic`, or `run --baseline generic`.",
             where=str(journal.folder),
         )
 
