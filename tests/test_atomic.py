@@ -48,12 +48,13 @@ REMOVERS = {
 
 
 #: What looks like writing and is not: variables that are renamed; the file of an atlas, opened under the temporary
-#: name that `AtlasWriter` is given.
+#: name that `AtlasWriter` is given; the device that takes the place of a closed stream.
 EXCEPTIONS = {
     "sweep/accessor.py .rename",
     "sweep/accessor.py verdict.rename",
     "sweep/model/disk/contact.py found.rename",
     "sweep/files/netcdf.py netCDF4.Dataset",
+    "sweep/commands/process.py os.open",
 }
 
 

@@ -85,6 +85,10 @@ def check_target(path: Path, overwrite: bool) -> None:
 
 def check_name(path: Path) -> None:
     """Refuse a name that the file system does not take, or that netCDF cannot be given."""
+    if path.name in ("", ".."):
+        raise RequestError(
+            "This is not a file, and the output must be one.", hint="Give a file name.", where=str(path)
+        )
     try:
         os.fspath(path.absolute()).encode("utf-8")
         # that the folder is there is checked elsewhere
