@@ -95,13 +95,16 @@ def usable_folder(root: Path, name: str) -> Path | None:
         for each in (root, folder):
             # not by the umask alone: under 002, usual where each user has a group, every folder could be written by it
             each.mkdir(mode=0o755, exist_ok=True)
-        problem = _problem(os.stat(root), sticky_is_safe=True) or _problem(os.lstat(folder))
+        # the root first: what is wrong with it is told once, not for every kernel
+        place, problem = root, _problem(os.stat(root), sticky_is_safe=True)
+        if not problem:
+            place, problem = folder, _problem(os.lstat(folder))
     except OSError:
         return None
     if problem:
         warnings.warn(
             f"The cache of compiled kernels is not used, because it {problem}, and what is in it would be executed: "
-            f"{folder}. The kernels are compiled anew by each process. Run `chmod -R go-w` on a folder of your own, or "
+            f"{place}. The kernels are compiled anew by each process. Run `chmod -R go-w` on a folder of your own, or "
             "set EULERDISK_CACHE_DIR to another one.",
             RuntimeWarning,
             stacklevel=2,
