@@ -1,25 +1,29 @@
 """The command `eulerdisk`: the list of its commands, and its exit statuses.
 
 Results go to standard output, progress and messages to standard error. Exit status: 0 done; 1 a check failed, or too
-many cells could not be computed; 2 the request was wrong and nothing was touched; 3 the file system refused a file;
-130 or 143 interrupted. After 3, 130 and 143 the finished blocks are kept, and the same command continues. Heavy imports
-are inside the commands, so that a wrong word is refused before numba or xarray is loaded.
+many cells could not be computed; 2 the request was wrong and nothing was touched; 3 the system takes no more (file,
+output or memory); 70 a defect of the program, to be reported; 130 or 143 interrupted. After 3, 70, 130 and 143 the
+finished blocks are kept, and the same command continues. Heavy imports are inside the commands, so that a wrong word is
+refused before numba or xarray is loaded.
 """
 
+import os
 import sys
 from typing import Annotated
 
 import typer
 
-from sweep.commands import check, inspect, run, simulate
-from sweep.errors import RequestError
+from sweep.commands import check, inspect, process, run, simulate
 from sweep.foreign_settings import ignore_matplotlibrc
-from sweep.platforms import check_system
+from sweep.platforms import check_memory, check_system
 from sweep.version import __version__
 
 app = typer.Typer(
     name="eulerdisk",
-    help="Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?",
+    help="Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?\n\n"
+    "Exit status: 0 done; 1 the check failed, or too many cells could not be computed; 2 the request was wrong, "
+    "nothing was touched; 3 the system takes no more (file, output or memory); 70 a defect of the program, please "
+    "report it; 130, 143 interrupted.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -62,10 +66,16 @@ def main() -> None:
     The parser ends with 2 if a command, option or argument is wrong, with 130 on Ctrl-C where nothing is kept, and
     with 1 if the reader of the output has gone, as in ``eulerdisk boundary a.nc | head``.
     """
-    try:
-        check_system()
-        ignore_matplotlibrc()
-        app(prog_name="eulerdisk")
-    except RequestError as error:
-        print(f"eulerdisk: {error}", file=sys.stderr)
-        sys.exit(error.status)
+    process.open_streams()
+    # figures are drawn without a window, and matplotlib refuses to be imported if it does not know this name
+    os.environ.pop("MPLBACKEND", None)
+    sys.exit(process.exit_status(_run))
+
+
+def _run() -> None:
+    check_system()
+    # help needs no memory to speak of
+    if "--help" not in sys.argv and len(sys.argv) > 1:
+        check_memory()
+    ignore_matplotlibrc()
+    app(prog_name="eulerdisk")

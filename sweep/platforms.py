@@ -6,12 +6,19 @@ them. Another processor computes too, more slowly and with other last bits.
 """
 
 import importlib.util
+import math
+import os
 import platform
+import re
 import sys
 import warnings
+from collections.abc import Mapping
 from functools import lru_cache
 
 from sweep.errors import RequestError
+
+#: Address space [bytes] that a small run and a figure take, and what each processor adds (its threads' stacks).
+_LIBRARIES_BYTES, _THREAD_BYTES = 0.8e9, 1.0e8
 
 _SYSTEMS = ("linux", "darwin")
 _X86, _ARM = ("x86_64", "amd64"), ("arm64", "aarch64")
@@ -34,6 +41,98 @@ def check_system() -> None:
             "locks (Python's module fcntl) that keep two runs from writing one output.",
             hint="On Windows use eulerdisk in the Windows Subsystem for Linux (WSL).",
         )
+
+
+def check_memory() -> None:
+    """Refuse a limit of memory under which the compiler and the libraries cannot be loaded.
+
+    They do not report that they have too little: they end the process, or wait for threads that could not be started.
+
+    Raises
+    ------
+    RequestError
+    """
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    needed = _LIBRARIES_BYTES + _THREAD_BYTES * (os.cpu_count() or 1)
+    if limit != resource.RLIM_INFINITY and limit < needed:
+        raise RequestError(
+            f"The compiler and the libraries need {needed / 1e6:.0f} MB of address space on this machine; this process "
+            f"may use {limit / 1e6:.0f} MB.",
+            hint=f"Raise the limit: `ulimit -v {math.ceil(needed / 1024)}`.",
+            where="ulimit -v",
+        )
+
+
+@lru_cache
+def check_numba() -> None:
+    """Refuse settings of Numba with which it cannot be imported, or cannot run a kernel in parallel.
+
+    Raises
+    ------
+    RequestError
+    """
+    threads = os.environ.get("NUMBA_NUM_THREADS")
+    if threads is not None and not re.fullmatch(r"0*[1-9][0-9]{0,3}", threads, re.ASCII):
+        raise _refused_setting("NUMBA_NUM_THREADS", f"must be a number from 1 to 9999; got {threads!r}")
+    with warnings.catch_warnings():
+        # what Numba cannot read it ignores, with a traceback
+        warnings.filterwarnings("error", message="(?s)Environment variable 'NUMBA_")
+        try:
+            import numba
+        except (ImportError, ValueError, RuntimeError, Warning) as problem:
+            named = re.search(r"NUMBA_\w+", str(problem))
+            reason = str(problem).strip().partition("\n")[0]
+            raise _refused_setting(
+                named[0] if named else "NUMBA_*", f"keeps Numba from starting: {reason}"
+            ) from problem
+    try:
+        # starts the threads: where no threading layer can be loaded, it says so
+        numba.get_num_threads()
+    except ValueError as problem:
+        reason = str(problem).strip().partition("\n")[0]
+        layer = os.environ.get("NUMBA_THREADING_LAYER", "")
+        raise _refused_setting("NUMBA_THREADING_LAYER", f"has the value {layer!r}: {reason}") from problem
+
+
+def check_features(target: str, features: tuple[str, ...]) -> None:
+    """Refuse a target whose code this processor cannot run: it would end the process.
+
+    Raises
+    ------
+    RequestError
+    """
+    missing = [name for name in features if not host_features().get(name)]
+    if missing:
+        raise RequestError(
+            f"Code for {target} needs a processor with {', '.join(features)}; this one lacks {', '.join(missing)}.",
+            hint="Use --baseline generic, or leave such machines out.",
+            where="--baseline",
+        )
+
+
+def processor() -> str:
+    """Return LLVM's name of this processor."""
+    from llvmlite import binding
+
+    return str(binding.get_host_cpu_name())
+
+
+def host_features() -> Mapping[str, bool]:
+    """Return the features of this processor, by LLVM's names; none if LLVM does not know it."""
+    from llvmlite import binding
+
+    try:
+        return dict(binding.get_host_cpu_features())
+    except RuntimeError:
+        return {}
+
+
+def _refused_setting(name: str, problem: str) -> RequestError:
+    return RequestError(
+        f"The environment variable {name} {problem.rstrip('.')}.", hint=f"Run `unset {name}`.", where=name
+    )
 
 
 @lru_cache
@@ -64,10 +163,5 @@ def _problem() -> str:
 
 def _has_fma() -> bool:
     """Return whether an x86-64 processor multiplies and adds in one instruction, as far as LLVM can tell."""
-    from llvmlite import binding
-
-    try:
-        return bool(binding.get_host_cpu_features().get("fma"))
-    except RuntimeError:
-        # LLVM does not know the processor, and compiles without the instruction
-        return False
+    # LLVM compiles without the instruction for a processor that it does not know
+    return bool(host_features().get("fma"))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.commands.arguments import (
+    Baseline,
     BlockCells,
     MaxFailed,
     OptionalSpec,
@@ -20,6 +21,7 @@ from sweep.commands.arguments import (
     Spec,
     Threads,
     Words,
+    enter_baseline,
     read_request,
 )
 from sweep.commands.terminal import reporting, say, show, stoppable
@@ -42,6 +44,7 @@ def run(
     overwrite: Overwrite = False,
     threads: Threads = None,
     block_cells: BlockCells = None,
+    baseline: Baseline = None,
     max_failed: MaxFailed = 1.0,
     dask: Annotated[
         str | None,
@@ -56,6 +59,9 @@ def run(
     """
     request = read_request(spec, words or [], source)
     from sweep.runs.run import run_to_file
+    from sweep.runs.run_directory import directory_of, resolved
+
+    enter_baseline(baseline, directory_of(resolved(output)))
 
     executor = None
     if dask is not None:
@@ -72,6 +78,7 @@ def run(
             overwrite=overwrite,
             threads=threads,
             block_cells=block_cells,
+            baseline=baseline,
             command=command,
             progress=progress,
             say=say,
@@ -88,6 +95,7 @@ def prepare(
     output: Output,
     overwrite: Overwrite = False,
     block_cells: BlockCells = None,
+    baseline: Baseline = None,
 ) -> None:
     """Make the folder OUT.nc.run of a run without computing a cell, and print its name.
 
@@ -95,10 +103,12 @@ def prepare(
     """
     request = read_request(spec, words or [], None)
     from sweep.runs import array_jobs
+    from sweep.runs.run_directory import directory_of, resolved
 
+    enter_baseline(baseline, directory_of(resolved(output)))
     command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
     journal = array_jobs.prepare(
-        request, output, overwrite=overwrite, block_cells=block_cells, command=command
+        request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
     )
     show(str(journal.folder))
     say(f"{request.size} cells in {len(journal.spans)} blocks")
@@ -120,6 +130,7 @@ def block(
         )
     from sweep.runs import array_jobs
 
+    enter_baseline(None, folder)
     with stoppable() as stopping, reporting() as progress:
         kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
@@ -136,6 +147,7 @@ def assemble(
     """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
     from sweep.runs import array_jobs
 
+    enter_baseline(None, folder)
     path, failures = array_jobs.assemble(folder, overwrite=overwrite)
     _conclude(failures, path, max_failed)
 

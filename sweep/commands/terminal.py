@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, TextIO
@@ -139,10 +139,10 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
     def stop(number: int, _frame: FrameType | None) -> None:
         if arrived:
             # not print, which is not reentrant: the signal may have interrupted a print
-            os.write(2, f"\neulerdisk: stopped at once; finished blocks are kept. {again}".encode())
+            _write_at_once(f"\neulerdisk: stopped at once; finished blocks are kept. {again}")
             os._exit(128 + number)
         arrived.append(number)
-        os.write(2, b"\neulerdisk: stopping when this block is done; a second signal stops at once\n")
+        _write_at_once("\neulerdisk: stopping when this block is done; a second signal stops at once\n")
 
     with _handling(stop):
         try:
@@ -150,6 +150,12 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
         except StoppedError as end:
             print(f"eulerdisk: interrupted; {end}. {again}", end="", file=sys.stderr)
             raise typer.Exit(128 + arrived[0]) from None
+
+
+def _write_at_once(text: str) -> None:
+    # a terminal that has gone does not keep a run from stopping
+    with suppress(OSError):
+        os.write(2, text.encode(errors="backslashreplace"))
 
 
 @contextmanager

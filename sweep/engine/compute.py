@@ -15,6 +15,7 @@ from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import Quantity
+from sweep.platforms import check_numba
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import AUTOMATIC
@@ -257,6 +258,7 @@ def usable_threads(threads: int | None) -> int:
     RequestError
         If `threads` is out of range.
     """
+    check_numba()
     import numba
 
     most = int(numba.config.NUMBA_NUM_THREADS)

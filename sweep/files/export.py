@@ -4,8 +4,6 @@ A format is an entry in `FORMATS`; no other code depends on which formats there 
 """
 
 import contextlib
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,7 +13,7 @@ from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError, shown
 from sweep.files.netcdf import loaded
 from sweep.files.paths import check_target
-from sweep.files.publish import published
+from sweep.files.publish import published, published_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,22 +122,9 @@ def _check_zarr(path: Path, overwrite: bool) -> None:
 
 
 def _write_zarr(dataset: "xr.Dataset", path: Path) -> None:
-    unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
-    try:
+    with published_folder(path) as unfinished:
         # format 2: every reader of zarr knows it, and its consolidated metadata are part of it
         dataset.drop_encoding().to_zarr(unfinished, mode="w", zarr_format=2, consolidated=True)
-        if path.is_dir():
-            shutil.rmtree(path)
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise RequestError(
-            f"The folder could not be written: {problem}.",
-            hint="Free some space, or give another name.",
-            where=str(path),
-        ) from problem
-    finally:
-        if unfinished.exists():
-            shutil.rmtree(unfinished)
 
 
 #: Name of the format -> the format.

@@ -36,6 +36,9 @@ _CACHE_BYTES = 2**20
 #: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
 _MOST_PACKED = 1032
 
+#: Bytes of a file without its data, at most: attributes, and 4 kB for each of 50 variables.
+_HEADER_BYTES = 3e5
+
 
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
     """Write an atlas that is in memory; the file appears only when it is complete.
@@ -50,10 +53,12 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     """
     path = Path(path)
     check_target(path, overwrite)
-    check_room(path, dataset.nbytes * FILE_SHARE)
+    needed = dataset.nbytes * FILE_SHARE
+    check_room(path, needed)
     # xarray gives every float variable a fill value, also coordinates that were read from a file without one
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
-    with published(path) as unfinished:
+    # room is reserved, because HDF5 may end the process if a file may not become as large as it wants
+    with published(path, needed + _HEADER_BYTES) as unfinished:
         dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
 
 
@@ -81,9 +86,10 @@ class AtlasWriter:
         # not at the top: a request that is refused before any file is opened need not wait for this import
         import netCDF4
 
-        self._path, self._spec, self._attributes = path, spec, dict(attributes)
+        # absolute, because netCDF-C leaves out blanks at the begin of a name
+        self._path, self._spec, self._attributes = path.absolute(), spec, dict(attributes)
         self._sums: dict[str, int] = {}
-        self._file = netCDF4.Dataset(path, "w", format="NETCDF4_CLASSIC")
+        self._file = netCDF4.Dataset(self._path, "w", format="NETCDF4_CLASSIC")
 
     def write_cells(self, blocks: Iterable[Block]) -> None:
         """Write the global attributes, the coordinates, and the variables with one value per cell, chunk by chunk.
@@ -200,7 +206,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
             warnings.simplefilter("ignore")
             check_opens(path)
             check_claims(path)
-            dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+            dataset = xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False)
     except RequestError:
         raise
     except Exception as problem:
@@ -231,7 +237,7 @@ def check_claims(path: Path) -> None:
     import netCDF4
 
     room = path.stat().st_size * _MOST_PACKED + 2**20
-    with netCDF4.Dataset(path) as file:
+    with netCDF4.Dataset(path.absolute()) as file:
         for name, variable in file.variables.items():
             kind = variable.datatype
             if not isinstance(kind, np.dtype) or kind.kind not in "iufS":

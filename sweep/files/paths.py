@@ -1,9 +1,12 @@
 """Checks of the paths of files, made before anything is computed and before heavy libraries are loaded."""
 
+import errno
 import os
 import shlex
+import stat
 from pathlib import Path
 
+from sweep.atomic import try_publishing
 from sweep.errors import RequestError
 
 #: Formats of figures, which are the endings of their names.
@@ -47,6 +50,7 @@ def check_target(path: Path, overwrite: bool) -> None:
             hint=f"Run `mkdir -p {shlex.quote(str(folder))}`, or give another output.",
             where=where,
         )
+    check_name(path)
     exists = os.path.exists(path)
     if exists and not os.path.isfile(path):
         raise RequestError(
@@ -64,6 +68,55 @@ def check_target(path: Path, overwrite: bool) -> None:
             hint="Choose another folder.",
             where=where,
         )
+    if exists:
+        _check_replaceable(path)
+    try:
+        # what os.access does not know: a user that the file server maps to another, a folder of the kernel, ...
+        try_publishing(path)
+    except OSError as problem:
+        # whether there is room is checked where it is known how much is needed
+        if problem.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise RequestError(
+                f"A file of that name cannot be made in this folder: {problem.strerror}.",
+                hint="Give another name or folder.",
+                where=where,
+            ) from problem
+
+
+def check_name(path: Path) -> None:
+    """Refuse a name that the file system does not take, or that netCDF cannot be given."""
+    if path.name in ("", ".."):
+        raise RequestError(
+            "This is not a file, and the output must be one.", hint="Give a file name.", where=str(path)
+        )
+    try:
+        os.fspath(path.absolute()).encode("utf-8")
+        # that the folder is there is checked elsewhere
+        if os.path.isdir(path.parent) or "\0" in str(path):
+            os.lstat(path)
+    except FileNotFoundError:
+        return
+    except UnicodeEncodeError:
+        wrong = "The path of an output must be text in UTF-8, with all of its folders"
+    except (OSError, ValueError) as problem:
+        wrong = f"This cannot be the name of a file: {getattr(problem, 'strerror', None) or problem}"
+    else:
+        return
+    raise RequestError(f"{wrong}.", hint="Give another name.", where=str(path))
+
+
+def _check_replaceable(path: Path) -> None:
+    """Refuse a file that no other can be renamed to."""
+    file, folder = os.lstat(path), os.stat(path.parent)
+    if file.st_dev != folder.st_dev:
+        wrong = "The file is a mount point"
+    elif folder.st_mode & stat.S_ISVTX and os.geteuid() not in (0, file.st_uid, folder.st_uid):
+        wrong = (
+            "The file belongs to another user, in a folder where everybody may replace only what is theirs"
+        )
+    else:
+        return
+    raise RequestError(f"{wrong}; it cannot be replaced.", hint="Give another name.", where=str(path))
 
 
 def check_apart(target: Path, *sources: Path) -> None:

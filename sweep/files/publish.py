@@ -1,65 +1,59 @@
-"""Atomic publishing: a file is written under a temporary name in the same folder, synchronised, and then renamed."""
+"""Publishing for libraries that write to a name: the file or folder appears when it is complete, or not at all."""
 
 import contextlib
 import errno
 import os
-import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from sweep.atomic import create_temporary, create_temporary_folder, publish, publish_folder
 from sweep.errors import StorageError
 
 #: Errors of the system that mean "no room": the disk is full, or a quota or a limit on file sizes is reached.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-def publish(unfinished: Path, path: Path) -> None:
-    """Rename a finished temporary file to its final name, such that a power cut leaves the old state or the new one."""
+@contextlib.contextmanager
+def published(path: Path, needed: float = 0.0) -> Iterator[Path]:
+    """Yield an empty file with a temporary name beside `path`, to be written; it is published when the block ends.
+
+    If the block fails, the file is removed. If the file system refuses, or has no room for `needed` bytes, the error is
+    a StorageError.
+    """
+    # absolute, because programs take the begin of a relative name for an option, a protocol or nothing (a blank)
+    path = path.absolute()
+    with refusals(path, lambda: needed):
+        unfinished = create_temporary(path.parent)
+        try:
+            if needed:
+                _reserve(unfinished, int(needed))
+            yield unfinished
+            publish(unfinished, path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+
+def _reserve(unfinished: Path, size: int) -> None:
+    """Give a file so many bytes of the disk, and take them back; an OSError says that it cannot have them."""
     with open(unfinished, "rb+") as file:
-        os.fsync(file.fileno())
-    os.replace(unfinished, path)
-    sync_folder(path.parent)
-
-
-def publish_bytes(path: Path, content: bytes) -> None:
-    """Write a file that is either absent or complete, also after a power cut; if that fails no temporary file stays."""
-    # not the tempfile module: only the owner can read its files, and another account of the same group may have to go
-    # on with a run
-    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
-    try:
-        with open(unfinished, "xb") as file:
-            file.write(content)
-        publish(unfinished, path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+        os.pwrite(file.fileno(), b"\0", max(size - 1, 0))
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, max(size, 1))
+        file.truncate(0)
 
 
 @contextlib.contextmanager
-def published(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside `path`; the file written there is published when the block ends without an error.
-
-    If the file system refuses, the error is a StorageError.
-    """
-    unfinished = path.with_name(f".{path.name}.unfinished-{os.getpid()}")
-    try:
-        with refusals(path):
-            yield unfinished
-            publish(unfinished, path)
-    finally:
-        # os.path, because unlink raises where the name is too long
-        if os.path.exists(unfinished):
-            unfinished.unlink()
-
-
-def sync_folder(folder: Path) -> None:
-    """Write the names in a folder to the disk, on file systems that can do so."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
+def published_folder(path: Path) -> Iterator[Path]:
+    """Do what `published` does, for a folder: one that had the name is removed when the new one is complete."""
+    path = path.absolute()
+    with refusals(path):
+        unfinished = create_temporary_folder(path.parent)
         try:
-            os.fsync(handle)
+            yield unfinished
+            publish_folder(unfinished, path)
         finally:
-            os.close(handle)
+            shutil.rmtree(unfinished, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -110,15 +104,15 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
 
 def _probe(folder: Path, size: int) -> int:
     """Return the error that the system gives for a file of this size, 0 for none; netCDF does not pass it on."""
-    probe = folder / f".eulerdisk-probe-{os.getpid()}"
     try:
-        with open(probe, "wb") as file:
-            os.pwrite(file.fileno(), b"\0", max(size, 1))
-            if hasattr(os, "posix_fallocate"):
-                os.posix_fallocate(file.fileno(), 0, max(size, 1))
+        unfinished = create_temporary(folder)
+    except OSError as problem:
+        return problem.errno or 0
+    try:
+        _reserve(unfinished, size)
     except OSError as problem:
         return problem.errno or 0
     finally:
         with contextlib.suppress(OSError):
-            probe.unlink()
+            unfinished.unlink()
     return 0

@@ -2,7 +2,8 @@
 
 Numba's own key for a cached function sees only the file of the function itself. After an edit in another file, or for
 another model that is bound to the same schedule, it would go on running the old code. So the folder of the cache is
-named after the code of every module that the function is made of, comments and docstrings aside.
+named after the code of every module that the function is made of, comments and docstrings aside. What is in it is
+checked before it is loaded (`sweep.model.kernel_cache`).
 """
 
 import hashlib
@@ -18,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import RequestError
-from sweep.platforms import warn_of_processor
+from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
+from sweep.platforms import check_numba, warn_of_processor
 
 #: What may hold a quote or a hash sign that means nothing: strings and comments.
 _STRING_OR_COMMENT = re.compile(
@@ -60,11 +62,13 @@ class Kernel:
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
+    check_numba()
     warn_of_processor()
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
+    folder = usable_folder(cache_root(), cache_folder([kernel.module]).name)
     for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
         module, _, name = each.partition(":")
-        _cache_on_disk(getattr(import_module(module), name), cache_folder([kernel.module]))
+        _cache_on_disk(getattr(import_module(module), name), folder)
     return found
 
 
@@ -188,27 +192,17 @@ def check_cache(kernels: Iterable[Kernel]) -> None:
     ------
     RequestError
     """
-    if not all(any(cache_folder([kernel.module]).rglob("*.nbc")) for kernel in kernels):
+    if not all(any(cache_folder([kernel.module]).glob(f"*{ENDING}")) for kernel in kernels):
         raise RequestError(
-            f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, and "
-            "NUMBA_DISABLE_JIT must not be set.",
+            f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, by this user "
+            "alone, and NUMBA_DISABLE_JIT must not be set.",
             hint="Set EULERDISK_CACHE_DIR to a folder that can be written.",
             where="cache",
         )
 
 
-def _cache_on_disk(compiled: Any, folder: Path) -> None:
+def _cache_on_disk(compiled: Any, folder: Path | None) -> None:
     import numba
 
-    if numba.config.DISABLE_JIT:
-        return
-    before = numba.config.CACHE_DIR
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        numba.config.CACHE_DIR = str(folder)
-        compiled.enable_caching()
-    except (OSError, RuntimeError):
-        # an unwritable cache costs the compilation of this process, nothing else
-        return
-    finally:
-        numba.config.CACHE_DIR = before
+    if folder is not None and not numba.config.DISABLE_JIT:
+        compiled._cache = KernelCache(compiled.py_func, folder)

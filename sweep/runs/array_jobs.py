@@ -22,6 +22,7 @@ def prepare(
     *,
     overwrite: bool = False,
     block_cells: int | None = None,
+    baseline: str | None = None,
     command: str = "sweep.runs.array_jobs.prepare",
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
@@ -31,7 +32,7 @@ def prepare(
     path = resolved(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
-        return begin_or_resume(spec, path, folder, block_cells, None, command)
+        return begin_or_resume(spec, path, folder, block_cells, None, command, baseline)
 
 
 def compute_part(

@@ -1,5 +1,7 @@
 """The executor that uses the workers of a dask scheduler; they write into the run's folder, which they share."""
 
+import contextlib
+import logging
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -32,13 +34,10 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
 
     def execute(journal: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[FinishedBlock]:
         if numbers:
-            client = _connected(address)
-            try:
+            with _connection(address, journal) as client:
                 if not client.scheduler_info()["workers"]:
                     say(f"no worker is there yet; start some with `dask worker {address}`")
                 yield from _computed(client, journal, numbers, stopping)
-            finally:
-                client.close()
 
     return execute
 
@@ -66,6 +65,55 @@ def compute_block(folder: str, fingerprint: str, number: int) -> None:
         use_threads(threads)
         measured = measure_block(journal.spec, journal.spans[number])
     journal.keep(number, measured)
+
+
+@contextlib.contextmanager
+def _connection(address: str, journal: Journal) -> Iterator[Any]:
+    """Give a client of the scheduler at an address; a FailedBlocksError says that the scheduler was lost meanwhile.
+
+    What dask logs about a lost scheduler, several tracebacks, is left out.
+    """
+    import asyncio
+    import concurrent.futures
+
+    client = None
+    with _without_logs("distributed"):
+        try:
+            client = _connected(address)
+            yield client
+        except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as problem:
+            # an error of the connection is an OSError of dask; others come from writing the file, and are told as such
+            own = not isinstance(problem, OSError) or isinstance(problem, TimeoutError)
+            if own or type(problem).__module__.startswith("distributed"):
+                raise _lost(journal) from problem
+            raise
+        finally:
+            if client is not None:
+                with contextlib.suppress(OSError, concurrent.futures.CancelledError):
+                    client.close()
+
+
+@contextlib.contextmanager
+def _without_logs(package: str) -> Iterator[None]:
+    """Silence the loggers of a package."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == package]
+    before = {name: logging.getLogger(name).disabled for name in names}
+    try:
+        for name in names:
+            logging.getLogger(name).disabled = True
+        yield
+    finally:
+        for name, disabled in before.items():
+            logging.getLogger(name).disabled = disabled
+
+
+def _lost(journal: Journal) -> FailedBlocksError:
+    missing = len(journal.spans) - len(journal.held())
+    return FailedBlocksError(
+        f"The dask scheduler has ended before the run: {missing} of {len(journal.spans)} blocks were not computed yet.",
+        hint="Start scheduler and workers again, and run the same command again; finished blocks are kept.",
+        where=str(journal.folder),
+    )
 
 
 def _connected(address: str) -> Any:
@@ -109,12 +157,7 @@ def _computed(
                 continue
             if future.status == "cancelled":
                 # The scheduler has ended: this process itself cancels tasks only after the loop.
-                raise FailedBlocksError(
-                    f"The dask scheduler has ended before the run: {len(numbers_left)} of {len(numbers)} blocks were "
-                    "not computed yet.",
-                    hint="Start scheduler and workers again, and run the same command again; finished blocks are kept.",
-                    where=str(journal.folder),
-                )
+                raise _lost(journal)
             number = numbers_left.pop(future.key)
             if future.status == "finished":
                 yield number, None

@@ -13,6 +13,7 @@ become 17 to 46.
 
 import contextlib
 import json
+import re
 import zlib
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -21,9 +22,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atomic import publish_bytes, rename_aside
 from sweep.engine.estimate import journal_bytes
 from sweep.errors import RequestError
-from sweep.files.publish import publish_bytes
 from sweep.request.regular_files import read_regular
 from sweep.runs.manifest import MANIFEST, Manifest
 
@@ -35,6 +36,10 @@ BLOCKS = "blocks"
 
 #: End of the name of a block, and what is appended to it when the block is set aside.
 BLOCK, DAMAGED = ".block", ".damaged"
+
+
+#: Whole name of the file of a block, also when it is set aside. Other files in the folder are not touched.
+BLOCK_NAME = re.compile(rf"([0-9]{{6,}})-[0-9a-f]{{8}}{re.escape(BLOCK)}({re.escape(DAMAGED)})?")
 
 
 class DamagedBlockError(Exception):
@@ -78,9 +83,9 @@ class Journal:
         # another process may end the run and remove the folder while its names are read
         with contextlib.suppress(FileNotFoundError):
             for path in sorted(self._blocks.glob(f"*{BLOCK}")):
-                number = path.name.partition("-")[0]
-                if number.isascii() and number.isdecimal() and int(number) < len(self.spans):
-                    found.setdefault(int(number), []).append(path)
+                named = BLOCK_NAME.fullmatch(path.name)
+                if named and int(named[1]) < len(self.spans):
+                    found.setdefault(int(named[1]), []).append(path)
         return found
 
     def cells(self, numbers: Iterable[int]) -> int:
@@ -126,7 +131,7 @@ class Journal:
                 if paths:
                     damaged.append(str(problem))
                 for path in paths:
-                    path.rename(path.with_name(path.name + DAMAGED))
+                    rename_aside(path, DAMAGED)
         return missing, damaged
 
     def blocks(self) -> Generator[tuple[int, Columns], None, None]:

@@ -10,10 +10,14 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from sweep.atomic import create, open_or_create
 from sweep.errors import RequestError
 
 #: The file that is locked; and the file that takes its place where the file system has no locks.
 LOCK, OWNER = "lock", "owner"
+
+#: Begin of the content of both.
+SIGNATURE = "process "
 
 #: Errors of the system that mean "this file system has no locks" (some NFS and Lustre mounts).
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
@@ -59,7 +63,7 @@ def _acquired(path: Path, kind: int) -> int | None:
         # A run that has ended meanwhile has removed the file, and perhaps another process has made a new one. Only a
         # lock on the file that has the name now excludes other processes.
         with contextlib.suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(handle), os.stat(path)):
+            if os.path.samestat(os.fstat(handle), os.lstat(path)):
                 return handle
         os.close(handle)
 
@@ -68,7 +72,7 @@ def _opened(path: Path) -> int:
     try:
         # the run that held the lock may have ended and removed its folder
         path.parent.mkdir(exist_ok=True)
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        return open_or_create(path)
     except OSError as problem:
         raise RequestError(
             f"The folder of the run or its file {path.name} cannot be written, which going on with a run needs: "
@@ -83,7 +87,7 @@ def _owned(path: Path) -> Iterator[None]:
     """Hold a file that only one process can make; after a crash on another machine a person has to remove it."""
     while True:
         try:
-            handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+            handle = create(path)
             break
         except FileExistsError:
             holder = path.read_text(encoding="ascii", errors="replace").strip()
@@ -102,7 +106,7 @@ def _owned(path: Path) -> Iterator[None]:
 
 def _signature() -> str:
     since = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-    return f"process {os.getpid()} on {platform.node()} since {since}"
+    return f"{SIGNATURE}{os.getpid()} on {platform.node()} since {since}"
 
 
 def _is_dead(holder: str) -> bool:

@@ -4,15 +4,17 @@ import hashlib
 import json
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
+from sweep.atomic import publish_bytes
+from sweep.engine import machine
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
-from sweep.files.publish import publish_bytes
+from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 
@@ -23,7 +25,8 @@ MANIFEST = "manifest.json"
 _MOST_BYTES = 2**24
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
-FORMAT = 3
+#: 3 did not say on which kind of machine it was begun.
+FORMAT = 4
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
@@ -46,20 +49,40 @@ class Manifest:
     recorded: Mapping[str, str]
     #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
     fingerprint: str
+    #: What decides the bits on the machine that began the run (`sweep.engine.machine`), and the name of its processor.
+    machine: Mapping[str, str] = field(default_factory=dict)
+    processor: str = ""
+    #: The common baseline that all parts are computed for; empty if each is computed for its own processor.
+    baseline: str = ""
+    #: With a baseline, the values of the logarithmic axes: logarithms differ between processors.
+    axes: Mapping[str, list[float]] = field(default_factory=dict)
 
     @classmethod
-    def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
-        """Return the manifest of a run that is begun by this program."""
-        deciding = arithmetic(spec)
+    def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str, baseline: str = "") -> Self:
+        """Return the manifest of a run that is begun by this program on this machine."""
+        deciding, here = arithmetic(spec), machine.facts(spec)
         recorded = {name: version(name) for name in _RECORDED}
+        axes = machine.recorded_axes(spec) if baseline else {}
+        fingerprint = _digest([spec.canonical(), deciding, here])
         return cls(
-            spec, block_cells, created, command, deciding, recorded, _digest([spec.canonical(), deciding])
+            machine.with_axes(spec, axes) if axes else spec,
+            block_cells,
+            created,
+            command,
+            deciding,
+            recorded,
+            fingerprint,
+            here,
+            processor(),
+            baseline,
+            axes,
         )
 
     @property
     def versions(self) -> dict[str, str]:
-        """Versions of the packages that the run uses, for the file."""
-        return {name: self.arithmetic[name] for name in _ARITHMETIC} | dict(self.recorded)
+        """Versions of the packages that the run uses, and its baseline if it has one, for the file."""
+        baseline = {"baseline": self.baseline} if self.baseline else {}
+        return {name: self.arithmetic[name] for name in _ARITHMETIC} | dict(self.recorded) | baseline
 
     @property
     def spans(self) -> list[Span]:
@@ -83,6 +106,14 @@ class Manifest:
                 found.append(f"{name}: {str(before)[:16]} there, {value[:16]} here")
         return found
 
+    def machine_differences(self) -> list[str]:
+        """Return why this machine would compute other bits than the one that began the run, as `differences` does."""
+        return [
+            f"{name}: {self.machine.get(name, '')[:16]} there, {value[:16]} here"
+            for name, value in machine.facts(self.spec).items()
+            if self.machine.get(name) != value
+        ]
+
     def write(self, path: Path) -> None:
         """Write the manifest; the file is absent or complete."""
         content = vars(self) | {"spec": json.loads(self.spec.canonical())}
@@ -98,6 +129,8 @@ class Manifest:
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
+            if content.get("axes"):
+                spec = machine.with_axes(spec, content["axes"])
             return cls(spec, **({"fingerprint": ""} | content))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(

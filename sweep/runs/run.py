@@ -51,7 +51,7 @@ class Failures:
         import netCDF4
 
         failures = cls(spec)
-        with netCDF4.Dataset(path) as file:
+        with netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
             failures.count(0, file["ending"][...].reshape(-1))
         return failures
@@ -103,6 +103,7 @@ def run_to_file(
     overwrite: bool = False,
     threads: int | None = None,
     block_cells: int | None = None,
+    baseline: str | None = None,
     command: str = "sweep.run_to_file",
     progress: Progress = no_op,
     say: Say = no_op,
@@ -123,6 +124,9 @@ def run_to_file(
         Threads to use; all that this process may use if not given.
     block_cells : int, optional
         Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
+    baseline : str, optional
+        Compute bits that all processors of a kind share, "generic" or "x86-64-v3"; the process must have been started
+        for it (`sweep.engine.machine`). By default for the processor of this machine, or as the run was begun.
     command : str
         What the user ran, for the history.
     progress : callable, optional
@@ -158,7 +162,7 @@ def run_to_file(
         check_target(path, overwrite)
         usable_threads(threads)
         check_device(spec)
-        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command)
+        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
         missing = _missing_blocks(journal, say, progress)
 
         def bytes_to_write() -> float:
@@ -227,7 +231,7 @@ def _write_and_publish(
     stopping: Stopping,
 ) -> Failures:
     """Write the file of a run from its measured blocks in C order, publish it, and remove the run's folder."""
-    unfinished = journal.folder / run_directory.UNFINISHED
+    unfinished = run_directory.create_unfinished(journal.folder)
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
     try:

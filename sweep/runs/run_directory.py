@@ -1,20 +1,26 @@
 """The folder of a run, beside the output: claimed by one process, begun or resumed, and removed at the end."""
 
 import contextlib
+import errno
 import json
 import os
+import re
+import shlex
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
-from sweep.engine import estimate
+from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder, try_publishing
+from sweep.engine import estimate, machine
 from sweep.errors import RequestError
-from sweep.files.paths import check_target
-from sweep.files.publish import publish, publish_bytes, refusals, sync_folder
+from sweep.files.paths import check_name, check_target
+from sweep.files.publish import refusals
+from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
-from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
-from sweep.runs.locks import LOCK, OWNER, locked
+from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
+from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
 from sweep.runs.manifest import MANIFEST, Manifest, discard
 
 #: Suffix of the name of the folder, after the name of the output.
@@ -23,9 +29,8 @@ SUFFIX = ".run"
 #: The file while it is written, and the record of the file that was published.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
 
-#: All files that a run makes in its folder, and in that of its blocks.
+#: All files that a run makes in its folder; in that of its blocks it makes blocks. In both it makes temporary files.
 _NAMES = (MANIFEST, UNFINISHED, PUBLISHED, LOCK, OWNER)
-_KINDS = (f"*{BLOCK}", f"*{BLOCK}{DAMAGED}", "*.tmp")
 
 
 def resolved(path: str | Path) -> Path:
@@ -45,6 +50,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     A RequestError says that the folder cannot be made or holds other things, or that another process has locked it. A
     folder that is new is removed again when the ``with`` block fails before a block was kept.
     """
+    check_name(path)
     folder = directory_of(path)
     found = unrecognised(folder)
     if found and not (folder / MANIFEST).exists():
@@ -65,9 +71,11 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
             hint="Give another name or folder.",
             where=str(path),
         ) from problem
+    _check_kinds(folder)
     with locked(folder):
         is_new = not (folder / MANIFEST).exists()
         try:
+            _check_rename(folder, path)
             yield folder
         except BaseException:
             if is_new and not any((folder / BLOCKS).glob(f"*{BLOCK}*")):
@@ -75,30 +83,95 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
             raise
 
 
+def _check_kinds(folder: Path) -> None:
+    """Refuse a folder in which a name that a run gives to a file is that of another thing."""
+    for name in (*_NAMES, BLOCKS):
+        path = folder / name
+        if not os.path.lexists(path) or (path.is_dir() if name == BLOCKS else _is_regular(path)):
+            continue
+        kind = (
+            "a symbolic link" if path.is_symlink() else "a folder" if path.is_dir() else "not a regular file"
+        )
+        if name == BLOCKS:
+            kind = "not a folder"
+        raise RequestError(
+            f"In the folder of the run {name} is {kind}, and no run has made that.",
+            hint=f"Move it away (`mv {shlex.quote(str(path))} ELSEWHERE`), or give another output.",
+            where=str(folder),
+        )
+
+
+def _is_regular(path: Path) -> bool:
+    return stat.S_ISREG(os.lstat(path).st_mode)
+
+
+def _check_rename(folder: Path, path: Path) -> None:
+    """Refuse a folder from which the finished file cannot be renamed to its final name."""
+    try:
+        try_publishing(path, source=folder)
+    except OSError as problem:
+        if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+            # no room is told later, with the bytes that are needed
+            return
+        if problem.errno != errno.EXDEV:
+            check_target(path, True)
+        raise RequestError(
+            f"The finished file is renamed from the folder of the run, {folder.name}, to its final name, and that "
+            f"cannot be done here: {problem.strerror}. Both must be on one file system, and writable.",
+            hint="Give an output on the file system of that folder, or remove the link to it.",
+            where=str(path),
+        ) from problem
+
+
+def create_unfinished(folder: Path) -> Path:
+    """Create the file of a run under its temporary name, in place of one that a killed process left."""
+    path = folder / UNFINISHED
+    path.unlink(missing_ok=True)
+    os.close(create(path))
+    return path
+
+
 def begin_or_resume(
-    spec: SweepSpec, path: Path, folder: Path, block_cells: int | None, threads: int | None, command: str
+    spec: SweepSpec,
+    path: Path,
+    folder: Path,
+    block_cells: int | None,
+    threads: int | None,
+    command: str,
+    baseline: str | None = None,
 ) -> Journal:
-    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run."""
+    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run.
+
+    A new run is computed for `baseline`; another one keeps its own, and is refused if `baseline` is not None and
+    another.
+    """
     if block_cells is not None and block_cells < 1:
         raise RequestError(
             f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
         )
-    if (folder / MANIFEST).exists():
+    if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
-        check_same_run(journal, spec)
+        check_same_run(journal, spec, baseline)
         return journal
+    machine.check_baseline(baseline or "")
     made = created()
     estimate.check_room(path, estimate.run_bytes(spec))
     cells = block_cells or estimate.block_cells(spec, threads)
     with refusals(path):
-        journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
+        journal = Journal.create(folder, Manifest.new(spec, cells, made, command, baseline or ""))
         sync_folder(folder.parent)
     return journal
 
 
-def check_same_run(journal: Journal, spec: SweepSpec) -> None:
-    """Refuse to go on with a journal of another spec, or begun by a program that computes other bits."""
-    differences = journal.manifest.differences(spec)
+def check_same_run(journal: Journal, spec: SweepSpec, baseline: str | None = None) -> None:
+    """Refuse to go on with a journal of another spec, or begun by a program or on a machine that computes other bits.
+
+    `baseline` is the one that is asked for, None if that of the journal will do.
+    """
+    manifest = journal.manifest
+    differences = manifest.differences(spec)
+    if baseline is not None and baseline != manifest.baseline:
+        differences.append(f"baseline: {manifest.baseline or 'none'} there, {baseline or 'none'} here")
     if differences:
         raise RequestError(
             "The folder holds blocks of another run. A run goes on with the spec and the program that it was begun "
@@ -106,12 +179,31 @@ def check_same_run(journal: Journal, spec: SweepSpec) -> None:
             hint=f"Give the same spec or another output, or discard the blocks with {discard(journal.folder)}.",
             where=str(journal.folder),
         )
+    machine.check_baseline(manifest.baseline)
+    differences = manifest.machine_differences()
+    if differences:
+        raise RequestError(
+            f"This machine ({processor()}) would compute other bits than the one that began the run "
+            f"({manifest.processor}); these differ: {'; '.join(differences)}.",
+            hint="Go on with it on machines of that kind, or begin it anew for processors of all kinds: `eulerdisk "
+            "prepare --baseline generic`, or `run --baseline generic`.",
+            where=str(journal.folder),
+        )
 
 
 def remove_unfinished(folder: Path) -> None:
     """Remove what a killed process left half written. Only for the process that holds the exclusive lock."""
-    for path in [*(folder / BLOCKS).glob("*.tmp"), *folder.glob("*.tmp"), folder / UNFINISHED]:
+    for path in [*_matching(folder / BLOCKS, TEMPORARY), *_matching(folder, TEMPORARY), folder / UNFINISHED]:
         path.unlink(missing_ok=True)
+
+
+def _matching(folder: Path, *names: re.Pattern[str]) -> list[Path]:
+    """Return the files of a folder whose whole names match a pattern."""
+    try:
+        found = os.listdir(folder)
+    except OSError:
+        return []
+    return [folder / each for each in found if any(name.fullmatch(each) for name in names)]
 
 
 def publish_file(folder: Path, path: Path, spec: SweepSpec) -> None:
@@ -147,7 +239,7 @@ def remove(folder: Path) -> None:
     """
     blocks = folder / BLOCKS
     names = [folder / name for name in _NAMES if name != PUBLISHED]
-    for path in (*(path for kind in _KINDS for path in blocks.glob(kind)), *names, *folder.glob("*.tmp")):
+    for path in (*_matching(blocks, BLOCK_NAME, TEMPORARY), *names, *_matching(folder, TEMPORARY)):
         with contextlib.suppress(OSError):
             path.unlink()
     with contextlib.suppress(OSError):
@@ -158,12 +250,27 @@ def remove(folder: Path) -> None:
 
 
 def unrecognised(folder: Path) -> list[str]:
-    """Return the names of the files in a folder that no run makes."""
+    """Return the names in a folder without a manifest that no run makes, or that hold what no run has written."""
     # os.path, because a pathlib.Path raises where the name is too long
     if not os.path.isdir(folder):
         return []
-    return sorted(
-        name
-        for name in os.listdir(folder)
-        if name not in (*_NAMES, BLOCKS) and not name.endswith(".tmp") and not name.startswith(".")
-    )
+    found = [name for name in os.listdir(folder) if name != BLOCKS and not _left_by_run(folder / name)]
+    if os.path.isdir(folder / BLOCKS):
+        found += [
+            f"{BLOCKS}/{name}"
+            for name in os.listdir(folder / BLOCKS)
+            if not (BLOCK_NAME.fullmatch(name) or name.startswith("."))
+        ]
+    return sorted(found)
+
+
+def _left_by_run(path: Path) -> bool:
+    """Return whether a file is hidden, or one that a run leaves if it is killed before or after it has a manifest."""
+    if path.name.startswith("."):
+        return True
+    begins = {LOCK: SIGNATURE.encode(), OWNER: SIGNATURE.encode(), PUBLISHED: b'{"file": '}
+    if path.name not in begins or not _is_regular(path):
+        return False
+    with open(path, "rb") as file:
+        content = file.read(100)
+    return not content or content.startswith(begins[path.name])

@@ -5,8 +5,9 @@ import os
 
 import pytest
 
+from sweep.atomic import publish_bytes
 from sweep.errors import StorageError
-from sweep.files.publish import publish_bytes, published, refusals
+from sweep.files.publish import published, refusals
 
 
 def test_no_right_is_not_no_room(tmp_path):

@@ -288,31 +288,6 @@ def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch)
     assert "eulerdisk" in str(cache_folder([INTEGRATE]))
 
 
-class Compiled:
-    """Stands for a compiled kernel: remembers where its cache was to be."""
-
-    def __init__(self, problem=None):
-        self.problem = problem
-        self.folder = None
-
-    def enable_caching(self):
-        """Do as numba's dispatcher does: read the folder from its configuration."""
-        if self.problem:
-            raise self.problem
-        self.folder = numba.config.CACHE_DIR
-
-
-@pytest.mark.parametrize("problem", [None, RuntimeError("no locator available"), PermissionError("denied")])
-def test_numbas_own_cache_setting_is_left_as_it_was(tmp_path, monkeypatch, problem):
-    """The folder is set for this one kernel only, whether caching works or not, and a failure is no error."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "as it was")
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", 0)
-    compiled = Compiled(problem)
-    kernel._cache_on_disk(compiled, tmp_path / "kernels")
-    assert numba.config.CACHE_DIR == "as it was"
-    assert compiled.folder == (None if problem else str(tmp_path / "kernels"))
-
-
 def test_a_kernel_is_loaded_once(tmp_path, monkeypatch):
     """The functions that it names are kept on disk, in one folder; it is the same function each time."""
     (tmp_path / "loaded_once.py").write_text("def run(): pass\ndef first(): pass\ndef second(): pass\n")

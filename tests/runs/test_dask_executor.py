@@ -1,11 +1,13 @@
 """Blocks computed by the workers of dask: the same bytes, whoever computes them and whoever dies."""
 
 import gc
+import logging
 import os
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import CancelledError
 from pathlib import Path
 
 import pytest
@@ -203,7 +205,7 @@ class Completed:
     ("problem", "ended", "match"),
     [
         (KeyError("worker died"), "error", r"1 of 4 blocks \(2\).*KeyError\('worker died'\)"),
-        (None, "cancelled", r"scheduler has ended.*3 of 4 blocks were not computed"),
+        (None, "cancelled", r"scheduler has ended.*1 of 4 blocks were not computed"),
     ],
 )
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, match):
@@ -222,3 +224,30 @@ def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, 
     assert len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) == 3
     run_to_file(spec, tmp_path / "a.nc")
     assert [each.name for each in tmp_path.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.parametrize("problem", ["connection", "time", "cancelled"])
+def test_a_lost_scheduler_is_told_in_a_sentence(tmp_path, monkeypatch, problem):
+    """Whatever dask raises and logs when its scheduler goes away, the message says so and how to go on."""
+    distributed = pytest.importorskip("distributed")
+    from sweep.runs import dask_executor
+
+    problems = {
+        "connection": distributed.comm.CommClosedError("in <TCP>"),
+        "time": TimeoutError(),
+        "cancelled": CancelledError(),
+    }
+    log = logging.getLogger("distributed.client")
+
+    class Lost(Client):
+        def map(self, *_, **__):
+            assert log.disabled
+            raise problems[problem]
+
+    monkeypatch.setattr(dask_executor, "_connected", lambda _: Lost(None, "lost"))
+    spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
+    with pytest.raises(FailedBlocksError, match=r"scheduler has ended.*4 of 4 blocks were not computed"):
+        run_to_file(
+            spec, tmp_path / "a.nc", block_cells=5, executor=dask_executor.on_cluster("tcp://nowhere:1")
+        )
+    assert not log.disabled

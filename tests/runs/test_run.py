@@ -143,7 +143,7 @@ def test_targets_that_are_no_files(tmp_path):
         ("missing/x.nc", "no such folder"),
         ("file/x.nc", "no such folder"),
         ("y" * 300 + "/x.nc", "no such folder"),
-        ("y" * 300, "could not be made"),
+        ("y" * 300, "cannot be the name of a file"),
         ("y" * 254, "could not be made"),
     ]:
         refused(what, run_to_file, SPEC, tmp_path / name, overwrite=True)

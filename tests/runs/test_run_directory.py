@@ -1,8 +1,14 @@
 """The folder of a run: files that no run has made are safe in it, and it is removed when the file is there."""
 
+import os
+import re
+import tempfile
+from pathlib import Path
+
 import pytest
 
 from sweep.errors import RequestError
+from sweep.files.netcdf import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs
 from sweep.runs.run import run_to_file
@@ -44,7 +50,7 @@ def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
 def test_an_empty_folder_will_do(tmp_path):
     """An empty folder, or one with temporary files of an earlier crash, does not keep a run from starting."""
     (tmp_path / "a.nc.run").mkdir()
-    (tmp_path / "a.nc.run" / "manifest.json.17.tmp").write_text("{")
+    (tmp_path / "a.nc.run" / ".eulerdisk-0123456789abcdef.tmp").write_text("{")
     run_to_file(SPEC, tmp_path / "a.nc")
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
 
@@ -57,3 +63,118 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path):
             run_to_file(SPEC, tmp_path / "a.nc", **how)
         assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
     assert (tmp_path / "a.nc").read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "data.npz",
+        "x.tmp",
+        "lock",
+        "owner",
+        "published.json",
+        "assembled.nc",
+        "blocks/data.npz",
+        "blocks/1-2.block",
+        "lock/",
+    ],
+)
+def test_a_folder_that_is_not_a_runs_is_left_as_it_was(tmp_path, name):
+    """A folder without a manifest is another's if one file in it is, also under a name that runs use; all stays."""
+    mine = tmp_path / "a.nc.run" / name
+    mine.parent.mkdir(parents=True)
+    if name.endswith("/"):
+        mine.mkdir()
+    else:
+        mine.write_text("years of work")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(RequestError, match=f"that name is taken.*{name.rstrip('/')}, which no run has made"):
+        run_to_file(SPEC, tmp_path / "a.nc")
+    assert sorted(tmp_path.rglob("*")) == before
+    assert mine.is_dir() or mine.read_text() == "years of work"
+
+
+def test_foreign_files_outlive_a_run(tmp_path):
+    """Beside the blocks of a run, only files whose whole names a run gives are removed, at its begin and its end."""
+    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
+    foreign = [
+        "data.npz",
+        "notes.tmp",
+        "blocks/data.npz",
+        "blocks/notes.tmp",
+        "blocks/1-x.block",
+        "blocks/a.damaged",
+    ]
+    for name in foreign:
+        (journal.folder / name).write_text("mine")
+    (journal.folder / "blocks" / ".eulerdisk-0123456789abcdef.tmp").write_text("left by a kill")
+    run_to_file(SPEC, tmp_path / "a.nc")
+    left = sorted(path for path in (tmp_path / "a.nc.run").rglob("*") if path.is_file())
+    assert left == sorted(journal.folder / name for name in foreign)
+
+
+@pytest.mark.parametrize(
+    "name", ["manifest.json", "published.json", "assembled.nc", "lock", "owner", "blocks"]
+)
+@pytest.mark.parametrize("kind", ["folder", "link"])
+def test_another_thing_in_the_place_of_a_file_is_told_before_computing(tmp_path, name, kind):
+    """A folder or a planted link where a run has a file is named with what to do; nothing is computed or written."""
+    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
+    path, victim = journal.folder / name, tmp_path / "victim"
+    victim.write_text("mine")
+    if path.is_dir():
+        path.rmdir()
+    path.unlink(missing_ok=True)
+    if kind == "link" or name == "blocks":
+        path.symlink_to(victim)
+    else:
+        path.mkdir()
+    with pytest.raises(RequestError) as caught:
+        run_to_file(SPEC, tmp_path / "a.nc")
+    assert name in str(caught.value)
+    assert re.search("Move it away|move that folder", caught.value.hint)
+    assert victim.read_text() == "mine"
+    assert not (tmp_path / "a.nc").exists()
+
+
+def test_a_malformed_record_does_not_block_a_run(tmp_path):
+    """In the folder of a run, a record that cannot be read is that of nothing: the run goes on and replaces it."""
+    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
+    (journal.folder / "published.json").write_bytes(b"\xff{")
+    run_to_file(SPEC, tmp_path / "a.nc")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+def test_a_journal_on_another_file_system_is_told_before_computing(tmp_path):
+    """The finished file is renamed from the folder of the run: one that is linked elsewhere is refused at once."""
+    elsewhere = Path("/dev/shm")
+    if not elsewhere.is_dir() or elsewhere.stat().st_dev == tmp_path.stat().st_dev:
+        pytest.skip("there is no second file system here")
+    with tempfile.TemporaryDirectory(dir=elsewhere) as other:
+        (tmp_path / "a.nc.run").symlink_to(other)
+        with pytest.raises(RequestError, match="must be on one file system") as caught:
+            run_to_file(SPEC, tmp_path / "a.nc")
+        assert caught.value.status == 2
+        assert os.listdir(other) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc.run"]
+
+
+@pytest.mark.parametrize(
+    "name", [" a.nc", "a.nc ", "-a.nc", "http:a.nc", "a#mode=nczarr.nc", "~a.nc", "a\nb.nc"]
+)
+def test_odd_names_are_names(tmp_path, monkeypatch, name):
+    """A name that netCDF or xarray would read as something else, given without a folder, is that of a file."""
+    monkeypatch.chdir(tmp_path)
+    run_to_file(SPEC, name)
+    with open_atlas(name) as atlas:
+        assert atlas.sizes == {"roll_rate": 6, "tilt": 2}
+    assert os.listdir() == [name]
+
+
+@pytest.mark.parametrize("name", ["a\udcff.nc", "a\0.nc", "y" * 256])
+def test_hopeless_names_are_refused_at_once(tmp_path, monkeypatch, name):
+    """What cannot be the name of an atlas is refused before anything is computed or made."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RequestError, match=r"cannot be the name of a file|must be text in UTF-8"):
+        run_to_file(SPEC, name)
+    assert os.listdir() == []

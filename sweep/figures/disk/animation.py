@@ -123,13 +123,13 @@ def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple
     frame_picture(axes, -half, half)
 
 
-def _gif(frames: Iterator[Array], path: Path) -> None:
+def _gif(frames: Iterator[Array], unfinished: Path) -> None:
     from PIL import Image
 
     # without dither, which would flicker from frame to frame and double the size
     pictures = (Image.fromarray(frame[..., :3]).quantize(64, dither=Image.Dither.NONE) for frame in frames)
     # opened here, because Pillow leaves its own file open when the frames end early
-    with open(path, "wb") as file:
+    with open(unfinished, "rb+") as file:
         next(pictures).save(
             file, format="GIF", save_all=True, append_images=pictures, duration=1000 // _RATES["gif"], loop=0
         )

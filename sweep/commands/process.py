@@ -1,0 +1,165 @@
+"""The process of a command: its three streams, what it needs of its surroundings, and its exit status.
+
+A message that cannot be shown is no reason to end a run: errors of standard error are ignored. A result that cannot be
+shown is: then the status is 3, as for a file that cannot be written.
+"""
+
+import errno
+import io
+import os
+import sys
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TextIO
+
+from sweep.errors import RequestError, StorageError
+from sweep.version import __version__
+
+#: Exit status of a defect of the program: EX_SOFTWARE of sysexits.h.
+DEFECT = 70
+
+#: Errors of the system that no code of this program can cause: room, rights, devices, and the limits of a process.
+_SURROUNDINGS = (
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
+    errno.ENFILE, errno.ENOMEM, errno.EAGAIN, errno.ESTALE, errno.ENODEV, errno.ETIMEDOUT, errno.EBUSY,
+)  # fmt: skip
+
+
+class _Messages(io.RawIOBase):
+    """Standard error, without errors: a closed terminal or a full disk of a log does not end a run."""
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return 2
+
+    def isatty(self) -> bool:
+        return os.isatty(2)
+
+    def write(self, text: Any) -> int:
+        with suppress(OSError):
+            os.write(2, text)
+        return len(text)
+
+
+class _Results(io.RawIOBase):
+    """Standard output, whose errors are those of a file that cannot be written."""
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return 1
+
+    def isatty(self) -> bool:
+        return os.isatty(1)
+
+    def write(self, text: Any) -> int:
+        try:
+            return os.write(1, text)
+        except BrokenPipeError:
+            # the reader has seen enough, as in `eulerdisk boundary a.nc | head`
+            raise
+        except OSError as problem:
+            raise StorageError(
+                f"The results cannot be written: {problem.strerror}.",
+                hint="Send the output elsewhere, or free some space.",
+                where="standard output",
+            ) from problem
+
+
+def open_streams() -> None:
+    """Give the process three streams, also where it was started without them.
+
+    The next file that is opened takes the number of a closed stream: messages of a library would go into an atlas.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # a result that is written to nowhere is an error, a message is not
+            os.open(os.devnull, os.O_WRONLY if number == 2 else os.O_RDONLY)
+    # a test that reads what is printed has its own streams
+    if sys.stdout is sys.__stdout__:
+        sys.stdout = _text(io.BufferedWriter(_Results()), sys.stdout)
+    if sys.stderr is sys.__stderr__:
+        sys.stderr = _text(_Messages(), sys.stderr)
+
+
+def _text(binary: Any, before: TextIO | None) -> TextIO:
+    immediate = isinstance(binary, io.RawIOBase)
+    return io.TextIOWrapper(
+        binary,
+        encoding=before.encoding if before else "utf-8",
+        errors="backslashreplace",
+        line_buffering=immediate or binary.isatty(),
+        write_through=immediate,
+    )
+
+
+def exit_status(command: Callable[[], None]) -> int:
+    """Run a command, tell how it failed if it did, and return the exit status of the process."""
+    status = _status(command)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        status = status or 1
+    except RequestError as problem:
+        tell(str(problem))
+        status = status or problem.status
+    else:
+        return status
+    # the interpreter flushes at its end, and would end with a status of its own
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    return status
+
+
+def _status(command: Callable[[], None]) -> int:
+    try:
+        command()
+    except SystemExit as end:
+        # the parser takes an EOFError for Ctrl-D at a question, and this program asks none
+        asked = getattr(end.__context__, "__cause__", None)
+        return _defect(asked) if isinstance(asked, EOFError) else _code(end)
+    except RequestError as error:
+        tell(str(error))
+        return error.status
+    except MemoryError:
+        return _refused(
+            "The memory that this process may use is not enough.",
+            "Use a smaller --block-cells, or more memory.",
+        )
+    except OSError as problem:
+        if problem.errno not in _SURROUNDINGS:
+            return _defect(problem)
+        return _refused(f"The system refuses: {problem}.", "Remove the cause and run the same command again.")
+    # whatever else arrives here is a defect
+    except Exception as problem:
+        return _defect(problem)
+    return 0
+
+
+def _code(end: SystemExit) -> int:
+    return end.code if isinstance(end.code, int) else 0 if end.code is None else 1
+
+
+def _refused(problem: str, hint: str) -> int:
+    error = StorageError(problem, hint)
+    tell(str(error))
+    return error.status
+
+
+def _defect(problem: BaseException) -> int:
+    traceback.print_exception(problem, file=sys.stderr)
+    tell(
+        f"This is a defect of eulerdisk {__version__}, not of the request: {type(problem).__name__}. Please report it "
+        "to the authors, with the command and the lines above. Finished blocks of a run are kept."
+    )
+    return DEFECT
+
+
+def tell(text: str) -> None:
+    """Print a message on standard error."""
+    print(f"eulerdisk: {text}", file=sys.stderr)

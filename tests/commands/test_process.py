@@ -1,0 +1,176 @@
+"""Whatever surrounds a command, it ends with a sentence and the right status, and a run with its file."""
+
+import io
+import os
+import resource
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from sweep import cli, platforms
+from sweep.commands import process, run
+from sweep.errors import RequestError
+
+CHECKOUT = Path(__file__).parents[2]
+SMALL = "run rolling roll_rate=2:4:9 tilt=0.1deg,1deg -o a.nc"
+
+
+def shell(line, folder, **environment):
+    """Run a line of the shell in which `eulerdisk` is this program, and return what came of it."""
+    program = f"{shlex.quote(sys.executable)} -m sweep"
+    return subprocess.run(
+        ["bash", "-c", line.replace("eulerdisk", program)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory):
+    """Return the folder of a small atlas, which a run without any of the three streams has made."""
+    folder = tmp_path_factory.mktemp("atlas")
+    done = shell(f"eulerdisk {SMALL} <&- >&- 2>&-", folder)
+    assert done.returncode == 0
+    assert [path.name for path in folder.iterdir()] == ["a.nc"]
+    return folder
+
+
+def test_a_run_needs_no_streams(atlas):
+    """With all three streams closed, or a full disk behind the messages, a run completes and its file is whole."""
+    with open(atlas / "a.nc", "rb") as file:
+        assert file.read(4) == b"\x89HDF"
+    done = shell(f"eulerdisk {SMALL} --overwrite 2>/dev/full", atlas)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("where", "why"), [(">/dev/full", "No space left on device"), (">&-", "Bad file descriptor")]
+)
+def test_a_result_that_cannot_be_written(atlas, where, why):
+    """Status 3, as for a file, and one sentence."""
+    done = shell(f"eulerdisk info a.nc {where}", atlas)
+    assert done.returncode == 3
+    assert done.stderr.startswith(f"eulerdisk: standard output: The results cannot be written: {why}.")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("NUMBA_NUM_THREADS", "0"),
+        ("NUMBA_NUM_THREADS", "-1"),
+        ("NUMBA_NUM_THREADS", "two"),
+        ("NUMBA_NUM_THREADS", "1000000"),
+        ("NUMBA_NUM_THREADS", "\uff11"),
+    ],
+)
+def test_a_number_of_threads_that_cannot_be(monkeypatch, setting, value):
+    """It is refused before Numba reads it, with the variable to unset."""
+    monkeypatch.setenv(setting, value)
+    with pytest.raises(RequestError, match=rf"must be a number from 1 to 9999.*unset {setting}"):
+        platforms.check_numba.__wrapped__()
+
+
+def test_a_threading_layer_that_is_not_there(monkeypatch):
+    """What Numba says of it when threads are started becomes a wrong request, with the variable to unset."""
+
+    def fail():
+        raise ValueError(
+            "No threading layer could be loaded.\nHINT:\nIntel TBB is required, try:\n$ pip install tbb"
+        )
+
+    monkeypatch.setattr(numba, "get_num_threads", fail)
+    monkeypatch.setenv("NUMBA_THREADING_LAYER", "tbb")
+    with pytest.raises(
+        RequestError, match=r"value 'tbb': No threading layer could be loaded\. Run `unset NUMBA_T"
+    ):
+        platforms.check_numba.__wrapped__()
+
+
+def test_a_window_system_is_not_asked_for(atlas):
+    """Figures need none: its name, with which matplotlib could not be imported, does not matter."""
+    done = shell("eulerdisk plot a.nc -o a.png", atlas, MPLBACKEND="bad")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_files_may_not_become_large(atlas):
+    """Where a file may have 20 kB, as by `ulimit -f 20`, HDF5 would end the process: the refusal comes before."""
+    done = shell("ulimit -f 20; eulerdisk verify a.nc --write b.nc", atlas)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (3, "", 1)
+    assert "may not become that large" in done.stderr
+    assert not list(atlas.glob(".eulerdisk*"))
+
+
+def test_little_memory_is_refused_before_it_is_needed(monkeypatch, command, tmp_path):
+    """Under 400 MB the libraries would end the process or wait for ever: status 2, with the limit to set."""
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (400 * 2**20, resource.RLIM_INFINITY))
+    status, out, told = command(SMALL)
+    assert (status, out, told.count("\n")) == (2, "", 1)
+    assert "419 MB" in told
+    assert "Raise the limit: `ulimit -v" in told
+    assert command("run --help")[0] == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("problem", "status", "told"),
+    [
+        (ValueError("boom"), 70, "This is a defect of eulerdisk"),
+        (EOFError("pickle"), 70, "This is a defect of eulerdisk"),
+        (FileNotFoundError(2, "No such file"), 70, "This is a defect of eulerdisk"),
+        (RecursionError("deep"), 70, "This is a defect of eulerdisk"),
+        (OSError(28, "No space left on device"), 3, "The system refuses: [Errno 28] No space left on device"),
+        (MemoryError(), 3, "The memory that this process may use is not enough"),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+    ids=lambda each: type(each).__name__ if isinstance(each, BaseException) else "",
+)
+def test_a_defect_has_a_status_of_its_own(monkeypatch, command, problem, status, told):
+    """70 and not compare's 1, the traceback, and last the request to report it; what is no defect is told without."""
+
+    def fail(*_):
+        raise problem
+
+    monkeypatch.setattr(run, "read_request", fail)
+    ended, out, err = command(SMALL)
+    assert (ended, out) == (status, "")
+    assert told in err
+    assert ("Traceback" in err) == (status == 70)
+    assert ("report it" in err.splitlines()[-1]) == (status == 70) if err.strip() else status == 130
+
+
+def test_messages_cannot_fail(monkeypatch):
+    """A terminal that has gone away gives errors, which a stream of messages ignores, and one of results does not."""
+
+    def fail(*_):
+        raise OSError(5, "Input/output error")
+
+    messages, results = process._text(process._Messages(), None), process._Results()
+    monkeypatch.setattr(process.os, "write", fail)
+    print("lost", file=messages, flush=True)
+    with pytest.raises(RequestError, match="Input/output error") as caught:
+        results.write(b"kept")
+    assert caught.value.status == 3
+    monkeypatch.undo()
+    with pytest.raises(io.UnsupportedOperation):
+        messages.read()
+
+
+def test_the_statuses_are_listed(command):
+    """`eulerdisk --help`, the README and the command line's own text name every status."""
+    _, listed, _ = command("--help")
+    for text in (
+        " ".join(listed.split()),
+        " ".join((CHECKOUT / "README.md").read_text().split()),
+        cli.__doc__,
+    ):
+        for status in ("0 done", "2 ", "3 ", "70 ", "130"):
+            assert status in text

@@ -1,0 +1,160 @@
+"""The cache of compiled kernels: what is damaged is compiled again, and what others can write is not loaded."""
+
+import os
+import pickle
+import stat
+import warnings
+
+import numba
+import pytest
+
+from sweep.model import kernel_cache
+from sweep.model.kernel_cache import KernelCache, usable_folder
+
+
+def double(x):
+    """Return a number that no other kernel returns."""
+    return 2.0 * x + 0.5
+
+
+def compiled(folder, function=double):
+    """Return a new compiled function with a cache in a folder, after one call, and whether it was found there."""
+    found = numba.njit(function)
+    found._cache = KernelCache(function, folder)
+    assert found(3.0) == function(3.0)
+    return found, bool(found.stats.cache_hits)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the folder of a cache with one file, and its content."""
+    folder = tmp_path_factory.mktemp("cache")
+    compiled(folder)
+    (path,) = folder.iterdir()
+    return path, path.read_bytes()
+
+
+def flipped(content, place):
+    """Return a content with one bit of another value."""
+    return content[:place] + bytes([content[place] ^ 4]) + content[place + 1 :]
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut in the checksum": lambda content: content[:20],
+    "cut": lambda content: content[: len(content) // 2],
+    "last byte lost": lambda content: content[:-1],
+    "zeros": lambda content: bytes(len(content)),
+    "a bit of the checksum": lambda content: flipped(content, 3),
+    "a bit of the pickle": lambda content: flipped(content, 40),
+    "a bit of the machine code": lambda content: flipped(content, len(content) // 2),
+    "longer": lambda content: content + b"\0",
+    "another program's": lambda content: pickle.dumps("a cache of Numba") + content,
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGES)
+def test_a_damaged_file_is_compiled_again(whole, kind):
+    """Whatever happened to it, it is not loaded, the answer is right, and the next process finds it whole again."""
+    path, content = whole
+    path.write_bytes(DAMAGES[kind](content))
+    assert compiled(path.parent)[1] is False
+    assert compiled(path.parent)[1] is True
+    assert len(list(path.parent.iterdir())) == 1
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "link", "another's key"])
+def test_another_thing_in_its_place_is_not_loaded(whole, tmp_path, kind):
+    """A folder, a pipe, a link or the file of another function costs the compilation, and no more than a warning."""
+    path, content = whole
+    copy = tmp_path / "cache" / path.name
+    copy.parent.mkdir()
+    if kind == "folder":
+        copy.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(copy)
+    elif kind == "link":
+        copy.symlink_to(path)
+    else:
+        path.write_bytes(content)
+        other = tmp_path / "other"
+        other.mkdir()
+        compiled(other, triple)
+        copy.write_bytes(next(other.iterdir()).read_bytes())
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert compiled(copy.parent)[1] is False
+    assert ["could not be kept" in str(each.message) for each in told] == [True] * (kind == "folder")
+    assert kind == "folder" or compiled(copy.parent)[1] is True
+
+
+def triple(x):
+    """Return another number."""
+    return 3.0 * x + 0.5
+
+
+def test_a_full_disk_costs_the_next_compilation(tmp_path, monkeypatch):
+    """Where the compiled kernel cannot be kept, it is used all the same, and a warning names the folder."""
+
+    def refuse(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kernel_cache, "publish_bytes", refuse)
+    with pytest.warns(RuntimeWarning, match=r"No space left.*EULERDISK_CACHE_DIR"):
+        compiled(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("root", "folder", "expected"),
+    [
+        (0o755, 0o755, ""),
+        (0o700, 0o700, ""),
+        (0o1777, 0o755, ""),
+        (0o777, 0o755, "can be written by others .mode 777."),
+        (0o775, 0o755, "can be written by others .mode 775."),
+        (0o755, 0o775, "can be written by others"),
+        (0o755, 0o1777, "can be written by others"),
+    ],
+)
+def test_a_folder_that_others_can_write_is_not_used(tmp_path, root, folder, expected):
+    """Others who can write to it could have anything executed here; a warning says why, and the hint what to do."""
+    path = tmp_path / "root" / "key"
+    path.mkdir(parents=True)
+    path.chmod(folder)
+    path.parent.chmod(root)
+    if expected:
+        with pytest.warns(RuntimeWarning, match=rf"{expected}.*chmod -R go-w.*EULERDISK_CACHE_DIR"):
+            assert usable_folder(path.parent, "key") is None
+    else:
+        assert usable_folder(path.parent, "key") == path
+
+
+def test_a_folder_of_another_user_is_not_used(tmp_path):
+    """The owner of a folder can write to it: it must be this user, or root."""
+    mode, *rest = os.stat(tmp_path)
+    for owner, problem in [(os.geteuid(), ""), (0, ""), (4711, "belongs to another user (uid 4711)")]:
+        status = os.stat_result((mode & ~0o022, *rest[:3], owner, *rest[4:]))
+        assert kernel_cache._problem(status) == problem
+
+
+def test_a_file_that_others_can_write_is_not_loaded(whole):
+    """The file is asked too, when it is open: what others can write is compiled again, and replaced."""
+    path, content = whole
+    path.write_bytes(content)
+    path.chmod(0o666)
+    assert compiled(path.parent)[1] is False
+    assert stat.S_IMODE(path.stat().st_mode) == 0o644
+    assert compiled(path.parent)[1] is True
+
+
+def test_what_is_made_can_be_used_under_every_umask(tmp_path):
+    """Folders and files can be written by their owner alone, also where new files belong to a group, umask 002."""
+    before = os.umask(0o002)
+    try:
+        folder = usable_folder(tmp_path / "a" / "root", "key")
+        compiled(folder)
+        assert compiled(folder)[1] is True
+    finally:
+        os.umask(before)
+    modes = [stat.S_IMODE(path.stat().st_mode) for path in (folder.parent, folder, *folder.iterdir())]
+    assert modes == [0o755, 0o755, 0o644]
