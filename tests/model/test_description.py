@@ -20,7 +20,7 @@ ENDINGS = Endings(
 
 
 def test_an_ending_is_found_by_its_name_and_by_its_code():
-    """Names and codes are those of the list, whatever gaps the codes have; another name is an error of the program, another code one of a file."""
+    """Names and codes are those of the list, whatever its gaps; another code is an error of a file."""
     assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
     for each in ENDINGS:
         assert ENDINGS.code(each.name) == each.code
