@@ -24,12 +24,12 @@ def set_title(axes: "Axes", text: str) -> None:
 
 
 def fitted(text: str, size: float, width: float) -> str:
-    r"""Return a text as one bold line can show it.
+    """Return a text as one bold line can show it.
 
     Parameters
     ----------
     text : str
-        What does not print, and what the font has no sign for, is spelled as in ``\u4e2d``.
+        What does not print, and what the font has no sign for, is spelled by its number, as Python does it.
     size : float
         Of the font [points].
     width : float

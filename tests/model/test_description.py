@@ -5,6 +5,7 @@ import pytest
 
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import whole
+from sweep.errors import RequestError
 from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings, Model
 from sweep.model.disk.model import DISK
 from sweep.request.spec import SweepSpec
@@ -19,7 +20,7 @@ ENDINGS = Endings(
 
 
 def test_an_ending_is_found_by_its_name_and_by_its_code():
-    """Names and codes are those of the list, whatever gaps the codes have; any other is an error of the program."""
+    """Names and codes are those of the list, whatever its gaps; another code is an error of a file."""
     assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
     for each in ENDINGS:
         assert ENDINGS.code(each.name) == each.code
@@ -27,7 +28,7 @@ def test_an_ending_is_found_by_its_name_and_by_its_code():
         assert ENDINGS.of(np.float64(each.code)) is each
     with pytest.raises(KeyError):
         ENDINGS.code("horizon")
-    with pytest.raises(StopIteration):
+    with pytest.raises(RequestError, match="a cell has the ending 2, which is none of 0, 1, 3, 4, 7"):
         ENDINGS.of(2)
 
 
