@@ -1,0 +1,69 @@
+"""Short forms of scripts/audit_extremes.py; the long ones are run by hand."""
+
+import audit_extremes
+import kernel_runner
+import numpy as np
+import pytest
+import referee
+
+from kernels.disk.endings import BOUNDED, UNRESOLVED
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture
+def rng(request):
+    """Return a generator with a new seed, which pytest shows if the test fails."""
+    seed = np.random.SeedSequence().entropy
+    request.node.add_report_section("setup", "seed", str(seed))
+    return np.random.default_rng(seed)
+
+
+def test_the_stated_error_is_a_promise():
+    """Of 12,000 cells of six kinds 99.9 % are within twice their stated error, which is no more cautious than that."""
+    # the share of a kind is a number of few cells here: the seed is fixed
+    assert audit_extremes.audit_errors(12_000, np.random.default_rng(14))
+
+
+def test_nothing_beside_a_separatrix_is_bounded_and_wrong(rng):
+    """At 24 random separatrices no bounded cell is wrong by more than twice its stated error; few are unresolved."""
+    # few separatrices: one on which nothing can be resolved is a large share
+    assert audit_extremes.audit_separatrices(24, rng, most_unresolved=0.2)
+
+
+def test_tiny_starts_cost_little(rng):
+    """Tilts and kicks below 1e-8 take at most 1e5 steps and are resolved."""
+    assert audit_extremes.audit_tiny(1_000, rng)
+
+
+def test_brackets_hold_the_true_edge(rng):
+    """Both ends of refined brackets have the verdicts that 50 digits give."""
+    assert audit_extremes.audit_brackets(1, rng)
+
+
+def test_an_audit_can_fail(monkeypatch):
+    """Results that are wrong by ten times their stated error break every promise about them."""
+    right = kernel_runner.run
+
+    def wrong(*arguments, **options):
+        found = right(*arguments, **options)
+        found.greatest[:] += 10.0 * found.tilt_error + 1e-9
+        return found
+
+    monkeypatch.setattr(kernel_runner, "run", wrong)
+    assert not audit_extremes.audit_errors(600, np.random.default_rng(1))
+    assert not audit_extremes.audit_separatrices(3, np.random.default_rng(1))
+    assert not audit_extremes.audit_tiny(200, np.random.default_rng(1))
+
+
+def test_a_pass_by_less_than_the_loss_is_not_taken_for_truth():
+    """A start whose energy is that of the summit to 1e-14 is unresolved, or turns at 11.659 deg: it does not pass."""
+    given = referee.starts(
+        tilt=0.3598374720049218, tilt_rate=-0.5529681782669364, precession_rate=-9.835676524413332,
+        roll_rate=6.718888283501156, alpha=0.37, radius=0.012, gravity=1.62,
+    )  # fmt: skip
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        found = kernel_runner.run(given, fall_tilt=np.radians(89.0), tolerance=tolerance)
+        assert found.ending[0] in (BOUNDED, UNRESOLVED)
+        if found.ending[0] == BOUNDED:
+            assert abs(np.degrees(found.least[0]) - 11.659) < 1e-3
