@@ -18,6 +18,7 @@ from sweep.atlas.cf_metadata import (
     cell_declarations,
     curve_declarations,
     edge_declarations,
+    status_name,
 )
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array
@@ -109,11 +110,14 @@ def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES
     ]
     groups.append(curve_declarations(spec))
+    # atlases of version 0.1 have no row status; it is derived for them
+    added = {status_name(axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES}
     for group in groups:
-        present = [each.name in dataset for each in group]
-        if any(present) and not all(present):
-            yield f"{group[present.index(False)].name} is missing beside {group[present.index(True)].name}"
         declared |= {each.name: each for each in group}
+        names = [each.name for each in group if each.name not in added]
+        present = [name in dataset for name in names]
+        if any(present) and not all(present):
+            yield f"{names[present.index(False)]} is missing beside {names[present.index(True)]}"
     for name, found in dataset.variables.items():
         if name in spec.model.parameters and name not in declared:
             continue

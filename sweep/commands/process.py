@@ -13,6 +13,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TextIO
 
+from sweep.commands.terminal import say
 from sweep.errors import RequestError, StorageError
 from sweep.version import __version__
 
@@ -107,7 +108,7 @@ def exit_status(command: Callable[[], None]) -> int:
     except BrokenPipeError:
         status = status or 1
     except RequestError as problem:
-        tell(str(problem))
+        say(str(problem))
         status = status or problem.status
     else:
         return status
@@ -124,7 +125,7 @@ def _status(command: Callable[[], None]) -> int:
         asked = getattr(end.__context__, "__cause__", None)
         return _defect(asked) if isinstance(asked, EOFError) else _code(end)
     except RequestError as error:
-        tell(str(error))
+        say(str(error))
         return error.status
     except MemoryError:
         return _refused(
@@ -147,19 +148,14 @@ def _code(end: SystemExit) -> int:
 
 def _refused(problem: str, hint: str) -> int:
     error = StorageError(problem, hint)
-    tell(str(error))
+    say(str(error))
     return error.status
 
 
 def _defect(problem: BaseException) -> int:
     traceback.print_exception(problem, file=sys.stderr)
-    tell(
+    say(
         f"This is a defect of eulerdisk {__version__}, not of the request: {type(problem).__name__}. Please report it "
         "to the authors, with the command and the lines above. Finished blocks of a run are kept."
     )
     return DEFECT
-
-
-def tell(text: str) -> None:
-    """Print a message on standard error."""
-    print(f"eulerdisk: {text}", file=sys.stderr)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError, shown
-from sweep.files.netcdf import loaded
+from sweep.files.netcdf import damage_named, loaded
 from sweep.files.paths import check_target
 from sweep.files.publish import published, published_folder
 
@@ -122,7 +122,8 @@ def _check_zarr(path: Path, overwrite: bool) -> None:
 
 
 def _write_zarr(dataset: "xr.Dataset", path: Path) -> None:
-    with published_folder(path) as unfinished:
+    # values are read as they are written
+    with published_folder(path) as unfinished, damage_named(dataset):
         # format 2: every reader of zarr knows it, and its consolidated metadata are part of it
         dataset.drop_encoding().to_zarr(unfinished, mode="w", zarr_format=2, consolidated=True)
 

@@ -204,7 +204,7 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            check_opens(path)
+            check_opens(path.absolute())
             check_claims(path)
             dataset = xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False)
     except RequestError:
@@ -262,18 +262,19 @@ def _refuse(path: Path, reason: str) -> NoReturn:
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator["xr.Dataset"]:
     """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it."""
-    with open_atlas(path) as dataset, _damage_named(dataset):
+    with open_atlas(path) as dataset, damage_named(dataset):
         yield dataset
 
 
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
     """Return a dataset whose values are in memory; a RequestError names the variables that cannot be read."""
-    with _damage_named(dataset):
+    with damage_named(dataset):
         return dataset.load()
 
 
 @contextlib.contextmanager
-def _damage_named(dataset: "xr.Dataset") -> Iterator[None]:
+def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
+    """Turn an error within into a RequestError that names the variables of the dataset that cannot be read, if any."""
     try:
         yield
     except RequestError:
