@@ -20,7 +20,7 @@ from sweep.atlas.cf_metadata import (
     status_name,
 )
 from sweep.atlas.curves import Curves, curves
-from sweep.atlas.row_status import row_status
+from sweep.atlas.row_status import ROW_STATUS, row_status
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -134,10 +134,21 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
     """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_status.row_status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
+
+    Raises
+    ------
+    RequestError
+        If the variable holds a code that there is not.
     """
     name, measured = status_name(axis, edge), edge_names(axis, edge)[0]
     if name in dataset:
         stored: npt.NDArray[np.int8] = dataset[name].values
+        if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
+            raise RequestError(
+                f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
+                hint="Make it again with eulerdisk run.",
+                where=place_of(dataset),
+            )
         return stored
     return row_status(dataset["stability"].transpose(*dataset[measured].dims, axis).values, edge)
 

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.atlas.dataset import spec_of
+from sweep.atlas.dataset import edge_status, spec_of
 from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
 from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
@@ -213,3 +213,11 @@ def test_a_part_of_an_atlas_is_not_an_atlas(rolling):
         with pytest.raises(RequestError) as caught:
             spec_of(part)
         assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+
+
+def test_an_unknown_row_status_is_an_error_of_the_file():
+    """A code that there is not is refused by name, as that of an ending is."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:3:4", tilt="1deg:2deg:3")).copy(deep=True)
+    atlas["boundary_roll_rate_status"][1] = 114
+    with pytest.raises(RequestError, match="boundary_roll_rate_status holds 114, which is none of 0, 1"):
+        edge_status(atlas, "roll_rate", "upper")
