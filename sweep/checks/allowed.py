@@ -46,8 +46,7 @@ def allowed(quantity: Quantity, pair: Pair) -> Array:
     if rule.stated in (EXTREME, AMPLIFIED, TIMED):
         new, reference = stated(pair)
         return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
-    old = pair.reference[quantity.name].values.astype(np.float64)
-    rounding = rule.absolute + rule.relative * np.abs(old)
+    rounding = rule.absolute + rule.relative * _size(pair.reference[quantity.name].values)
     if rule.stated == BRACKET:
         return np.asarray(rounding + _brackets(quantity.name, pair))
     if rule.stated == HALFWIDTH:
@@ -67,7 +66,7 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
         Starts of the cells, in SI, of the shape of the columns.
     """
     rule, model = quantity.tolerance, reference.spec.model
-    old = np.abs(reference.columns[quantity.name].astype(np.float64))
+    old = _size(reference.columns[quantity.name])
     allowed = rule.absolute + rule.relative * old
     if not rule.stated:
         return np.asarray(allowed)
@@ -81,6 +80,12 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
         low, high = (reference.columns[name] for name in model.extremes)
         size = np.minimum(1.0, np.minimum(scale, high - low))
         return np.asarray(allowed + old * np.where(size > 0.0, errors / size, 0.0))
+
+
+def _size(values: npt.NDArray[Any]) -> Array:
+    """Return magnitudes; 0 of what is missing or infinite, which allows no difference."""
+    numbers = np.abs(values.astype(np.float64))
+    return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
 def stated(pair: Pair) -> tuple[Stated, Stated]:
@@ -108,7 +113,8 @@ def _extreme_errors(atlas: Stated) -> Array:
     spec, found = atlas.spec, atlas.columns.get(atlas.spec.model.error_name)
     if found is None:
         return np.asarray(spec.tolerance)
-    doubled = _DOUBT * found.astype(np.float64)
+    # no cell is resolved with a larger error than its tolerance: a file that states one is damaged
+    doubled = np.minimum(_DOUBT * found.astype(np.float64), _DOUBT * spec.tolerance)
     if spec.method == "exact":
         # no steps: the tolerance only says where a cell counts as unresolved
         return np.where(np.isnan(doubled), spec.tolerance, doubled)

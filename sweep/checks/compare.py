@@ -6,6 +6,7 @@ borderline cell the last bit decides: such flips are counted apart. What a refer
 must hold; what only the new one holds is named, and no difference.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -97,12 +98,19 @@ class Comparison:
         """Return everything as plain types, for JSON."""
         found: dict[str, Any] = {"outcome": self.outcome, "same": self.same, **asdict(self)}
         for finding in found["findings"]:
-            # JSON has no infinity: a share where nothing is allowed, a difference from an infinite value
-            for part in (finding, finding["worst"] or {}):
-                part |= {key: None for key, value in part.items() if value in (np.inf, -np.inf)}
             if finding["worst"] is not None:
                 del finding["worst"]["place"]
-        return found
+        plain: dict[str, Any] = _without_infinities(found)
+        return plain
+
+
+def _without_infinities(value: Any) -> Any:
+    """Replace numbers that JSON does not have by None: shares where nothing is allowed, values of damaged files."""
+    if isinstance(value, dict):
+        return {key: _without_infinities(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_infinities(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def compare(
@@ -209,7 +217,14 @@ class _Judge:
         distance, gaps = _apart(new.values, old.values)
         most = allowed(variable.quantity, pair) if limit is None else np.full(old.shape, limit)
         return _finding(
-            variable, pair, gaps | (distance > most), excused, gaps, distance, most, limit is not None
+            variable,
+            pair,
+            gaps | (distance > most) | np.isnan(most),
+            excused,
+            gaps,
+            distance,
+            most,
+            limit is not None,
         )
 
     def _left_out(self, variable: Variable) -> str:

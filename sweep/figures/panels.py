@@ -261,7 +261,9 @@ def _drawable(values: Array) -> Array:
 def _spread(low: Array, middle: Array, high: Array) -> Array:
     """Return error bars, shape (2, n): squaring swaps the ends of a bracket where rates are negative."""
     ends = np.sort([low, high], axis=0)
-    return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
+    # infinite ends of a damaged file have no middle
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
 
 
 def _fine(dataset: "xr.Dataset", across: Scale) -> Array:

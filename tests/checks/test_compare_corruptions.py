@@ -3,6 +3,8 @@
 A variable that is new in an atlas and has no rule, or one that lets more pass than it says, fails here.
 """
 
+import json
+
 import numpy as np
 import pytest
 from comparing import CIRCLING, REFINED, SPEC, STEADY, found
@@ -173,3 +175,30 @@ def test_a_variable_that_is_not_known_is_named(atlases):
         assert comparison.notes == (f"mine is not compared: {told}",)
         assert (comparison.outcome, compare(*pair, exact=True).outcome) == ("within tolerance", "different")
     assert compare(other, other).identical
+
+
+@pytest.mark.parametrize("kind", ["rolling with contact", "refined", "exact"])
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_a_value_that_is_no_number_differs_in_either_file(atlases, kind, value):
+    """An infinite or missing value, in the new atlas or the reference, is a difference; JSON of it has no infinity."""
+    atlas = atlases[kind]
+    for name, rule in rules_of(atlas).items():
+        values = atlas[name].values
+        known = np.argwhere(np.isfinite(values)) if values.dtype.kind == "f" else []
+        if not len(known) or rule.kind == FOREIGN or name in atlas.coords:
+            continue
+        broken = atlas.copy(deep=True)
+        broken[name].values[tuple(known[-1])] = value
+        for new, reference in ((atlas, broken), (broken, atlas)):
+            comparison = compare(new, reference)
+            assert name in found(comparison)
+            json.dumps(comparison.to_dict(), allow_nan=False)
+
+
+def test_a_stated_error_excuses_no_more_than_the_tolerance(atlases):
+    """A file that states errors beyond its tolerance is damaged: its tilts have to agree as before."""
+    atlas, broken = atlases["cube"], atlases["cube"].copy(deep=True)
+    broken["tilt_error"].values[...] = 1.0
+    broken["tilt_max"].values[...] += 1e-3
+    comparison = compare(broken, atlas)
+    assert "tilt_max" in found(comparison)
