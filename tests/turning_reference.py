@@ -157,15 +157,16 @@ def turn(motion, w, tilt, side, stationary):
     return None
 
 
-def first_turn(motion, w, tilt, side, last, growth="1.35"):
+def first_turn(motion, w, tilt, side, last, growth="1.35", longest="0.02"):
     """Turning point on one side, None if there is none before `last`; for any start, and slower than `turn`.
 
     The scan begins 1e-9 rad from the start, so that it misses neither a saddle beside a steady motion nor a start
-    beside its own turning point. Between two scanned tilts a least kinetic energy is found by its slope.
+    beside its own turning point, and goes on in steps of at most `longest`. Between two scanned tilts a least kinetic
+    energy is found by its slope.
     """
     if w == 0 and side * slope(motion, tilt) > 0:
         return tilt
-    h, distance, growth = motion[3], mpf(10) ** -9, mpf(growth)
+    h, distance, growth, longest = motion[3], mpf(10) ** -9, mpf(growth), mpf(longest)
     before, falling = tilt, side * slope(motion, tilt) > 0
     while side * before < last:
         point = side * min(side * tilt + distance, last)
@@ -176,7 +177,8 @@ def first_turn(motion, w, tilt, side, last, growth="1.35"):
                 point = top
         if potential(motion, point) > h:
             return bisected(lambda t: potential(motion, t) - h, before, point)
-        before, falling, distance = point, not rising, growth * distance
+        before, falling = point, not rising
+        distance = min(growth * distance, distance + longest)
     return None
 
 

@@ -19,7 +19,7 @@ MOST_STEPS = 1.0e8
 
 #: A tiny start has tilts and scaled tilt rates below the first number; its legs are abandoned after fewer steps. Only
 #: where a rate is within 1e-5 of the critical one does it need more, to creep away or to return.
-TINY, MOST_STEPS_OF_TINY = 1.0e-8, 1.0e5
+TINY, MOST_STEPS_OF_TINY = 1.0e-8, 4.0e4
 
 
 @simd
