@@ -9,6 +9,7 @@ refused before numba or xarray is loaded.
 
 import os
 import sys
+import warnings
 from typing import Annotated
 
 import typer
@@ -78,4 +79,6 @@ def _run() -> None:
     if "--help" not in sys.argv and len(sys.argv) > 1:
         check_memory()
     ignore_matplotlibrc()
+    # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
+    warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
     app(prog_name="eulerdisk")
