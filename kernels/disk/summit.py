@@ -10,7 +10,7 @@ import math
 from kernels.disk.equations import force
 from kernels.disk.error_estimate import drift, uncertain_energy
 from kernels.disk.rk4 import step, tilt_acceleration
-from kernels.jit import internal
+from kernels.jit import internal, simd
 
 #: A potential has maxima only at smaller tilts [rad]: steady motions are unstable below 18.6 deg (disk) to 20 deg.
 _LARGEST_TILT = 0.36
@@ -20,9 +20,9 @@ _LARGEST_TILT = 0.36
 #: 30 sqrt(2 K) has lost next to nothing on its way there, from all others it takes 2 asinh(30).
 _SHORTEST = 8.0
 
-#: Steps of the search for a minimum of the kinetic energy between the ends of a leg, and the largest minimum (of m g R)
-#: that is looked at: several times the error of that search.
-_NODES, _LARGEST_MINIMUM = 24, 2.0e-3
+#: Steps of the search for a minimum of the kinetic energy between the ends of a leg: up to a length of 0.7 in y (about
+#: 40 deg), and beyond; the largest minimum (of m g R) that is looked at, several times the error of the search.
+_NODES, _SHORT, _NODES_IF_LONG, _LARGEST_MINIMUM = 8, 0.7, 48, 2.0e-3
 
 #: A pass is doubtful when the kinetic energy left is less than this many times the energy that is uncertain.
 _MARGIN = 4.0
@@ -50,18 +50,18 @@ def _leaves_summit(state, constants, heading):
     return downhill > 0.1 * curvature * -curvature and 0.5 * downhill * downhill < -0.8 * curvature * kinetic
 
 
-@internal
+@simd
 def _slopes_along(S, C, s, o, constants):
     """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy: Chaplygin's system, free of divisions."""
     return C * C, -S * C, -constants[3] * o * C, o * S - 2.0 * s * C
 
 
-@internal
+@simd
 def _moved(S, C, s, o, h, slope):
     return S + h * slope[0], C + h * slope[1], s + h * slope[2], o + h * slope[3]
 
 
-@internal
+@simd
 def _step_along(S, C, s, o, h, constants):
     """One step of the classical Runge-Kutta method in y."""
     one = _slopes_along(S, C, s, o, constants)
@@ -77,7 +77,7 @@ def _step_along(S, C, s, o, h, constants):
     )
 
 
-@internal
+@simd
 def _fall(S, C, s, o, constants):
     """Slope of the potential with respect to y, over m g R."""
     return -(S * C + o * (constants[1] * s * C - constants[2] * o * S))
@@ -85,12 +85,12 @@ def _fall(S, C, s, o, constants):
 
 @internal
 def _lies_in_hidden_well(state, constants, h):
-    """Whether the end of a leg lies in a well of the potential that is narrower than two nodes."""
+    """Whether the end of a leg lies in a well of the potential that is narrower than the distance of two nodes."""
     pull, curvature = force(state, constants)
     if not curvature > 0.0:
         return False
     kinetic = 0.5 * state[3] * state[3] / constants[0]
-    reach = 2.0 * h * state[1]
+    reach = h * state[1]
     return 2.0 * kinetic + pull * pull / curvature < curvature * reach * reach
 
 
@@ -99,13 +99,14 @@ def _slow_between(state, tilt_end, constants):
     """Whether the kinetic energy may have a small minimum between a start and a tilt, by a coarse integration."""
     S, C, _, w, o, s = state
     length = math.asinh(math.tan(tilt_end)) - math.asinh(S / C)
-    h = length / _NODES
+    nodes = _NODES if abs(length) <= _SHORT else _NODES_IF_LONG
+    h = length / nodes
     if _lies_in_hidden_well(state, constants, h):
         return True
     i_spin, i_roll = 0.5 * constants[2], 0.5 * constants[1]
     whole = 0.5 * w * w / constants[0] + i_roll * s * s + i_spin * o * o + C
     kinetic, slope = 0.5 * w * w / constants[0], -h * _fall(S, C, s, o, constants)
-    for _ in range(_NODES):
+    for _ in range(nodes):
         S, C, s, o = _step_along(S, C, s, o, h, constants)
         before, slope_before = kinetic, slope
         kinetic = whole - (i_roll * s * s + i_spin * o * o + C)
