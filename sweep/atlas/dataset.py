@@ -20,7 +20,7 @@ from sweep.atlas.cf_metadata import (
     status_name,
 )
 from sweep.atlas.curves import Curves, curves
-from sweep.atlas.row_status import ROW_STATUS, row_status
+from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED, row_status
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -142,14 +142,15 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
     """
     name, measured = status_name(axis, edge), edge_names(axis, edge)[0]
     if name in dataset:
-        stored: npt.NDArray[np.int8] = dataset[name].values
+        # where xarray has masked rows, flags are floats
+        stored = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
         if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
             raise RequestError(
                 f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
                 hint="Make it again with eulerdisk run.",
                 where=place_of(dataset),
             )
-        return stored
+        return stored.astype(np.int8)
     return row_status(dataset["stability"].transpose(*dataset[measured].dims, axis).values, edge)
 
 
