@@ -143,7 +143,7 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
     name, measured = status_name(axis, edge), edge_names(axis, edge)[0]
     if name in dataset:
         # where xarray has masked rows, flags are floats
-        stored = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
+        stored: npt.NDArray[Any] = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
         if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
             raise RequestError(
                 f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",

@@ -53,6 +53,9 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]
     if not side:
         return []
     known = np.concatenate([line[np.isfinite(line)] for line in lines.values()])
+    if not known.any():
+        # no range around zero can be given as a share of it
+        return []
     ends = dict.fromkeys(f"{value:.4g}" for value in (known.min(), known.max()))
     at = f"{' to '.join(ends)} {spec.model.parameters[axis].units}"
     return [

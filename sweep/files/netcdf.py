@@ -325,6 +325,8 @@ def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
     wrong = [name for name in dataset.coords if name not in spec.model.parameters]
     if not wrong:
         return dataset
+    if indexed := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
+        _refuse(path, f"{shown(indexed[0])} is a coordinate that no atlas has")
     found = dataset.reset_coords(wrong)
     found.set_close(dataset.close)
     return found
