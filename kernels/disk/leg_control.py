@@ -236,7 +236,13 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, run, lanes)
     error, t, steps = lanes[at.ESTIMATE_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, run, lanes)
-    allowed = _allowed(lane, run, lanes)
+    allowed, stated = _allowed(lane, run, lanes), lanes[at.ERROR_END + lane]
+    if run.step > 0.0:
+        # a uniform step does not shrink near flat, where the rates change fastest
+        stated /= math.cos(lanes[at.TILT_END + lane])
+        # and may be long: then the estimate alone does not say enough
+        if allowed * stated > error * run.tolerance:
+            error = allowed * stated / run.tolerance
     if not out_of_steps and error <= allowed and _passed_in_doubt(lane, lanes):
         error = math.inf
     if out_of_steps or not error <= allowed:
@@ -252,13 +258,8 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         tilt = math.copysign(run.fall_tilt, tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
-    stated = lanes[at.ERROR_END + lane]
-    if run.step > 0.0:
-        # a uniform step does not shrink near flat, where the rates change fastest
-        stated /= math.cos(tilt)
     # what is accepted has kept the tolerance in all trials, however large the estimate for one motion in a thousand
-    stated = min(stated, run.tolerance)
-    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], stated)
+    lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], min(stated, run.tolerance))
     lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], lanes[at.CHANGE_END + lane])
     lanes[at.STEPS_KEPT + lane] += steps
     at_rest = lanes[at.W_0 + lane] == 0.0

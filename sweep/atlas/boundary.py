@@ -9,7 +9,7 @@ from sweep.atlas.row_status import row_status
 from sweep.engine.compute import compute, reach_and_scale
 from sweep.engine.grid import completed, whole
 from sweep.model.description import LOST, Starts
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
+from sweep.model.quantity import PROMISED, STABLE, UNDECIDED, UNSTABLE, Array, Truths
 from sweep.request.spec import SweepSpec
 
 #: Share of the width that each side of an undecided stretch may keep.
@@ -17,10 +17,6 @@ _SIDE = 0.25
 
 #: What rounding alone may change in an extreme [SI unit]: the estimated errors do not count it.
 _ROUNDING = 2e-14
-
-
-#: All but one extreme in a thousand are within this many times the estimated error.
-_PROMISED = 2.0
 
 
 Places = npt.NDArray[np.intp]
@@ -145,7 +141,7 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
     model, found = spec.model, compute(spec, starts)
-    error = _PROMISED * model.error(found) + _ROUNDING
+    error = PROMISED * model.error(found) + _ROUNDING
     low, high = (np.asarray(found[name], np.float64) for name in model.extremes)
     wide, narrow = (
         spec.criterion.verdict(model.endings, moved, *reach_and_scale(spec, starts, moved))

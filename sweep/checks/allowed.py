@@ -14,13 +14,23 @@ import numpy.typing as npt
 from sweep.checks.alignment import Pair
 from sweep.errors import RequestError, shown
 from sweep.model.description import Starts
-from sweep.model.quantity import AMPLIFIED, BRACKET, EXTREME, HALFWIDTH, TIMED, Array, Quantity
+from sweep.model.quantity import (
+    AMPLIFIED,
+    BRACKET,
+    EXTREME,
+    HALFWIDTH,
+    PROMISED,
+    STEP_COUNT,
+    TIMED,
+    Array,
+    Quantity,
+)
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
 from sweep.request.words import suggestion
 
-#: The true error of a cell may be so many times the stated one.
-_DOUBT = 2.0
+#: Share of a time that the errors of a small swing may come to: more would say nothing of it.
+_MOST_OF_A_TIME = 0.5
 
 _HALFWIDTH = "_halfwidth"
 
@@ -47,6 +57,9 @@ def allowed(quantity: Quantity, pair: Pair) -> Array:
         new, reference = stated(pair)
         return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
     rounding = rule.absolute + rule.relative * _size(pair.reference[quantity.name].values)
+    if rule == STEP_COUNT and all(spec.method == "exact" for spec in pair.specs):
+        # which takes no steps
+        return np.zeros_like(rounding)
     if rule.stated == BRACKET:
         return np.asarray(rounding + _brackets(quantity.name, pair))
     if rule.stated == HALFWIDTH:
@@ -79,7 +92,8 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
             return np.asarray(allowed + np.where(scale > 0.0, errors / scale, 0.0))
         low, high = (reference.columns[name] for name in model.extremes)
         size = np.minimum(1.0, np.minimum(scale, high - low))
-        return np.asarray(allowed + old * np.where(size > 0.0, errors / size, 0.0))
+        share = np.minimum(_MOST_OF_A_TIME, np.where(size > 0.0, errors / size, 0.0))
+        return np.asarray(allowed + old * share)
 
 
 def _size(values: npt.NDArray[Any]) -> Array:
@@ -114,7 +128,7 @@ def _extreme_errors(atlas: Stated) -> Array:
     if found is None:
         return np.asarray(spec.tolerance)
     # no cell is resolved with a larger error than its tolerance: a file that states one is damaged
-    doubled = np.minimum(_DOUBT * found.astype(np.float64), _DOUBT * spec.tolerance)
+    doubled = np.minimum(PROMISED * found.astype(np.float64), PROMISED * spec.tolerance)
     if spec.method == "exact":
         # no steps: the tolerance only says where a cell counts as unresolved
         return np.where(np.isnan(doubled), spec.tolerance, doubled)

@@ -94,7 +94,7 @@ def made_by(dataset: "xr.Dataset", code: str) -> bool:
 
 def _global_statements(spec: SweepSpec, dataset: "xr.Dataset", own: bool) -> Iterator[Statement]:
     stored = dataset.attrs
-    # what is expected of these two is a form, see `_FORMS`
+    # of attributes that hold a path, a time or a hash only the form is expected, see `_FORMS`
     expected = {**global_attributes(spec, "", "1970-01-01T00:00:00Z")}
     for name, value in expected.items():
         if name not in stored:

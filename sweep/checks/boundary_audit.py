@@ -192,7 +192,7 @@ def _curve_starts(spec: SweepSpec, dataset: "xr.Dataset") -> Starts | None:
 
 
 def _statement(spec: SweepSpec, declared: Declaration, checks: list[_Check]) -> Statement:
-    """Return the statement of a variable from its checks: the numbers are those of the first, or of the wrong one."""
+    """Return the statement of a variable, with the difference that the first wrong check found, or the first of all."""
     wrongs = [~(difference <= allowed) for _, difference, allowed in checks]
     worst = int(np.argmax([wrong.any() for wrong in wrongs]))
     _, difference, allowed = checks[worst]

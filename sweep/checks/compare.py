@@ -30,7 +30,7 @@ from sweep.checks.variables import (
     variables,
 )
 from sweep.errors import RequestError
-from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, STEP_COUNT, Array, Truths
+from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, STEP_COUNT, TIMED, Array, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,7 +219,7 @@ class _Judge:
         return _finding(
             variable,
             pair,
-            gaps | (distance > most) | np.isnan(most),
+            gaps | (distance > most) | np.isnan(most) | _of_other_sign(variable, new.values, old.values),
             excused,
             gaps,
             distance,
@@ -284,6 +284,15 @@ def _apart(new: Any, old: Any) -> tuple[Array, Truths]:
     one, other = new.astype(np.float64), old.astype(np.float64)
     with np.errstate(invalid="ignore"):
         return np.abs(one - other), np.isnan(one) != np.isnan(other)
+
+
+def _of_other_sign(variable: Variable, new: Any, old: Any) -> Truths:
+    """Return where one of two times, errors or numbers of steps is negative, which none can be."""
+    rule = variable.quantity.tolerance
+    if rule not in (ERROR_GAUGE, STEP_COUNT) and rule.stated != TIMED:
+        return np.zeros(old.shape, bool)
+    differ: Truths = (new < 0.0) != (old < 0.0)
+    return differ
 
 
 def _alike(variable: Variable, pair: Pair) -> Finding:

@@ -1,4 +1,4 @@
-"""Compare every cell of an atlas with the exact reference of its model: the same starts, without time stepping."""
+"""Hold all that an atlas states against what it follows from: its spec, and the exact extremes of the same starts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

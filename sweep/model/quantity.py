@@ -15,6 +15,9 @@ import numpy.typing as npt
 #: Value in a file where a float is missing: netCDF's own default fill, because some readers mishandle NaN.
 FILL = 9.969209968386869e36
 
+#: Of a million random extremes all but one in a thousand are within this many times their stated error.
+PROMISED = 2.0
+
 #: Verdicts of a criterion.
 UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 

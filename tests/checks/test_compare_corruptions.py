@@ -202,3 +202,22 @@ def test_a_stated_error_excuses_no_more_than_the_tolerance(atlases):
     broken["tilt_max"].values[...] += 1e-3
     comparison = compare(broken, atlas)
     assert "tilt_max" in found(comparison)
+
+
+@pytest.mark.parametrize("name", ["nutation_period", "fall_time", "tilt_error", "energy_drift", "steps"])
+def test_times_and_errors_are_not_negative(name):
+    """With a coarse tolerance and small swings much is allowed of a time; that it is negative is not."""
+    spec = sweep.SweepSpec.preset("circling").replace(
+        tilt="1deg:15deg:5", precession_rate="0.1:5:7", tolerance=1e-3
+    )
+    atlas = sweep.run(spec)
+    broken = atlas.copy(deep=True)
+    broken[name] = -broken[name] - (name == "energy_drift") * 1e-12
+    assert name in found(compare(broken, atlas))
+
+
+def test_the_exact_reduction_takes_no_steps(atlases):
+    """Steps in an atlas of the exact reduction differ from none."""
+    broken = atlases["exact"].copy(deep=True)
+    broken["steps"].values[...] = 1
+    assert "steps" in found(compare(broken, atlases["exact"]))

@@ -171,17 +171,15 @@ def _period_allowance(spec: Request, stored: Columns, exact: Columns, difference
     Measured over 150000 random motions with rates over six decades, at tolerances from 1e-10 to 1e-2 and a step of the
     engine's own: the period is off by at most 2.7 times the tolerance, relative, where its extremes allow no more.
     """
-    width = exact["tilt_max"] - exact["tilt_min"]
+    width, own_step = exact["tilt_max"] - exact["tilt_min"], isinstance(spec.step, str)
     with np.errstate(divide="ignore", invalid="ignore"):
         lingering = np.nan_to_num(1.0 / np.abs(exact["separatrix"]), nan=0.0, posinf=np.inf)
-        error = (
-            np.minimum(np.nan_to_num(difference), spec.tolerance)
-            + np.nan_to_num(exact["tilt_error"])
-            + _TILT_ROUNDING
-        )
+        # a given step keeps the tolerance of the extremes, and the time of a small swing no better than that
+        apart = np.minimum(np.nan_to_num(difference), spec.tolerance) if own_step else spec.tolerance
+        error = apart + np.nan_to_num(exact["tilt_error"]) + _TILT_ROUNDING
         share = _PERIOD_FACTOR * error * (1.0 + 1.0 / width + lingering)
     time = _PERIOD_ROUNDING + _PERIOD_TOLERANCE * spec.tolerance
-    if not isinstance(spec.step, str):
+    if not own_step:
         time = max(time, _PERIOD_GIVEN_STEP)
     allowance: Array = (time + share) * exact["nutation_period"]
     return allowance

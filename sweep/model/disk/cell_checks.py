@@ -9,13 +9,13 @@ import numpy.typing as npt
 from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import PROMISED, Array, Truths
 
 _EXACT = "the exact reduction"
 _PRESENT = "the ending, which says where it is missing"
 
-#: `tilt_error` promises that this share of cells may be further off than so many times the stated error.
-_SHARE, _TIMES = 1e-3, 2.0
+#: Share of cells that may be further off than `tilt_error` promises.
+_SHARE = 1e-3
 
 #: Relative rounding of a computed rate: the square root of the processor, and what the equation makes of it.
 _ROUNDING = 1e-12
@@ -210,7 +210,7 @@ def _stated_error(facts: Facts) -> Iterator[CellCheck]:
         yield _decided("tilt_error", "0, which no integration states", error > 0.0, integrated, promise=True)
         true = np.maximum(facts.low, facts.high)
         judged = _resolved(facts) & integrated & ~_ended(stored, "horizon")
-        allowed = _TIMES * error + np.nan_to_num(facts.exact["tilt_error"]) + _TILT_ROUNDING
+        allowed = PROMISED * error + np.nan_to_num(facts.exact["tilt_error"]) + _TILT_ROUNDING
     yield CellCheck(
         "tilt_error", "the true error, of which it states half at least", true, allowed, judged, True, _SHARE
     )
