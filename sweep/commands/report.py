@@ -146,7 +146,8 @@ def _small(value: float) -> str:
 def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
     if found.passed and not np.isfinite(found.extremes[2]):
-        return f"verified: {found.agreeing} of {found.cells} cells; none has extremes that could be held against exact ones"
+        cells = f"{found.agreeing} of {found.cells} cells"
+        return f"verified: {cells}; none has extremes that could be held against exact ones"
     if found.passed:
         return (
             f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "

@@ -72,6 +72,14 @@ def test_the_exact_values_are_the_referee_s(preset):
         # another tolerance, and a step of one's own
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "tolerance": 1e-4}, {"agrees": 81}),
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "step": 0.05}, {"agrees": 81}),
+        # small swings of a long period, in steps nearly as long
+        (
+            {
+                "tilt": "0.25deg:30deg:9", "precession_rate": "0.1:5:9", "roll_rate": "steady", "tilt_rate": 1e-4,
+                "step": 0.1,
+            },
+            {"agrees": 81},
+        ),
     ],
 )  # fmt: skip
 def test_all_kinds_of_atlases_agree(words, expected):
