@@ -46,12 +46,12 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     Raises
     ------
     RequestError
-        If the file exists, its folder does not or cannot be written, or the disk has not enough room; nothing has been
-        touched then.
+        If the file exists, its folder does not or cannot be written, the disk has not enough room, or the dataset holds
+        what netCDF does not; nothing has been touched then.
     StorageError
         If the file system refuses.
     """
-    path = Path(path)
+    path, dataset = Path(path), _rechunked(dataset)
     check_target(path, overwrite)
     needed = dataset.nbytes * FILE_SHARE
     check_room(path, needed)
@@ -59,7 +59,27 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     unfilled = {name: {"_FillValue": None} for name in dataset.coords}
     # room is reserved, because HDF5 may end the process if a file may not become as large as it wants
     with published(path, needed + _HEADER_BYTES) as unfinished:
-        dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
+        try:
+            dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
+        except (TypeError, ValueError) as problem:
+            # attributes of files that other programs have changed, or the caller's own
+            raise RequestError(
+                f"The dataset holds what no file of the netCDF classic model can: {shown(str(problem))}.",
+                hint="Take away the attribute or variable that is named.",
+                where=str(path),
+            ) from problem
+
+
+def _rechunked(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return a dataset without the chunks of variables that have become smaller than one since they were read."""
+    found = dataset.copy()
+    for variable in found.variables.values():
+        chunks = variable.encoding.get("chunksizes") or ()
+        if len(chunks) != variable.ndim or any(
+            chunk > size for chunk, size in zip(chunks, variable.shape, strict=True)
+        ):
+            variable.encoding.pop("chunksizes", None)
+    return found
 
 
 class AtlasWriter:

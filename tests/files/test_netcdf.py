@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import sweep
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape
+from sweep.errors import RequestError
 from sweep.files.netcdf import open_atlas, regroup, save
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
@@ -177,3 +178,22 @@ def test_regroup_asks_for_a_block_only_when_it_needs_it():
     for _ in range(3):
         next(spans)
     assert asked == [0, 10]
+
+
+def test_a_selection_of_a_file_can_be_saved(tmp_path):
+    """A part of an atlas that was read is written, with chunks that fit it."""
+    sweep.save(sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="1deg:5deg:8")), tmp_path / "a.nc")
+    with sweep.open_atlas(tmp_path / "a.nc") as atlas:
+        sweep.save(atlas.isel(roll_rate=slice(3)), tmp_path / "b.nc")
+        with sweep.open_atlas(tmp_path / "b.nc") as part:
+            assert part.tilt_max.equals(atlas.tilt_max.isel(roll_rate=slice(3)))
+
+
+@pytest.mark.parametrize("value", [{"a": 1}, None, ["a", 1]])
+def test_what_netcdf_does_not_hold_is_refused(tmp_path, value):
+    """An attribute that no file can hold is named, and no file appears."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg")).copy()
+    atlas["tilt_max"].attrs["mine"] = value
+    with pytest.raises(RequestError, match="mine|netCDF classic model"):
+        sweep.save(atlas, tmp_path / "a.nc")
+    assert not list(tmp_path.iterdir())
