@@ -61,8 +61,10 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     with published(path, needed + _HEADER_BYTES) as unfinished:
         try:
             dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
-        except (TypeError, ValueError) as problem:
-            # attributes of files that other programs have changed, or the caller's own
+        except (OSError, TypeError, ValueError) as problem:
+            # attributes of files that other programs have changed, or the caller's own; the system's errors have a number
+            if getattr(problem, "errno", None) is not None:
+                raise
             raise RequestError(
                 f"The dataset holds what no file of the netCDF classic model can: {shown(str(problem))}.",
                 hint="Take away the attribute or variable that is named.",
