@@ -62,7 +62,7 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
         try:
             dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
         except (OSError, TypeError, ValueError) as problem:
-            # attributes of files that other programs have changed, or the caller's own; the system's errors have a number
+            # an attribute of another program, or the caller's own; the errors of the system have a number
             if getattr(problem, "errno", None) is not None:
                 raise
             raise RequestError(
