@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from sweep.atomic import publish_bytes
 from sweep.engine import machine
@@ -27,6 +27,9 @@ _MOST_BYTES = 2**24
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
 #: 3 did not say on which kind of machine it was begun.
 FORMAT = 4
+
+#: The fields that map names to texts.
+_TABLES = ("arithmetic", "recorded", "machine")
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
@@ -129,9 +132,11 @@ class Manifest:
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
+            content = {"fingerprint": ""} | content
+            _check(content, spec)
             if content.get("axes"):
                 spec = machine.with_axes(spec, content["axes"])
-            return cls(spec, **({"fingerprint": ""} | content))
+            return cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
                 f"The manifest of this run is damaged, or of another version of this program: {problem}.",
@@ -152,6 +157,23 @@ def arithmetic(spec: SweepSpec) -> dict[str, str]:
         "arithmetic_hash": arithmetic_hash(spec),
         **{name: version(name) for name in _ARITHMETIC},
     }
+
+
+def _check(content: Mapping[str, Any], spec: SweepSpec) -> None:
+    """Raise a ValueError unless the fields of a manifest have their types, and `axes` the values of its spec."""
+    for name, value in content.items():
+        if name == "block_cells":
+            # a bool is an int
+            good, rule = type(value) is int and value >= 1, "a whole number, at least 1"
+        elif name == "axes":
+            good, rule = machine.fits_axes(spec, value), "the values of the logarithmic axes of the spec"
+        elif name in _TABLES:
+            good = isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+            rule = "an object whose values are texts"
+        else:
+            good, rule = isinstance(value, str), "a text"
+        if not good:
+            raise ValueError(f"{name} must be {rule}; got {shown(value)}")
 
 
 def _digest(content: object) -> str:
