@@ -2,9 +2,11 @@
 
 import hashlib
 import json
+import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
@@ -27,9 +29,6 @@ _MOST_BYTES = 2**24
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
 #: 3 did not say on which kind of machine it was begun.
 FORMAT = 4
-
-#: The fields that map names to texts.
-_TABLES = ("arithmetic", "recorded", "machine")
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
@@ -162,18 +161,36 @@ def arithmetic(spec: SweepSpec) -> dict[str, str]:
 def _check(content: Mapping[str, Any], spec: SweepSpec) -> None:
     """Raise a ValueError unless the fields of a manifest have their types, and `axes` the values of its spec."""
     for name, value in content.items():
-        if name == "block_cells":
-            # a bool is an int
-            good, rule = type(value) is int and value >= 1, "a whole number, at least 1"
-        elif name == "axes":
+        if name == "axes":
             good, rule = machine.fits_axes(spec, value), "the values of the logarithmic axes of the spec"
-        elif name in _TABLES:
-            good = isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
-            rule = "an object whose values are texts"
         else:
-            good, rule = isinstance(value, str), "a text"
+            test, rule = _FIELDS.get(name, _TEXT)
+            good = test(value)
         if not good:
             raise ValueError(f"{name} must be {rule}; got {shown(value)}")
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+
+
+def _is_text(value: object, pattern: str = r"[\s\S]*") -> bool:
+    return isinstance(value, str) and re.fullmatch(pattern, value) is not None
+
+
+_TEXT: tuple[Callable[[Any], bool], str] = (_is_text, "a text")
+_TABLE: tuple[Callable[[Any], bool], str] = (_is_table, "an object whose values are texts")
+
+#: Field of a manifest in its file -> whether a value will do, and which do; the others are texts.
+_FIELDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    # a bool is an int
+    "block_cells": (lambda value: type(value) is int and value >= 1, "a whole number, at least 1"),
+    "created": (partial(_is_text, pattern="[ -~]*"), "a time"),
+    "fingerprint": (partial(_is_text, pattern="([0-9a-f]{64})?"), "64 hexadecimal digits"),
+    "arithmetic": _TABLE,
+    "recorded": _TABLE,
+    "machine": _TABLE,
+}
 
 
 def _digest(content: object) -> str:

@@ -111,6 +111,8 @@ def test_a_damaged_manifest_is_refused(written, change):
         *(("machine", value) for value in ([], {"rounding": 5})),
         *(("recorded", value) for value in (3, {"xarray": None})),
         *((name, 7) for name in ("created", "command", "fingerprint", "processor", "baseline")),
+        ("fingerprint", "\u00e9" * 64),
+        ("created", "\ud800"),
         ("axes", 5),
         ("axes", {"tilt": [1.0, 2.0]}),
         ("axes", {"tilt": ["a", "b", "c"]}),
