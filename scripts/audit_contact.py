@@ -1,8 +1,8 @@
 """Hold the contact extremes of many cells against an integration in time that shares no code with the project.
 
-    python scripts/audit_contact.py COUNT [SEED]          random starts over six decades of rates
-    python scripts/audit_contact.py PRESET [EVERY]        rolling, spinning or circling, every so many cells
-    python scripts/audit_contact.py grazing COUNT [SEED]  random starts whose normal force nearly vanishes
+    python scripts/audit_contact.py rolling [EVERY]         the preset, every so many cells; spinning, circling likewise
+    python scripts/audit_contact.py random [COUNT] [SEED]   random starts over six decades of rates
+    python scripts/audit_contact.py grazing [COUNT] [SEED]  random starts whose normal force nearly vanishes
 
 Each motion is integrated by Taylor series of order 20 in time, in the tilt, its rate, the precession rate and the roll
 rate, from its start forward and backward to the turning points, the fall, or the end of the duration. The forces are
@@ -12,6 +12,7 @@ Exit status 1 if the values are not within 1e-6 (1 + |x|), or too many are left 
 """
 
 import math
+import re
 import sys
 from collections.abc import Iterator
 
@@ -31,7 +32,9 @@ _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 #: Promised error over 1 + |value|; what may be left unresolved: random cells, cells of a preset.
 _PROMISED, _MOST_RANDOM, _MOST_OF_PRESET = 1e-6, 0.01, 0.001
-_PRESETS, _BATCH = ("rolling", "spinning", "circling"), 20_000
+
+#: The parts of the audit; cells of a batch.
+_PRESETS, _RANDOM, _BATCH = ("rolling", "spinning", "circling"), ("random", "grazing"), 20_000
 
 Array = npt.NDArray[np.float64]
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -344,26 +347,43 @@ class Tally:
         return "\n".join(lines)
 
 
+def audit_preset(name: str, every: int = 1) -> int:
+    """Audit a preset, every so many cells; returns the exit status."""
+    tally, spec = Tally(), SweepSpec.preset(name).replace(contact="yes")
+    for begin in range(0, spec.size, _BATCH * every):
+        span = Span(begin, min(spec.size, begin + _BATCH * every))
+        tally.add(spec, {key: values[::every] for key, values in starts_of(spec, span).items()})
+    return tally.status(_MOST_OF_PRESET)
+
+
+def audit_random(part: str, count: int = _BATCH, seed: int = 1) -> int:
+    """Audit random starts, or grazing ones; returns the exit status."""
+    tally, spec = Tally(), SweepSpec().replace(contact="yes", duration=3600.0)
+    rng = np.random.default_rng(seed)
+    for begin in range(0, count, _BATCH):
+        batch = min(count - begin, _BATCH)
+        tally.add(spec, grazing_starts(batch, rng, spec) if part == "grazing" else random_starts(batch, rng))
+    # a coefficient that is not known is what grazing starts are for
+    return tally.status(1.0 if part == "grazing" else _MOST_RANDOM)
+
+
 def main(words: list[str]) -> int:
-    """Audit a preset or random starts; returns the exit status."""
-    tally, first = Tally(), words[0]
-    if first in _PRESETS:
-        every = int(words[1]) if len(words) > 1 else 1
-        spec = SweepSpec.preset(first).replace(contact="yes")
-        for begin in range(0, spec.size, _BATCH * every):
-            span = Span(begin, min(spec.size, begin + _BATCH * every))
-            tally.add(spec, {name: values[::every] for name, values in starts_of(spec, span).items()})
-        return tally.status(_MOST_OF_PRESET)
-    spec = SweepSpec().replace(contact="yes", duration=3600.0)
-    numbers = [int(word) for word in words[first == "grazing" :]]
-    left, rng = numbers[0], np.random.default_rng(numbers[1] if len(numbers) > 1 else 1)
-    while left > 0:
-        count = min(left, _BATCH)
-        starts = grazing_starts(count, rng, spec) if first == "grazing" else random_starts(count, rng)
-        tally.add(spec, starts)
-        left -= _BATCH
-    # a coefficient that is not known is what such starts are for
-    return tally.status(1.0 if first == "grazing" else _MOST_RANDOM)
+    """Run the part that was asked for, or say which there are; returns the exit status."""
+    if words and words[0] in ("-h", "--help"):
+        print(__doc__)
+        return 0
+    part, *rest = words or [""]
+    audit = audit_preset if part in _PRESETS else audit_random if part in _RANDOM else None
+    numbers = [int(word) for word in rest if re.fullmatch("[0-9]{1,18}", word)]
+    if (
+        audit is None
+        or len(numbers) < len(rest)
+        or len(rest) > (1 if part in _PRESETS else 2)
+        or 0 in numbers[:1]
+    ):
+        print(__doc__, file=sys.stderr)
+        return 2
+    return audit(part, *numbers)
 
 
 if __name__ == "__main__":

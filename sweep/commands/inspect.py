@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, number
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
@@ -36,6 +36,7 @@ def info(
             str(atlas),
         )
     if folder is not None and partial is not None:
+        enter_baseline(None, folder)
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
     elif folder is not None:

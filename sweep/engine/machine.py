@@ -14,6 +14,7 @@ import numpy as np
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
+from sweep.model.quantity import GRID
 from sweep.platforms import check_features
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -132,6 +133,21 @@ def recorded_axes(spec: SweepSpec) -> dict[str, list[float]]:
     return {
         name: axis.array().tolist() for name, axis in axes.items() if getattr(axis, "spacing", "") == "log"
     }
+
+
+def fits_axes(spec: SweepSpec, axes: object) -> bool:
+    """Return whether `axes`, read from a file, is what `recorded_axes` returns for a spec, but for the last bits."""
+    if not isinstance(axes, dict):
+        return False
+    expected = recorded_axes(spec)
+    return all(
+        name in expected
+        and isinstance(values, list)
+        and len(values) == len(expected[name])
+        and all(isinstance(each, float) for each in values)
+        and np.allclose(values, expected[name], rtol=GRID.relative, atol=GRID.absolute)
+        for name, values in axes.items()
+    )
 
 
 def with_axes(spec: SweepSpec, axes: Mapping[str, list[float]]) -> SweepSpec:

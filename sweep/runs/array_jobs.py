@@ -13,7 +13,7 @@ from sweep.runs.executor import Progress, Say, Stopping, local, no_op
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
 from sweep.runs.run import Failures, publish_from_journal
-from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_same_run, claimed, resolved
+from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_kinds, check_same_run, claimed, resolved
 
 
 def prepare(
@@ -53,6 +53,7 @@ def compute_part(
     folder = Path(folder)
     usable_threads(threads)
     journal = Journal.at(folder)
+    check_kinds(folder)
     check_same_run(journal, journal.spec)
     mine = range(part - 1, len(journal.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=journal.kept):

@@ -23,8 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atomic import publish_bytes, rename_aside
+from sweep.engine.compute import measured_quantities
 from sweep.engine.estimate import journal_bytes
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.request.regular_files import read_regular
 from sweep.runs.manifest import MANIFEST, Manifest
 
@@ -40,6 +41,9 @@ BLOCK, DAMAGED = ".block", ".damaged"
 
 #: Whole name of the file of a block, also when it is set aside. Other files in the folder are not touched.
 BLOCK_NAME = re.compile(rf"([0-9]{{6,}})-[0-9a-f]{{8}}{re.escape(BLOCK)}({re.escape(DAMAGED)})?")
+
+#: Type of a column in the first line of a block.
+_TYPE = re.compile(r"[|<>][iuf][1248]")
 
 
 class DamagedBlockError(Exception):
@@ -113,7 +117,12 @@ class Journal:
         `paths` are those of `held`. A DamagedBlockError says that there are none or several, or that the file is not
         what was written.
         """
-        return decode(self._content(number, paths), len(self.spans[number]))
+        content, cells = self._content(number, paths), len(self.spans[number])
+        try:
+            self._check_header(content, cells)
+            return decode(content, cells)
+        except (ValueError, TypeError, RecursionError) as problem:
+            raise DamagedBlockError(f"{paths[0].name} is not what a run writes: {problem}") from problem
 
     def verify(self, numbers: Iterable[int]) -> tuple[list[int], list[str]]:
         """Read blocks, and set aside those that are damaged, and those with two different results.
@@ -125,7 +134,7 @@ class Journal:
         for number in numbers:
             paths = held.get(number, [])
             try:
-                self._content(number, paths)
+                self.read(number, paths)
             except DamagedBlockError as problem:
                 missing.append(number)
                 if paths:
@@ -153,6 +162,27 @@ class Journal:
         if path.stem.partition("-")[2] != self._checksum(number, content):
             raise DamagedBlockError(f"{path.name} does not fit its checksum")
         return content
+
+    def _check_header(self, content: bytes, cells: int) -> None:
+        """Raise a ValueError or a TypeError unless a block of so many cells lists the columns of the run's cells."""
+        header, newline, values = content.partition(b"\n")
+        listed = json.loads(header) if newline else []
+        expected = measured_quantities(self.spec)
+        if [name for name, *_ in listed] != list(expected):
+            raise ValueError(f"its columns must be {', '.join(expected)}")
+        size = 0
+        for name, kind, stored_kind, count in listed:
+            if not all(_TYPE.fullmatch(each) for each in (kind, stored_kind)):
+                raise ValueError(f"{name} has the types {shown(kind)} and {shown(stored_kind)}")
+            given, stored = np.dtype(kind), np.dtype(stored_kind)
+            narrowed = given.kind == "i" and stored.kind in "iu"
+            if given != expected[name].dtype or not (stored == given or narrowed):
+                raise ValueError(f"{name} has the types {kind} and {stored_kind}")
+            if type(count) is not int or not 1 <= count <= cells:
+                raise ValueError(f"{name} has {shown(count)} values for {cells} cells")
+            size += count * stored.itemsize
+        if size != len(values):
+            raise ValueError(f"its columns need {size} bytes; it has {len(values)}")
 
     def _checksum(self, number: int, content: bytes) -> str:
         span = self.spans[number]

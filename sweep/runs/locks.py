@@ -38,9 +38,10 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     try:
         # The holder's name serves only messages, so a full disk is no error here; writing a block will report it.
         with contextlib.suppress(OSError):
-            if not shared:
-                os.ftruncate(handle, 0)
-            os.pwrite(handle, f"{_signature()}\n".encode("ascii", "replace"), 0)
+            if _may_write(handle):
+                if not shared:
+                    os.ftruncate(handle, 0)
+                os.pwrite(handle, f"{_signature()}\n".encode("ascii", "replace"), 0)
         yield
     finally:
         os.close(handle)
@@ -53,7 +54,7 @@ def _acquired(path: Path, kind: int) -> int | None:
         try:
             fcntl.flock(handle, kind | fcntl.LOCK_NB)
         except OSError as problem:
-            holder = os.pread(handle, 1000, 0).decode("ascii", "replace").partition("\n")[0]
+            holder = _holder(handle)
             os.close(handle)
             if problem.errno in _NO_LOCKS:
                 return None
@@ -66,6 +67,18 @@ def _acquired(path: Path, kind: int) -> int | None:
             if os.path.samestat(os.fstat(handle), os.lstat(path)):
                 return handle
         os.close(handle)
+
+
+def _may_write(handle: int) -> bool:
+    """Return whether a locked file is one that a run has made: a hard link may be that of a file elsewhere."""
+    found = os.fstat(handle)
+    return found.st_nlink == 1 and (found.st_size == 0 or bool(_holder(handle)))
+
+
+def _holder(handle: int) -> str:
+    """Return the signature in a locked file; "" if it holds something else."""
+    text = os.pread(handle, 1000, 0).decode("ascii", "replace").partition("\n")[0]
+    return text if text.startswith(SIGNATURE) else ""
 
 
 def _opened(path: Path) -> int:

@@ -2,12 +2,14 @@
 
 import hashlib
 import json
+import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from sweep.atomic import publish_bytes
 from sweep.engine import machine
@@ -129,9 +131,11 @@ class Manifest:
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
+            content = {"fingerprint": ""} | content
+            _check(content, spec)
             if content.get("axes"):
                 spec = machine.with_axes(spec, content["axes"])
-            return cls(spec, **({"fingerprint": ""} | content))
+            return cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
                 f"The manifest of this run is damaged, or of another version of this program: {problem}.",
@@ -152,6 +156,41 @@ def arithmetic(spec: SweepSpec) -> dict[str, str]:
         "arithmetic_hash": arithmetic_hash(spec),
         **{name: version(name) for name in _ARITHMETIC},
     }
+
+
+def _check(content: Mapping[str, Any], spec: SweepSpec) -> None:
+    """Raise a ValueError unless the fields of a manifest have their types, and `axes` the values of its spec."""
+    for name, value in content.items():
+        if name == "axes":
+            good, rule = machine.fits_axes(spec, value), "the values of the logarithmic axes of the spec"
+        else:
+            test, rule = _FIELDS.get(name, _TEXT)
+            good = test(value)
+        if not good:
+            raise ValueError(f"{name} must be {rule}; got {shown(value)}")
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+
+
+def _is_text(value: object, pattern: str = r"[\s\S]*") -> bool:
+    return isinstance(value, str) and re.fullmatch(pattern, value) is not None
+
+
+_TEXT: tuple[Callable[[Any], bool], str] = (_is_text, "a text")
+_TABLE: tuple[Callable[[Any], bool], str] = (_is_table, "an object whose values are texts")
+
+#: Field of a manifest in its file -> whether a value will do, and which do; the others are texts.
+_FIELDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    # a bool is an int
+    "block_cells": (lambda value: type(value) is int and value >= 1, "a whole number, at least 1"),
+    "created": (partial(_is_text, pattern="[ -~]*"), "a time"),
+    "fingerprint": (partial(_is_text, pattern="([0-9a-f]{64})?"), "64 hexadecimal digits"),
+    "arithmetic": _TABLE,
+    "recorded": _TABLE,
+    "machine": _TABLE,
+}
 
 
 def _digest(content: object) -> str:

@@ -71,7 +71,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
             hint="Give another name or folder.",
             where=str(path),
         ) from problem
-    _check_kinds(folder)
+    check_kinds(folder)
     with locked(folder):
         is_new = not (folder / MANIFEST).exists()
         try:
@@ -83,8 +83,13 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
             raise
 
 
-def _check_kinds(folder: Path) -> None:
-    """Refuse a folder in which a name that a run gives to a file is that of another thing."""
+def check_kinds(folder: Path) -> None:
+    """Refuse a folder in which a name that a run gives to a file is that of another thing.
+
+    Raises
+    ------
+    RequestError
+    """
     for name in (*_NAMES, BLOCKS):
         path = folder / name
         if not os.path.lexists(path) or (path.is_dir() if name == BLOCKS else _is_regular(path)):

@@ -14,6 +14,7 @@ import netCDF4
 import numpy as np
 import pytest
 
+from sweep.engine import machine
 from sweep.errors import StoppedError
 from sweep.files.netcdf import AtlasWriter, open_atlas
 from sweep.request.spec import SweepSpec
@@ -166,6 +167,34 @@ def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
     assert command("assemble a.nc.run")[0] == 0
 
 
+def test_blocks_that_are_no_folder_are_refused_by_every_command(command, tmp_path):
+    """A pipe under the name of the blocks is named, with what to do; it is no lack of space."""
+    command(f"prepare {WORDS} --block-cells 5 -o a.nc")
+    (tmp_path / "a.nc.run" / "blocks").rmdir()
+    os.mkfifo(tmp_path / "a.nc.run" / "blocks")
+    for line in ("block --run a.nc.run --part 1/1", "assemble a.nc.run", f"run {WORDS} -o a.nc"):
+        status, _, err = command(line)
+        assert (status, "blocks is not a folder" in err, "`mv " in err) == (2, True, True)
+
+
+def test_a_partial_atlas_of_a_baseline_is_made_in_its_environment(command, tmp_path, monkeypatch):
+    """Of a run with a baseline the same command is started again, as `block` is, before it reads a block."""
+    with monkeypatch.context() as patch:
+        for name, value in machine.environment("generic").items():
+            patch.setenv(name, value)
+        assert command(f"prepare {WORDS} --block-cells 5 --baseline generic -o a.nc")[0] == 0
+    started = []
+
+    def execve(*words):
+        started.append(words)
+        raise SystemExit(0)
+
+    monkeypatch.setattr(os, "execve", execve)
+    assert command("info a.nc --partial p.nc")[0] == 0
+    ((_, _, environment),) = started
+    assert machine.environment("generic").items() <= environment.items()
+
+
 def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypatch):
     """It is found from inside the folder too; a folder with another name is refused, saying which it has to have."""
     command(f"prepare {WORDS} -o a.nc")
@@ -266,16 +295,22 @@ def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypat
     assert command(f"run {WORDS} -o a.nc")[0] == 0
 
 
+def identity(path):
+    """Return what tells whether a file was written again; not the time of access, which reading it changes."""
+    status = path.stat()
+    return status.st_ino, status.st_size, status.st_mtime_ns
+
+
 def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
     """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
     monkeypatch.setattr("sweep.runs.run_directory.remove", lambda _: None)
     run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
     monkeypatch.undo()
-    before = (tmp_path / "a.nc").stat()
+    before = identity(tmp_path / "a.nc")
     monkeypatch.chdir(tmp_path)
     assert command(f"run {WORDS} -o a.nc")[0] == 0
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-    assert (tmp_path / "a.nc").stat() == before
+    assert identity(tmp_path / "a.nc") == before
 
 
 def test_another_run_is_not_taken_for_done(command, tmp_path, monkeypatch):
