@@ -72,6 +72,14 @@ def test_the_exact_values_are_the_referee_s(preset):
         # another tolerance, and a step of one's own
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "tolerance": 1e-4}, {"agrees": 81}),
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "step": 0.05}, {"agrees": 81}),
+        # in two steps from turning point to turning point the drift of the energy says nothing
+        (
+            {
+                "tilt": "18.8437deg", "precession_rate": 0.04728708045015879, "roll_rate": "steady", "tilt_rate": 1e-4,
+                "alpha": 0.6, "step": 0.1, "tolerance": 1e-9,
+            },
+            {"agrees": 1},
+        ),
         # small swings of a long period, in steps nearly as long
         (
             {
