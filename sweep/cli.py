@@ -77,7 +77,7 @@ def _run() -> None:
     check_system()
     # help needs no memory to speak of
     if "--help" not in sys.argv and len(sys.argv) > 1:
-        check_memory()
+        check_memory(sys.argv[1:])
     ignore_matplotlibrc()
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)

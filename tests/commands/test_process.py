@@ -121,6 +121,47 @@ def test_little_memory_is_refused_before_it_is_needed(monkeypatch, command, tmp_
 
 
 @pytest.mark.parametrize(
+    ("words", "light"),
+    [
+        ("info a.nc", True),
+        ("boundary a.nc", True),
+        ("compare a.nc b.nc", True),
+        ("export a.nc --to csv", True),
+        ("export a.nc --to parquet", True),
+        ("plan rolling --no-calibrate", True),
+        ("plan rolling", False),
+        ("boundary a.nc --refine=1e-9", False),
+        ("boundary a.nc --criterion departure:2deg", False),
+        ("info a.nc --partial p.nc", False),
+        ("export a.nc --to zarr", False),
+        (SMALL, False),
+    ],
+)
+def test_reading_needs_less_memory(monkeypatch, words, light):
+    """500 MB are enough for one processor where no kernel is loaded; for others each thread that may run counts."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    limit = 500e6 if light else 950e6
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (limit, resource.RLIM_INFINITY))
+    platforms.check_memory(words.split())
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {*range(8)}, raising=False)
+    with pytest.raises(RequestError, match="740 MB" if light else "1600 MB"):
+        platforms.check_memory(words.split())
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    if not light:
+        platforms.check_memory(words.split())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit address space")
+def test_an_atlas_is_read_in_half_a_gigabyte(atlas):
+    """What the limit lets through ends well."""
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    limit = (420 + 40 * processors) * 1000
+    done = shell(f"ulimit -v {limit}; eulerdisk info a.nc", atlas)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
     ("problem", "status", "told"),
     [
         (ValueError("boom"), 70, "This is a defect of eulerdisk"),
