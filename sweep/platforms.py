@@ -108,7 +108,10 @@ def check_numba() -> None:
     RequestError
     """
     threads = os.environ.get("NUMBA_NUM_THREADS")
-    if threads is not None and not re.fullmatch(_THREADS, threads):
+    if threads == "":
+        # as from an unset variable of a script; Numba would take it for a number
+        del os.environ["NUMBA_NUM_THREADS"]
+    elif threads is not None and not re.fullmatch(_THREADS, threads):
         raise _refused_setting("NUMBA_NUM_THREADS", f"must be a number from 1 to 9999; got {threads!r}")
     with warnings.catch_warnings():
         # what Numba cannot read it ignores, with a traceback

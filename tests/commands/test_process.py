@@ -79,6 +79,25 @@ def test_a_number_of_threads_that_cannot_be(monkeypatch, setting, value):
         platforms.check_numba.__wrapped__()
 
 
+def test_an_empty_number_of_threads_is_none(monkeypatch):
+    """A script passes an empty text on where a variable is not set."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "")
+    platforms.check_numba.__wrapped__()
+    assert "NUMBA_NUM_THREADS" not in os.environ
+
+
+def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
+    """Control characters in the text of a defect are escaped; its lines are kept."""
+
+    def fail(*_):
+        raise ValueError("\x1b[31mred\nnext")
+
+    monkeypatch.setattr(run, "read_request", fail)
+    status, _, err = command(SMALL)
+    assert (status, "\x1b" in err) == (70, False)
+    assert "\nValueError: \\x1b[31mred\nnext\n" in err
+
+
 def test_a_threading_layer_that_is_not_there(monkeypatch):
     """What Numba says of it when threads are started becomes a wrong request, with the variable to unset."""
 
