@@ -79,6 +79,42 @@ def test_a_number_of_threads_that_cannot_be(monkeypatch, setting, value):
         platforms.check_numba.__wrapped__()
 
 
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"FEATURES": "+nonsense,,x"}, "FEATURES asks for [+]nonsense"),
+        ({"FEATURES": "+sse2,,x"}, r"FEATURES must be a list like .* got '\+sse2,,x'"),
+        ({"FEATURES": "avx"}, "FEATURES must be a list"),
+        (
+            {"FEATURES": "+sse2,+amx-tile"},
+            r"FEATURES asks for \+amx-tile, which this processor does not have",
+        ),
+        (
+            {"NAME": "diamondrapids", "FEATURES": ""},
+            "FEATURES must not stand beside NUMBA_CPU_NAME=diamondrapids",
+        ),
+        ({"NAME": "x86-64-v4", "FEATURES": ""}, "NAME is x86-64-v4, which has avx512f"),
+        ({"NAME": "diamondrapids"}, ""),
+        ({"NAME": "generic", "FEATURES": ""}, ""),
+        ({"NAME": "here", "FEATURES": "-fma,+sse2"}, ""),
+        ({}, ""),
+    ],
+)
+def test_a_processor_that_is_not_this_one(monkeypatch, settings, told):
+    """Code for it would end the process without a sentence: what this processor lacks is refused before Numba."""
+    monkeypatch.setattr(platforms, "host_features", lambda: {"sse2": True, "fma": True, "amx-tile": False})
+    monkeypatch.setattr(platforms, "processor", lambda: "here")
+    for name in ("NAME", "FEATURES"):
+        monkeypatch.delenv(f"NUMBA_CPU_{name}", raising=False)
+    for name, value in settings.items():
+        monkeypatch.setenv(f"NUMBA_CPU_{name}", value)
+    if not told:
+        platforms.check_numba.__wrapped__()
+        return
+    with pytest.raises(RequestError, match=f"NUMBA_CPU_{told}"):
+        platforms.check_numba.__wrapped__()
+
+
 def test_an_empty_number_of_threads_is_none(monkeypatch):
     """A script passes an empty text on where a variable is not set."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "")
@@ -110,6 +146,21 @@ def test_a_threading_layer_that_is_not_there(monkeypatch):
     monkeypatch.setenv("NUMBA_THREADING_LAYER", "tbb")
     with pytest.raises(
         RequestError, match=r"value 'tbb': No threading layer could be loaded\. Run `unset NUMBA_T"
+    ):
+        platforms.check_numba.__wrapped__()
+
+
+def test_the_order_of_threading_layers_is_named(monkeypatch):
+    """Where the layers to choose from are set and no layer is, it is their variable that is to be unset."""
+
+    def fail():
+        raise ValueError("No threading layer could be loaded.")
+
+    monkeypatch.setattr(numba, "get_num_threads", fail)
+    monkeypatch.delenv("NUMBA_THREADING_LAYER", raising=False)
+    monkeypatch.setenv("NUMBA_THREADING_LAYER_PRIORITY", "tbb")
+    with pytest.raises(
+        RequestError, match=r"LAYER_PRIORITY has the value 'tbb'.*unset NUMBA_THREADING_LAYER_PRI"
     ):
         platforms.check_numba.__wrapped__()
 
