@@ -171,7 +171,7 @@ def _refused(problem: str, hint: str) -> int:
 def _defect(problem: BaseException) -> int:
     # names from files and words of the user stand in it: what a terminal obeys is escaped
     lines = "".join(traceback.format_exception(problem)).rstrip("\n").split("\n")
-    print("\n".join(map(printable, lines)), file=sys.stderr)
+    sys.stderr.write("\n".join(map(printable, lines)) + "\n")
     say(
         f"This is a defect of eulerdisk {__version__}, not of the request: {type(problem).__name__}. Please report it "
         "to the authors, with the command and the lines above. Finished blocks of a run are kept."
