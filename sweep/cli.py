@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands import check, inspect, process, run, simulate
-from sweep.foreign_settings import ignore_matplotlibrc
+from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
 from sweep.platforms import check_memory, check_system
 from sweep.version import __version__
 
@@ -77,8 +77,10 @@ def _run() -> None:
     check_system()
     # help needs no memory to speak of
     if "--help" not in sys.argv and len(sys.argv) > 1:
-        check_memory()
+        check_memory(sys.argv[1:])
     ignore_matplotlibrc()
+    ignore_ncrc()
+    process.tell_warnings()
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
     app(prog_name="eulerdisk")

@@ -53,6 +53,10 @@ class FailedBlocksError(RequestError):
     status = 1
 
 
+class LeftOutWarning(UserWarning):
+    """A file holds variables that no atlas has, and that cannot be read with one: they are left out."""
+
+
 class StoppedError(Exception):
     """A run was asked to stop and ended between two blocks; ``str(error)`` says which finished blocks are kept."""
 

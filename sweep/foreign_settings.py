@@ -1,8 +1,8 @@
 """Files with which other libraries are set up, and which lie in whatever folder a command is called in.
 
 Numba takes its settings from ``.numba_config.yaml``, and compiled code of other bits may follow from them; matplotlib
-takes its own from ``matplotlibrc``. An atlas is a function of its request and a figure one of its atlases, so neither
-is read.
+takes its own from ``matplotlibrc``, and netCDF-C, for files on servers, from ``.ncrc`` and ``.dodsrc``. An atlas is a
+function of its request and a figure one of its atlases, so none of them is read.
 """
 
 import contextlib
@@ -23,6 +23,14 @@ def ignore_numba_file() -> None:
     If Numba has been imported before, what it took from the file is taken back.
     """
     when_imported("numba.core.config", _forget_numba_file, _without_yaml)
+
+
+def ignore_ncrc() -> None:
+    """Let netCDF-C start without ``.ncrc`` and ``.dodsrc``, of which a pipe would hold it for ever.
+
+    For the command line only, before netCDF is loaded: a user's program may read files on servers.
+    """
+    os.environ["NCRCENV_IGNORE"] = "1"
 
 
 @lru_cache

@@ -89,3 +89,13 @@ def test_a_program_may_set_matplotlib_up_and_gets_the_same_figure(hostile, tmp_p
             plots.save(plots.figure([atlas]), tmp_path / "set-up.png")
             assert dict(matplotlib.rcParams) == before
     assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "set-up.png").read_bytes()
+
+
+@pytest.mark.parametrize("name", [".ncrc", ".dodsrc"])
+def test_netcdfs_file_is_not_read(hostile, tmp_path, name):
+    """A pipe of that name in the current folder, which would hold its reader for ever, does not hold the command."""
+    os.mkfifo(tmp_path / name)
+    line = [sys.executable, "-m", "sweep", "info", str(hostile / "atlas.nc")]
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, check=False, timeout=20)
+    assert done.returncode == 0

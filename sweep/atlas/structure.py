@@ -5,7 +5,7 @@ coordinates. A selection from an atlas is one too: an axis may be shorter, or a 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -98,21 +98,48 @@ def _coordinate_problem(found: "xr.DataArray", dims: tuple[str, ...]) -> str:
     if found.dtype.kind != "f":
         return f"must be numbers of floating point; got {found.dtype}"
     values: Array = np.atleast_1d(found.values)
+    if values.size > 1 and np.isfinite(values).all() and (np.diff(values) < 0.0).all():
+        return f"runs backwards and must increase, as by dataset.sortby({dims[0]!r}) in Python"
     if not values.size or not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
         return "must be finite and increasing"
     return ""
 
 
+def known_names(spec: SweepSpec) -> set[str]:
+    """Return the names of all variables that an atlas of a spec may have."""
+    groups = [cell_declarations(spec), *_groups(spec)]
+    return {each.name for group in groups for each in group} | {*spec.model.parameters}
+
+
+def strangers(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, str]:
+    """Return the variables that no atlas has and that cannot stand beside its cells: name -> what is wrong with it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With the variable ``ending``.
+    spec : SweepSpec
+        That which the dataset states.
+    """
+    known, grid = known_names(spec), dataset["ending"].dims
+    problems = {
+        str(name): _stray(found, grid) for name, found in dataset.variables.items() if name not in known
+    }
+    return {name: problem for name, problem in problems.items() if problem}
+
+
+def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
+    """Return the declarations of the boundaries; of each group an atlas has all or none."""
+    edges = [edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES]
+    return [*edges, curve_declarations(spec)]
+
+
 def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     grid = dataset["ending"].dims
     declared = {each.name: each for each in cell_declarations(spec)}
-    groups = [
-        edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES
-    ]
-    groups.append(curve_declarations(spec))
     # atlases of version 0.1 have no row status; it is derived for them
     added = {status_name(axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES}
-    for group in groups:
+    for group in _groups(spec):
         declared |= {each.name: each for each in group}
         names = [each.name for each in group if each.name not in added]
         present = [name in dataset for name in names]

@@ -9,12 +9,13 @@ import io
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TextIO
 
 from sweep.commands.terminal import say
-from sweep.errors import RequestError, StorageError
+from sweep.errors import LeftOutWarning, RequestError, StorageError, printable
 from sweep.version import __version__
 
 #: Exit status of a defect of the program: EX_SOFTWARE of sysexits.h.
@@ -100,6 +101,21 @@ def _text(binary: Any, before: TextIO | None) -> TextIO:
     )
 
 
+def tell_warnings() -> None:
+    """Let what is left out of a file be said in one line, as all messages are; other warnings are shown as before."""
+    before = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        if issubclass(category, LeftOutWarning):
+            say(f"warning: {message}")
+        else:
+            before(message, category, *place)
+
+    warnings.showwarning = show  # type: ignore[assignment]  # the names of the rest do not matter here
+    # whatever is asked for otherwise: it ends no command
+    warnings.filterwarnings("default", category=LeftOutWarning)
+
+
 def exit_status(command: Callable[[], None]) -> int:
     """Run a command, tell how it failed if it did, and return the exit status of the process."""
     status = _status(command)
@@ -153,7 +169,9 @@ def _refused(problem: str, hint: str) -> int:
 
 
 def _defect(problem: BaseException) -> int:
-    traceback.print_exception(problem, file=sys.stderr)
+    # names from files and words of the user stand in it: what a terminal obeys is escaped
+    lines = "".join(traceback.format_exception(problem)).rstrip("\n").split("\n")
+    sys.stderr.write("\n".join(map(printable, lines)) + "\n")
     say(
         f"This is a defect of eulerdisk {__version__}, not of the request: {type(problem).__name__}. Please report it "
         "to the authors, with the command and the lines above. Finished blocks of a run are kept."

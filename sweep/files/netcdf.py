@@ -5,7 +5,7 @@ import errno
 import math
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Self
@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import COMPRESSION, FORMAT, Declaration, cell_declarations, coordinates
 from sweep.atlas.dataset import place_of, require, spec_named
-from sweep.atlas.structure import check_structure
+from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.compute import Block
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.grid import Span, chunk_shape, chunks
-from sweep.errors import RequestError, shown
+from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.paths import check_atlas, check_target
 from sweep.files.publish import published
 from sweep.files.trial import check_opens
@@ -212,6 +212,9 @@ def _filled(declared: Declaration, values: Any) -> Any:
 def open_atlas(path: str | Path) -> "xr.Dataset":
     """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
 
+    Variables that another program has added are kept if they are numbers on the grid of the cells. Others are left
+    out, with a `LeftOutWarning`.
+
     Raises
     ------
     RequestError
@@ -227,8 +230,10 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             check_opens(path.absolute())
-            check_claims(path)
-            dataset = xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False)
+            unread = check_claims(path)
+            dataset = xr.open_dataset(
+                path.absolute(), engine="netcdf4", decode_times=False, drop_variables=unread
+            )
     except RequestError:
         raise
     except Exception as problem:
@@ -239,16 +244,21 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
             where=str(path),
         ) from problem
     try:
-        return _as_atlas(dataset, path)
+        return _as_atlas(dataset, path, unread)
     except BaseException:
         dataset.close()
         raise
 
 
-def check_claims(path: Path) -> None:
-    """Refuse a netCDF file whose variables have more values than its bytes can hold, or are not numbers or text.
+def check_claims(path: Path) -> list[str]:
+    """Refuse a netCDF file whose variables have more values than its bytes can hold.
 
     A few bytes can declare 2**40 cells, for which reading them would ask for memory.
+
+    Returns
+    -------
+    list of str
+        The variables that are neither numbers nor characters, of which this is not known.
 
     Raises
     ------
@@ -258,19 +268,19 @@ def check_claims(path: Path) -> None:
     """
     import netCDF4
 
-    room = path.stat().st_size * _MOST_PACKED + 2**20
+    room, others = path.stat().st_size * _MOST_PACKED + 2**20, []
     with netCDF4.Dataset(path.absolute()) as file:
         for name, variable in file.variables.items():
             kind = variable.datatype
             if not isinstance(kind, np.dtype) or kind.kind not in "iufS":
-                # types that users define cannot be spelled
-                found = kind if isinstance(kind, np.dtype) else type(kind).__name__
-                _refuse(path, f"{shown(name)} is of a type that no atlas has: {shown(str(found))}")
+                others.append(name)
+                continue
             room -= math.prod(variable.shape) * kind.itemsize
             if room < 0:
                 _refuse(
                     path, f"{shown(name)} has more values than its bytes can hold, of shape {variable.shape}"
                 )
+    return others
 
 
 def _refuse(path: Path, reason: str) -> NoReturn:
@@ -322,8 +332,11 @@ def _can_be_read(variable: "xr.Variable") -> bool:
     return True
 
 
-def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
-    """Return a dataset that was read from a file as an atlas; a RequestError says why it is none."""
+def _as_atlas(dataset: "xr.Dataset", path: Path, unread: Sequence[str]) -> "xr.Dataset":
+    """Return a dataset that was read from a file, but for some variables, as an atlas.
+
+    A RequestError says why it is none.
+    """
     known = dataset.attrs.get("eulerdisk_format")
     try:
         version = int(str(known) if "sweep_spec" in dataset.attrs else "")
@@ -341,14 +354,26 @@ def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
             where=str(path),
         )
     spec = spec_named(dataset)
+    if mistyped := sorted(known_names(spec).intersection(unread)):
+        _refuse(path, f"{mistyped[0]} is of a type that no atlas has")
     require(dataset, ("ending", "stability", *spec.model.extremes), str(path))
-    check_structure(dataset, spec, str(path))
+    left_out = dict.fromkeys(unread, "is neither a number nor text") | strangers(dataset, spec)
+    found = dataset.drop_vars([name for name in left_out if name in dataset.variables])
+    check_structure(found, spec, str(path))
     # the attribute `coordinates` of any variable may have made another one of them a coordinate
-    wrong = [name for name in dataset.coords if name not in spec.model.parameters]
-    if not wrong:
-        return dataset
-    if indexed := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
+    wrong = [name for name in found.coords if name not in spec.model.parameters]
+    if indexed := sorted({*map(str, wrong)} & {*map(str, found.dims)}):
         _refuse(path, f"{shown(indexed[0])} is a coordinate that no atlas has")
-    found = dataset.reset_coords(wrong)
+    if left_out:
+        name, problem = next(iter(left_out.items()))
+        more = f", and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(
+            printable(f"{path}: no part of an atlas, and left out: {shown(name)}, which {problem}{more}"),
+            LeftOutWarning,
+            stacklevel=3,
+        )
+    if not wrong and not left_out:
+        return dataset
+    found = found.reset_coords(wrong)
     found.set_close(dataset.close)
     return found

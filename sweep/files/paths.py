@@ -12,6 +12,12 @@ from sweep.errors import RequestError
 #: Formats of figures, which are the endings of their names.
 FIGURE_FORMATS = ("png", "pdf", "svg")
 
+#: Folders of the system, whose names stand for streams and devices; and the one among them that holds files.
+_SYSTEM_FOLDERS, _SHARED_MEMORY = ("/proc/", "/sys/", "/dev/"), "/dev/shm/"
+
+#: Links that are followed from one name.
+_MOST_LINKS = 40
+
 
 def check_format(path: str | Path) -> str:
     """Return the format that the name of a figure ends in: png, pdf or svg; other names are refused."""
@@ -51,6 +57,7 @@ def check_target(path: Path, overwrite: bool) -> None:
             where=where,
         )
     check_name(path)
+    _check_no_device(path)
     exists = os.path.exists(path)
     if exists and not os.path.isfile(path):
         raise RequestError(
@@ -81,6 +88,23 @@ def check_target(path: Path, overwrite: bool) -> None:
                 hint="Give another name or folder.",
                 where=where,
             ) from problem
+
+
+def _check_no_device(path: Path) -> None:
+    """Refuse a name of the system, as /dev/stdout: the file behind it is kept, and its name would be replaced."""
+    step = path.absolute()
+    # a link to a link, as /dev/stdout -> /proc/self/fd/1 -> the file
+    for _ in range(_MOST_LINKS):
+        folder = f"{os.path.realpath(step.parent)}/"
+        if folder.startswith(_SYSTEM_FOLDERS) and not folder.startswith(_SHARED_MEMORY):
+            raise RequestError(
+                "This is a name of the system, for a stream or a device, and the output must be a file.",
+                hint="Give the name of a file.",
+                where=str(path),
+            )
+        if not os.path.islink(step):
+            return
+        step = step.parent / os.readlink(step)
 
 
 def check_name(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import math
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -85,7 +86,12 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
     code = problem.errno if isinstance(problem, OSError) else _probe(path.parent, int(needed))
     if code == errno.EFBIG:
         wrong = "A file of this process may not become that large"
-        hint = f"Raise the limit (ulimit -f) to {needed / 1e6:.0f} MB"
+        # how much a figure needs is not known before; shells count in 1024 bytes
+        hint = (
+            f"Raise the limit: `ulimit -f {math.ceil(needed / 1024)}`"
+            if needed
+            else "Raise the limit (ulimit -f)"
+        )
     elif code in _NO_ROOM:
         missing = max(needed - (free if code == errno.ENOSPC else 0), 1e6)
         wrong, hint = "There is no room left for the file", f"Free about {missing / 1e6:.0f} MB"

@@ -27,8 +27,8 @@ _MOST_WAIT_FORKED = 20
 #: Files up to this size [bytes] are read as a whole: then a chunk cannot keep the library either.
 _READ = 2**24
 
-#: Bytes of a message that pass from one process to the other.
-_MESSAGE = 2000
+#: Bytes of a message that pass from one process to the other, and what follows it if the other one came to its end.
+_MESSAGE, _WHOLE = 2000, b"\0whole"
 
 
 def check_opens(path: Path) -> None:
@@ -56,28 +56,42 @@ def _in_a_fork(path: Path) -> tuple[int, str]:
         status = 1
         try:
             os.close(read)
-            os.write(write, _attempt(path, _MOST_WAIT_FORKED).encode("utf-8", "replace")[:_MESSAGE])
+            os.write(write, _told(path, _MOST_WAIT_FORKED))
             status = 0
         finally:
             # nothing of the parent's is flushed or closed by this process
             os._exit(status)
     os.close(write)
     with os.fdopen(read, "rb") as pipe:
-        words = pipe.read().decode("utf-8", "replace")
-    _, ended = os.waitpid(child, 0)
-    if os.WIFSIGNALED(ended) and os.WTERMSIG(ended) == signal.SIGALRM:
-        # A slow disk, or another thread held a lock of the library when this process forked, which no thread of the
-        # child gives back.
+        told = pipe.read()
+    ended = 0
+    # the system keeps no status where SIGCHLD is ignored, or where another part of the program waits for all children
+    with contextlib.suppress(ChildProcessError):
+        ended = os.waitpid(child, 0)[1]
+    if not told.endswith(_WHOLE) and (
+        not ended or (os.WIFSIGNALED(ended) and os.WTERMSIG(ended) == signal.SIGALRM)
+    ):
+        # Perhaps a slow disk, or another thread held a lock of the library when this process forked, which no thread
+        # of the child gives back.
         return _in_a_new_process(path)
-    return (-1, "") if ended else (int(bool(words)), words)
+    return _read_from(told)
 
 
 def _in_a_new_process(path: Path) -> tuple[int, str]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     line = [sys.executable, "-m", "sweep.files.trial", str(path.absolute())]
     done = subprocess.run(line, env=environment, capture_output=True, check=False)
-    words = done.stdout.decode("utf-8", "replace")[:_MESSAGE]
-    return (-1, "") if done.returncode else (int(bool(words)), words)
+    return _read_from(done.stdout)
+
+
+def _told(path: Path, wait: int = _MOST_WAIT) -> bytes:
+    """Return what the other process tells: `_attempt`, and a mark by which the status of the process is not needed."""
+    return _attempt(path, wait).encode("utf-8", "replace")[:_MESSAGE] + _WHOLE
+
+
+def _read_from(told: bytes) -> tuple[int, str]:
+    words = told.removesuffix(_WHOLE).decode("utf-8", "replace")
+    return (int(bool(words)), words) if told.endswith(_WHOLE) else (-1, "")
 
 
 def _attempt(path: Path, wait: int = _MOST_WAIT) -> str:
@@ -128,4 +142,4 @@ def _lower(kind: int, most: int) -> None:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(_attempt(Path(sys.argv[1])))
+    sys.stdout.buffer.write(_told(Path(sys.argv[1])))

@@ -24,10 +24,33 @@ _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
-#: Units multiplied and divided, each with a small power: nothing else reaches pint, which calculates what it is given
-#: (``m*(9**9**9)`` takes for ever).
+#: The name of a unit with a small power.
 _FACTOR = r"(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
-_UNIT = re.compile(rf"{_FACTOR}(?:(?: ?[*/] ?| ){_FACTOR}){{0,9}}")
+
+
+def _product(factor: str) -> str:
+    """Return the pattern of factors multiplied and divided, the number 1 among them."""
+    return rf"(?:{factor}|1(?= ?/))(?: ?[*/] ?(?:{factor}|1(?!\w))| {factor}){{0,9}}"
+
+
+_BRACKETS = rf"(?:{_FACTOR}|\({_product(_FACTOR)}\))"
+#: Units multiplied and divided, in brackets within brackets at most: nothing else reaches pint, which calculates what
+#: it is given (``m*(9**9**9)`` takes for ever).
+_UNIT = re.compile(_product(rf"(?:{_FACTOR}|\({_product(_BRACKETS)}\))"))
+#: Digits and signs of powers as printed pages have them, and the same in ASCII.
+_RAISED = str.maketrans(
+    "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b\u207a", "0123456789-+"
+)
+#: Spellings of a product or a power -> those of `_UNIT`: dots between units, powers that end in .0, raised powers.
+_SPELLINGS = (
+    (re.compile(r" ?[\u00b7\u22c5] ?"), lambda _: "*"),
+    (re.compile(r"(?<=[\w)])\.(?=[^\W\d])"), lambda _: "*"),
+    (re.compile(r"(?<=[0-9])\.0+(?![\w.])"), lambda _: ""),
+    (
+        re.compile(r"[\u207a\u207b]?[\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+"),
+        lambda found: f"**{found[0].translate(_RAISED)}",
+    ),
+)
 _MOST_UNIT, _LONG_NUMBER = 80, re.compile(r"\d{3}")
 NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
 #: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
@@ -202,7 +225,7 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     ----------
     unit : str
         Names that pint knows, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF, ``m/s2``,
-        ``m/s**2``, ``meter per second``; empty for none.
+        ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
     quantity : Quantity
         Says which units fit.
 
@@ -233,14 +256,17 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
 @lru_cache
 def _ask_pint(unit: str, units: str) -> tuple[str, float]:
     """Return `units` with the factor from `unit` to them; other units where the two do not measure the same."""
-    if len(unit) > _MOST_UNIT or not _UNIT.fullmatch(unit) or _LONG_NUMBER.search(unit):
+    spelled = unit
+    for pattern, written in _SPELLINGS if len(unit) <= _MOST_UNIT else ():
+        spelled = pattern.sub(written, spelled)
+    if len(unit) > _MOST_UNIT or not _UNIT.fullmatch(spelled) or _LONG_NUMBER.search(spelled):
         raise RequestError(
             f"The unit {shown(unit)!r} is not known: units are names that pint knows, multiplied and divided, each "
             "with a whole power below 100.",
             hint="Write it as in deg, rpm, m/s2, rad s-1.",
         )
     try:
-        root = _root(unit)
+        root = _root(spelled)
     except Exception as problem:  # pint meets bad text with assertions, tokenizer errors and more of its own
         raise RequestError(
             f"The unit {shown(unit)!r} is not known; units are those of pint.",

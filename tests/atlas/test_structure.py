@@ -3,10 +3,11 @@
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 import sweep
 from sweep.atlas.structure import check_structure
-from sweep.errors import RequestError
+from sweep.errors import LeftOutWarning, RequestError
 from sweep.files.netcdf import open_atlas
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(
@@ -81,8 +82,17 @@ def test_coordinates_are_finite_and_increasing(edited, value):
     assert "the coordinate gravity must be finite" in edited(lambda file: file["gravity"].assignValue(np.nan))
 
 
-def test_dimensions_types_and_strangers(edited):
-    """A variable of other dimensions or another type is named, and so is one that has no place on the grid."""
+def test_an_axis_that_runs_backwards(edited):
+    """It is refused as what it is, with the way to turn it."""
+
+    def edit(file):
+        file["roll_rate"][:] = file["roll_rate"][::-1]
+
+    assert "roll_rate runs backwards and must increase, as by dataset.sortby('roll_rate')" in edited(edit)
+
+
+def test_dimensions_and_types(edited):
+    """A variable of other dimensions or another type is named."""
 
     def retyped(file, kind, dims):
         file.renameVariable("peak_tilt", "old_peak")
@@ -94,14 +104,44 @@ def test_dimensions_types_and_strangers(edited):
         lambda file: retyped(file, "i4", ("roll_rate", "tilt"))
     )
 
-    def stranger(file, kind="f8"):
-        file.createDimension("time", 3)
-        file.createVariable("sst", kind, ("time",) if kind == "f8" else ("tilt",))
-
-    assert "sst has dimensions that are no axes" in edited(stranger)
-    assert "sst must be numbers" in edited(lambda file: stranger(file, "S1"))
     assert "packed" in edited(lambda file: file["tilt_max"].setncattr("scale_factor", 2.0))
     assert "title must be text" in edited(lambda file: file.setncattr("title", 5.0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "dims", "why"),
+    [
+        ("f8", ("time",), "has dimensions that are no axes of the cells: time"),
+        ("f8", ("tilt", "time"), "has dimensions that are no axes of the cells: tilt, time"),
+        ("S1", ("tilt",), "must be numbers"),
+        (str, ("tilt",), "is neither a number nor text"),
+        (str, (), "is neither a number nor text"),
+    ],
+)
+def test_what_no_atlas_has_is_left_out(whole, tmp_path, kind, dims, why):
+    """A variable that another program has added, of another type or on other dimensions, is left out with a warning."""
+    path = tmp_path / "added.nc"
+    # of the other model of netCDF: the classic one has no strings
+    with netCDF4.Dataset(whole) as file, netCDF4.Dataset(path, "w") as copy:
+        copy.setncatts({name: file.getncattr(name) for name in file.ncattrs()})
+        for name, dimension in file.dimensions.items():
+            copy.createDimension(name, len(dimension))
+        for name, found in file.variables.items():
+            attributes = {each: found.getncattr(each) for each in found.ncattrs()}
+            fill = attributes.pop("_FillValue", None)
+            made = copy.createVariable(name, found.dtype, found.dimensions, fill_value=fill)
+            made.setncatts(attributes)
+            made[...] = found[...]
+        copy.createDimension("time", 3)
+        copy.createVariable("time", "f8", ("time",))
+        copy.createVariable("sst", kind, dims)
+    with pytest.warns(LeftOutWarning) as told:
+        found = open_atlas(path)
+    (text,) = [str(each.message) for each in told]
+    assert str(path) in text
+    assert "and 1 more" in text
+    with found, open_atlas(whole) as atlas:
+        xr.testing.assert_identical(found, atlas)
 
 
 def test_the_points_of_curves_add_up(edited):

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import sweep
 from sweep.atlas.reclassify import reclassify
 from sweep.commands.report import boundary_table, describe
@@ -65,3 +67,19 @@ def test_regimes_are_drawn(command, tmp_path):
         assert "--regimes" in err
         assert more.split()[0] in err
         assert not (tmp_path / "b.png").exists()
+
+
+@pytest.mark.parametrize(
+    "line", ["info a.nc", "boundary a.nc", "export a.nc --to csv -o a.csv", "plot a.nc -o a.png"]
+)
+def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
+    """A string and a variable of another dimension do not keep an atlas from being read; one line says so."""
+    atlas = sweep.run(sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4"))
+    added = atlas.assign(remark="of June", sst=("time", [1.0, 2.0]))
+    added.to_netcdf(tmp_path / "a.nc", format="NETCDF4", engine="netcdf4")
+    status, _, err = command(line)
+    assert (status, err.count("left out")) == (0, 1)
+    assert err.startswith("eulerdisk: warning: a.nc: no part of an atlas, and left out: ")
+    if "csv" in line:
+        head = (tmp_path / "a.csv").read_text().partition("\n")[0].split(",")
+        assert not {"remark", "sst", "time"}.intersection(head)

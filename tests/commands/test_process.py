@@ -79,6 +79,61 @@ def test_a_number_of_threads_that_cannot_be(monkeypatch, setting, value):
         platforms.check_numba.__wrapped__()
 
 
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"FEATURES": "+nonsense,,x"}, "FEATURES asks for [+]nonsense"),
+        ({"FEATURES": "+sse2,,x"}, r"FEATURES must be a list like .* got '\+sse2,,x'"),
+        ({"FEATURES": "avx"}, "FEATURES must be a list"),
+        (
+            {"FEATURES": "+sse2,+amx-tile"},
+            r"FEATURES asks for \+amx-tile, which this processor does not have",
+        ),
+        (
+            {"NAME": "diamondrapids", "FEATURES": ""},
+            "FEATURES must not stand beside NUMBA_CPU_NAME=diamondrapids",
+        ),
+        ({"NAME": "x86-64-v4", "FEATURES": ""}, "NAME is x86-64-v4, which has avx512f"),
+        ({"NAME": "diamondrapids"}, ""),
+        ({"NAME": "generic", "FEATURES": ""}, ""),
+        ({"NAME": "here", "FEATURES": "-fma,+sse2"}, ""),
+        ({}, ""),
+    ],
+)
+def test_a_processor_that_is_not_this_one(monkeypatch, settings, told):
+    """Code for it would end the process without a sentence: what this processor lacks is refused before Numba."""
+    monkeypatch.setattr(platforms, "host_features", lambda: {"sse2": True, "fma": True, "amx-tile": False})
+    monkeypatch.setattr(platforms, "processor", lambda: "here")
+    for name in ("NAME", "FEATURES"):
+        monkeypatch.delenv(f"NUMBA_CPU_{name}", raising=False)
+    for name, value in settings.items():
+        monkeypatch.setenv(f"NUMBA_CPU_{name}", value)
+    if not told:
+        platforms.check_numba.__wrapped__()
+        return
+    with pytest.raises(RequestError, match=f"NUMBA_CPU_{told}"):
+        platforms.check_numba.__wrapped__()
+
+
+def test_an_empty_number_of_threads_is_none(monkeypatch):
+    """A script passes an empty text on where a variable is not set."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "")
+    platforms.check_numba.__wrapped__()
+    assert "NUMBA_NUM_THREADS" not in os.environ
+
+
+def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
+    """Control characters in the text of a defect are escaped; its lines are kept."""
+
+    def fail(*_):
+        raise ValueError("\x1b[31mred\nnext")
+
+    monkeypatch.setattr(run, "read_request", fail)
+    status, _, err = command(SMALL)
+    assert (status, "\x1b" in err) == (70, False)
+    assert "\nValueError: \\x1b[31mred\nnext\n" in err
+
+
 def test_a_threading_layer_that_is_not_there(monkeypatch):
     """What Numba says of it when threads are started becomes a wrong request, with the variable to unset."""
 
@@ -91,6 +146,21 @@ def test_a_threading_layer_that_is_not_there(monkeypatch):
     monkeypatch.setenv("NUMBA_THREADING_LAYER", "tbb")
     with pytest.raises(
         RequestError, match=r"value 'tbb': No threading layer could be loaded\. Run `unset NUMBA_T"
+    ):
+        platforms.check_numba.__wrapped__()
+
+
+def test_the_order_of_threading_layers_is_named(monkeypatch):
+    """Where the layers to choose from are set and no layer is, it is their variable that is to be unset."""
+
+    def fail():
+        raise ValueError("No threading layer could be loaded.")
+
+    monkeypatch.setattr(numba, "get_num_threads", fail)
+    monkeypatch.delenv("NUMBA_THREADING_LAYER", raising=False)
+    monkeypatch.setenv("NUMBA_THREADING_LAYER_PRIORITY", "tbb")
+    with pytest.raises(
+        RequestError, match=r"LAYER_PRIORITY has the value 'tbb'.*unset NUMBA_THREADING_LAYER_PRI"
     ):
         platforms.check_numba.__wrapped__()
 
@@ -118,6 +188,47 @@ def test_little_memory_is_refused_before_it_is_needed(monkeypatch, command, tmp_
     assert "Raise the limit: `ulimit -v" in told
     assert command("run --help")[0] == 0
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "light"),
+    [
+        ("info a.nc", True),
+        ("boundary a.nc", True),
+        ("compare a.nc b.nc", True),
+        ("export a.nc --to csv", True),
+        ("export a.nc --to parquet", True),
+        ("plan rolling --no-calibrate", True),
+        ("plan rolling", False),
+        ("boundary a.nc --refine=1e-9", False),
+        ("boundary a.nc --criterion departure:2deg", False),
+        ("info a.nc --partial p.nc", False),
+        ("export a.nc --to zarr", False),
+        (SMALL, False),
+    ],
+)
+def test_reading_needs_less_memory(monkeypatch, words, light):
+    """500 MB are enough for one processor where no kernel is loaded; for others each thread that may run counts."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    limit = 500e6 if light else 950e6
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (limit, resource.RLIM_INFINITY))
+    platforms.check_memory(words.split())
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {*range(8)}, raising=False)
+    with pytest.raises(RequestError, match="740 MB" if light else "1600 MB"):
+        platforms.check_memory(words.split())
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    if not light:
+        platforms.check_memory(words.split())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit address space")
+def test_an_atlas_is_read_in_half_a_gigabyte(atlas):
+    """What the limit lets through ends well."""
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    limit = (420 + 40 * processors) * 1000
+    done = shell(f"ulimit -v {limit}; eulerdisk info a.nc", atlas)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize(

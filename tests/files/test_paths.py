@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import RequestError
-from sweep.files.paths import check_apart, check_atlas, check_format, check_target
+from sweep.files.paths import _check_no_device, check_apart, check_atlas, check_format, check_target
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -83,3 +83,19 @@ def test_the_checks_are_light():
         [sys.executable, "-c", code], cwd=CHECKOUT, capture_output=True, text=True, check=True
     )
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no /proc")
+def test_a_stream_is_no_target(tmp_path):
+    """A link to a stream is refused also where the stream is a file: the link would be replaced."""
+    with open(tmp_path / "file", "wb") as file:
+        os.symlink(f"/proc/self/fd/{file.fileno()}", tmp_path / "stream")
+        os.symlink("stream", tmp_path / "link")
+        for path in (tmp_path / "stream", tmp_path / "link", Path(f"/proc/self/fd/{file.fileno()}")):
+            with pytest.raises(RequestError, match="a name of the system"):
+                check_target(path, True)
+        with pytest.raises(RequestError, match="a name of the system"):
+            _check_no_device(Path("/dev/a.nc"))
+    _check_no_device(Path("/dev/shm/a.nc"))
+    os.symlink("file", tmp_path / "plain")
+    check_target(tmp_path / "plain", True)

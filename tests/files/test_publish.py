@@ -51,3 +51,13 @@ def test_others_of_the_group_may_read_what_is_published(tmp_path):
     finally:
         os.umask(before)
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize(
+    ("needed", "hint"), [(0.0, "Raise the limit (ulimit -f)."), (5000.0, "Raise the limit: `ulimit -f 5`.")]
+)
+def test_a_limit_of_files_is_told_in_the_units_of_the_shell(tmp_path, needed, hint):
+    """The hint has the number that `ulimit -f` takes, and none where it is not known."""
+    with pytest.raises(StorageError) as caught, refusals(tmp_path / "a", lambda: needed):
+        raise OSError(errno.EFBIG, "File too large")
+    assert caught.value.hint == hint

@@ -1,6 +1,8 @@
 """The other process in which a netCDF file is opened first."""
 
+import os
 import signal
+import sys
 
 import h5py
 import pytest
@@ -58,3 +60,20 @@ def test_a_fork_that_waits_for_ever_is_replaced(folder, monkeypatch):
 
     monkeypatch.setattr(trial, "_attempt", waiting)
     assert trial._in_a_fork(folder / "whole.nc") == (0, "")
+
+
+def test_ended_processes_may_be_forgotten(folder, monkeypatch):
+    """Where SIGCHLD is ignored the system keeps no status of a child: good and bad files are told apart without."""
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        trial.check_opens(folder / "whole.nc")
+        for name in ("circle.nc", "missing.nc"):
+            with pytest.raises(OSError, match=name):
+                trial.check_opens(folder / name)
+        # a fork that was ended is not one that found nothing wrong, and neither is a new process
+        monkeypatch.setattr(trial, "_attempt", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+        assert trial._in_a_fork(folder / "missing.nc")[0] == 1
+        monkeypatch.setattr(sys, "executable", "/bin/true")
+        assert trial._in_a_fork(folder / "whole.nc") == (-1, "")
+    finally:
+        signal.signal(signal.SIGCHLD, before)

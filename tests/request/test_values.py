@@ -192,6 +192,22 @@ def test_any_text_is_read_or_refused(text):
     assert isinstance(value, float | Range | Values)
 
 
+SPELLINGS = {
+    GRAVITY: "m·s⁻² m·s^-2 m/s² m/(s*s) m/(s·s) m/(s^2) m/(s**2) (m/s)/s ((m)/s)/s m.s-2 m/s^2.0 m/s**2.0 1/s2*m",
+    RATE: "rad·s⁻¹ rad⋅s⁻¹ (rad)/(s) rad.s-1 rad/s*1",
+    RADIUS: "(m) ((m)) m/1 m*1 m·1 1/m-1 m²/m",
+    DURATION: "s*1 s¹",
+}
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit"), [(quantity, unit) for quantity, line in SPELLINGS.items() for unit in line.split()]
+)
+def test_a_unit_is_spelled_as_people_spell_it(quantity, unit):
+    """Dots, raised powers, brackets and the factor 1 are read as the SI unit that they spell."""
+    assert read_number(f"1.5 {unit}", quantity) == 1.5
+
+
 @pytest.mark.parametrize("unit", _EVERYDAY)
 def test_everyday_units_agree_with_pint(unit):
     """The units that are read without pint have pint's factors."""
@@ -217,7 +233,7 @@ def test_no_unit_is_si():
         ("2 m^2 / m", RADIUS, 2.0),
         ("2 meter", RADIUS, 2.0),
         ("60 degree per minute", RATE, math.radians(1.0)),
-        ("3 rad\u00b7s/s**2", RATE, None),
+        ("3 rad\u00b7s/s**2", RATE, 3.0),
         ("4 cm s-2", GRAVITY, 0.04),
         ("5 m/s\u00b2", GRAVITY, 5.0),
         ("6 \u00b5m", RADIUS, 6e-6),
@@ -226,19 +242,17 @@ def test_no_unit_is_si():
 )
 def test_units_are_multiplied_and_divided(raw, quantity, value):
     """The algebra of units that a hand writes: products, quotients and small whole powers of names."""
-    if value is None:
-        with pytest.raises(RequestError, match="not known"):
-            read_value(raw, quantity)
-    else:
-        assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
+    assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize(
     "unit",
     [
         "m*(9**9**9)",
-        "m**9**9**9", "m**999999999", "m^-100", "m999999999", "(m)", "m[0]", "m.real", "m+m", "m//m", "m%m",
+        "m**9**9**9", "m**999999999", "m^-100", "m999999999", "m[0]", "m.0", "m+m", "m//m", "m%m",
         "'m'", "lambda:m", "m*9", "9", "m**m", "m" * 10**6, "*m" * 100, "m\n*m" * 50, "\uff4d**\uff19\uff19\uff19",
+        "(((m)))", "(m", "m)", "()", "m(m)", "m**(2)", "m*2", "1", "1*1", "m*1e9", "m*10", "1 m", "m^2.5",
+        "m\u00b2\u00b3\u2074", "(m)**99", "m..m", "m\u00b7" * 41, "m**1**1",
     ],
 )  # fmt: skip
 def test_nothing_but_units_reaches_pint(unit, monkeypatch):
