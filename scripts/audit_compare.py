@@ -13,6 +13,7 @@ import numpy as np
 from sweep import SweepSpec
 from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import compute
+from sweep.model.quantity import Array
 
 #: Tolerance [rad] and step of the coarse integration, duration [s] of both.
 SETTINGS = [
@@ -24,12 +25,12 @@ FINE = 1e-11
 VARIABLES = ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", "nutation_period")
 
 
-def random_starts(count, seed):
+def random_starts(count: int, seed: int) -> dict[str, Array]:
     """Return starts over five decades of tilts and rates, some of them zero, of disks of any shape."""
     rng = np.random.default_rng(seed)
 
-    def signed(low, high, signs):
-        return rng.choice(signs, count) * 10.0 ** rng.uniform(low, high, count)
+    def signed(low: float, high: float, signs: list[int]) -> Array:
+        return np.asarray(rng.choice(signs, count) * 10.0 ** rng.uniform(low, high, count))
 
     return {
         "tilt": signed(-5.0, 0.1, [-1, 1]),
@@ -42,7 +43,7 @@ def random_starts(count, seed):
     }
 
 
-def main():
+def main() -> None:
     """Print one line for each setting, and the totals."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("cells", type=int)

@@ -13,7 +13,9 @@ a promise is broken.
 import math
 import sys
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,8 +31,9 @@ from kernels.disk.endings import BOUNDED, FELL, UNRESOLVED
 from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import completed, whole
+from sweep.model.description import Starts
 from sweep.model.disk.exact import EXTREMES
-from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.model.quantity import STABLE, UNSTABLE, Array
 
 FALL = math.radians(89.0)
 
@@ -44,12 +47,12 @@ MOST_UNRESOLVED, MOST_STEPS = 1e-2, 1e5
 NOISE = 1e-13
 
 
-def spread(rng, n, low, high):
+def spread(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
     """Numbers of both signs, of magnitudes from 10^low to 10^high."""
     return rng.choice((-1.0, 1.0), n) * 10.0 ** rng.uniform(low, high, n)
 
 
-def random_starts(kind, n, rng):
+def random_starts(kind: str, n: int, rng: np.random.Generator) -> Any:
     """Starts of one kind, scaled: radius and gravity are 1."""
     tilt, alpha = rng.uniform(-1.45, 1.45, n), rng.uniform(0.02, 1.0, n)
     some, most = rng.random(n) < 0.7, rng.random(n) < 0.9
@@ -76,19 +79,19 @@ def random_starts(kind, n, rng):
 KINDS = ("six decades", "moderate", "fast", "slow", "nearly upright", "nearly flat")
 
 
-def exact(given, fall=FALL):
+def exact(given: Array, fall: float = FALL) -> dict[str, Any]:
     """Measures and counts of the exact reduction by name."""
     measures, counts = EXTREMES.load()(given, fall, False)
     names = (*EXACT_MEASURES, *EXACT_COUNTS)
     return dict(zip(names, (*measures, *counts), strict=True))
 
 
-def true_errors(found, low, high):
+def true_errors(found: Any, low: Array, high: Array) -> Array:
     """Larger difference of the two extremes [rad]."""
-    return np.maximum(np.abs(found.least - low), np.abs(found.greatest - high))
+    return np.asarray(np.maximum(np.abs(found.least - low), np.abs(found.greatest - high)))
 
 
-def fifty_digits(given, cells, fall=FALL):
+def fifty_digits(given: Array, cells: Iterable[int], fall: float = FALL) -> Array:
     """Extreme tilts of some cells from 50 digits, rounded to doubles; fall_tilt where the disk falls."""
     digits.mp.dps = 50
     ends = []
@@ -98,7 +101,7 @@ def fifty_digits(given, cells, fall=FALL):
     return np.array(ends).reshape(-1, 2).T
 
 
-def audit_errors(cells, rng):
+def audit_errors(cells: int, rng: np.random.Generator) -> bool:
     """The distribution of stated over true errors of every kind of start."""
     fine = True
     print(
@@ -127,9 +130,9 @@ def audit_errors(cells, rng):
     return fine
 
 
-def separatrices(count, rng):
+def separatrices(count: int, rng: np.random.Generator) -> Array:
     """Starts whose energy is that of the maximum of their potential, but for a share of 1e-15 to 1e-2."""
-    made = []
+    made: list[tuple[Array, float]] = []
     while len(made) < count:
         n = 4000
         given = referee.starts(
@@ -152,7 +155,9 @@ def separatrices(count, rng):
     return np.concatenate(crowd, axis=1)
 
 
-def audit_separatrices(count, rng, most_unresolved=MOST_UNRESOLVED):
+def audit_separatrices(
+    count: int, rng: np.random.Generator, most_unresolved: float = MOST_UNRESOLVED
+) -> bool:
     """No bounded cell beside a separatrix is wrong by more than twice its stated error."""
     given = separatrices(count, rng)
     found, truth = kernel_runner.run(given, duration=1e4, fall_tilt=FALL), exact(given)
@@ -174,7 +179,7 @@ def audit_separatrices(count, rng, most_unresolved=MOST_UNRESOLVED):
     return not (beyond.any() or late.any() or falls.any()) and unresolved <= most_unresolved
 
 
-def audit_tiny(cells, rng):
+def audit_tiny(cells: int, rng: np.random.Generator) -> bool:
     """Tiny starts are computed in few steps, and rightly."""
     still = rng.random((4, cells)) < 0.7
     given = referee.starts(
@@ -196,7 +201,7 @@ def audit_tiny(cells, rng):
     return found.steps.max() <= MOST_STEPS and unresolved <= MOST_UNRESOLVED and not beyond.any()
 
 
-def random_request(rng):
+def random_request(rng: np.random.Generator) -> tuple[sweep.SweepSpec, str]:
     """A small atlas of a random preset, criterion, tolerance and width of the brackets."""
     kind = rng.choice(("rolling", "spinning", "circling"))
     kicked = kind != "circling" and rng.random() < 0.5
@@ -213,7 +218,7 @@ def random_request(rng):
     return sweep.SweepSpec.from_words(str(kind), words), rate
 
 
-def exact_verdicts(spec, starts):
+def exact_verdicts(spec: sweep.SweepSpec, starts: Starts) -> Any:
     """Verdicts of the criterion on extremes of 50 digits."""
     starts = completed(spec, starts)
     given = np.stack([starts[name] for name in PARAMETERS])
@@ -225,7 +230,7 @@ def exact_verdicts(spec, starts):
     return spec.criterion.verdict(spec.model.endings, measured, reach, scale)
 
 
-def audit_brackets(rows, rng):
+def audit_brackets(rows: int, rng: np.random.Generator) -> bool:
     """Both ends of every bracket have the verdicts that they are said to have."""
     seen = missed = 0
     while seen < rows:
@@ -249,12 +254,12 @@ def audit_brackets(rows, rng):
             )
             for row in found[~good]:
                 print(f"missed: {spec}, {name}, row {row}")
-            seen, missed = seen + found.size, missed + np.count_nonzero(~good)
+            seen, missed = seen + found.size, missed + int(np.count_nonzero(~good))
     print(f"{seen} refined rows: {missed} brackets without the true edge")
     return missed == 0
 
 
-PARTS = {
+PARTS: dict[str, tuple[Callable[[int, np.random.Generator], bool], int]] = {
     "errors": (audit_errors, 1_000_000),
     "separatrices": (audit_separatrices, 400),
     "tiny": (audit_tiny, 20_000),
@@ -262,7 +267,7 @@ PARTS = {
 }
 
 
-def main():
+def main() -> None:
     """Run the part that was asked for."""
     if len(sys.argv) < 2 or sys.argv[1] not in PARTS:
         sys.exit(__doc__)
