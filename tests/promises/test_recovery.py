@@ -56,7 +56,7 @@ def test_a_limit_on_file_sizes(tmp_path, limit, where):
     done = run(tmp_path, "run", *WORDS, preexec_fn=limited)
     assert done.returncode == 3, done.stderr
     assert "may not become that large" in done.stderr
-    assert "Raise the limit (ulimit -f) to 1 MB" in done.stderr
+    assert "Raise the limit: `ulimit -f " in done.stderr
     assert not (tmp_path / "a.nc").exists()
     kept = list(tmp_path.glob("a.nc.run/blocks/*.block"))
     told = "20 of 20 blocks are kept in a.nc.run" if kept else "no block was finished"
