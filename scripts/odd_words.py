@@ -5,7 +5,7 @@ import random
 from collections.abc import Callable
 from pathlib import Path
 
-from damage import TEXTS
+from odd_texts import TEXTS
 
 _NAMES = ("tilt", "tilt_rate", "roll_rate", "precession_rate", "alpha", "radius", "gravity", "criterion", "duration",
           "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "model",

@@ -6,6 +6,7 @@ import shlex
 import sys
 
 import damage
+import foreign_files
 import fuzz
 import netCDF4
 import odd_words
@@ -69,11 +70,11 @@ def test_edited_structure(folder, tmp_path, ended, way):
     judged(ended, path, "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
 
 
-@pytest.mark.parametrize("number", range(len(damage.FOREIGN)))
+@pytest.mark.parametrize("number", range(len(foreign_files.FOREIGN)))
 def test_foreign_files(folder, tmp_path, ended, number):
     """Files of other tools, folders, pipes and devices are refused."""
     path = folder / f"{tmp_path.name}.nc"
-    damage.FOREIGN[number](path, random.Random(number))
+    foreign_files.FOREIGN[number](path, random.Random(number))
     judged(ended, path, "info {}", "plan {} --no-calibrate")
     assert ended(["info", path.name]).status == 2
 
