@@ -182,8 +182,8 @@ class Motion:
     states: np.ndarray
 
 
-def motion(start, duration, fall_tilt=FALL_TILT):
-    """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is left out."""
+def _equations(start, fall_tilt):
+    """Slope of the state in time, and the events of SciPy: a turning point, and fall_tilt."""
     alpha, radius, gravity = start[ALPHA], start[RADIUS], start[GRAVITY]
 
     def slope(_, y):
@@ -196,6 +196,12 @@ def motion(start, duration, fall_tilt=FALL_TILT):
     def fall(_, y):
         return abs(y[0]) - fall_tilt
 
+    return slope, turn, fall
+
+
+def motion(start, duration, fall_tilt=FALL_TILT):
+    """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is left out."""
+    slope, turn, fall = _equations(start, fall_tilt)
     fall.terminal = True
     run = solve_ivp(
         slope,
@@ -235,17 +241,7 @@ def contact(start, duration, fall_tilt=FALL_TILT):
 
 def _leg_of_contact(start, duration, fall_tilt):
     alpha, radius, gravity = start[ALPHA], start[RADIUS], start[GRAVITY]
-
-    def slope(_, y):
-        tilting, turning, rolling = accelerations(y, alpha, radius, gravity)
-        return y[1], tilting, turning, rolling
-
-    def turn(_, y):
-        return y[1]
-
-    def fall(_, y):
-        return abs(y[0]) - fall_tilt
-
+    slope, turn, fall = _equations(start, fall_tilt)
     first = start[: len(STATE)]
     heading = math.copysign(1.0, first[1] if first[1] != 0.0 else slope(0.0, first)[1])
     turn.terminal = fall.terminal = True

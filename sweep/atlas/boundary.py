@@ -18,7 +18,6 @@ _SIDE = 0.25
 #: What rounding alone may change in an extreme [SI unit]: the estimated errors do not count it.
 _ROUNDING = 2e-14
 
-
 Places = npt.NDArray[np.intp]
 Codes = npt.NDArray[np.integer]
 
