@@ -8,8 +8,10 @@ remaining call keeps the loop scalar. Inlining in LLVM (`forceinline`) takes les
 
 from numba import njit
 
+from kernels.vector_width import PreferredWidth
+
 # fastmath may only contract a*b + c into one instruction: any further option would let a NaN pass unnoticed
-_ALL = {"error_model": "numpy", "fastmath": {"contract"}}
+_ALL = {"error_model": "numpy", "fastmath": {"contract"}, "pipeline_class": PreferredWidth}
 _FOR_KERNELS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_ALL}
 
 #: Decorators of functions that Python calls too; of the second kind are those called in loops over lanes.

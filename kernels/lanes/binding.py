@@ -12,6 +12,7 @@ without it a process ended with a damaged heap where one model was loaded and th
 from numba import jit
 
 from kernels.lanes import interface, schedule
+from kernels.vector_width import PreferredWidth
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
 _FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout"))
@@ -96,4 +97,6 @@ def _recompiled(model, kernel, different):
     if not different:
         return kernel
     copy = copied(model, kernel, different)
-    return jit(**kernel.targetoptions)(copy) if hasattr(kernel, "targetoptions") else copy
+    if not hasattr(kernel, "targetoptions"):
+        return copy
+    return jit(pipeline_class=PreferredWidth, **kernel.targetoptions)(copy)

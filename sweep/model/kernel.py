@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import RequestError
+from sweep.model import vector_width
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
 from sweep.platforms import check_numba, warn_of_processor
 
@@ -66,10 +67,22 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     warn_of_processor()
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     folder = usable_folder(cache_root(), cache_folder([kernel.module]).name)
+    width = _prefer_width(folder)
     for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
         module, _, name = each.partition(":")
-        _cache_on_disk(getattr(import_module(module), name), folder)
+        _cache_on_disk(getattr(import_module(module), name), folder, width)
     return found
+
+
+def _prefer_width(folder: Path | None) -> int:
+    """Let the kernels be compiled with vectors of the width that suits this processor; return that [bits]."""
+    import numba
+
+    if numba.config.DISABLE_JIT:
+        return 0
+    width = vector_width.bits(folder.parent if folder else None)
+    import_module("kernels.vector_width").prefer(width)
+    return width
 
 
 def chunk_cells() -> int:
@@ -201,8 +214,8 @@ def check_cache(kernels: Iterable[Kernel]) -> None:
         )
 
 
-def _cache_on_disk(compiled: Any, folder: Path | None) -> None:
+def _cache_on_disk(compiled: Any, folder: Path | None, width: int) -> None:
     import numba
 
     if folder is not None and not numba.config.DISABLE_JIT:
-        compiled._cache = KernelCache(compiled.py_func, folder)
+        compiled._cache = KernelCache(compiled.py_func, folder, width)

@@ -28,10 +28,12 @@ class KernelCache:
         The Python function that is compiled.
     folder : Path
         Where the files are; see `usable_folder`.
+    width : int
+        Width of vectors [bits] that the function is compiled with, 0 if LLVM chooses.
     """
 
-    def __init__(self, function: Any, folder: Path) -> None:
-        self._function, self._folder = function, folder
+    def __init__(self, function: Any, folder: Path, width: int = 0) -> None:
+        self._function, self._folder, self._width = function, folder, width
 
     @property
     def cache_path(self) -> str:
@@ -44,7 +46,7 @@ class KernelCache:
 
         target.refresh()
         key = self._key(signature, target.codegen())
-        content = _read(self._path(key))
+        content = read_own(self._path(key))
         payload = content[_CHECKSUM_BYTES:]
         if content[:_CHECKSUM_BYTES] != _checksum(key, payload):
             return None
@@ -72,10 +74,12 @@ class KernelCache:
         """Forget nothing: a compiled form is kept under all that it depends on."""
 
     def _key(self, signature: Any, codegen: Any) -> str:
-        """Return what a compiled form depends on beside the folder: types, processor and features, bytecode."""
+        """Return what a compiled form depends on beside the folder: types, target, width, bytecode."""
         code = self._function.__code__
         place = f"{self._function.__module__}.{self._function.__qualname__}:{code.co_firstlineno}"
-        return "\0".join([place, str(signature), *map(str, codegen.magic_tuple()), code.co_code.hex()])
+        return "\0".join(
+            [place, str(signature), *map(str, codegen.magic_tuple()), str(self._width), code.co_code.hex()]
+        )
 
     def _path(self, key: str) -> Path:
         digest = hashlib.sha256(key.encode()).hexdigest()[:24]
@@ -128,7 +132,7 @@ def _problem(status: os.stat_result, *, sticky_is_safe: bool = False) -> str:
     )
 
 
-def _read(path: Path) -> bytes:
+def read_own(path: Path) -> bytes:
     """Return the content of a file that nobody else can write; empty if it is not there, or another thing."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)

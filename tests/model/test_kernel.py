@@ -294,7 +294,7 @@ def test_a_kernel_is_loaded_once(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     kept = []
     monkeypatch.setattr(
-        kernel, "_cache_on_disk", lambda compiled, folder: kept.append((compiled.__name__, folder))
+        kernel, "_cache_on_disk", lambda compiled, folder, width: kept.append((compiled.__name__, folder))
     )
     one = Kernel("loaded_once", "run", ("loaded_once:first", "loaded_once:second"))
     assert one.load() is one.load() is sys.modules["loaded_once"].run

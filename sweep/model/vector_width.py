@@ -1,0 +1,108 @@
+"""The width of the vectors that kernels are compiled with on this processor: measured once, and remembered.
+
+LLVM prefers half the width on most Intel processors with AVX-512. That is right for those that have one unit for wide
+multiply-adds, or that lower their clock much for it, and costs a third of the speed on the others. A name of a
+processor does not tell which it is (virtual machines give wrong ones), and a measurement takes some hundredths of a
+second. The width changes no bit of a result.
+"""
+
+import hashlib
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import lru_cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.atomic import publish_bytes
+from sweep.model.kernel_cache import read_own
+from sweep.platforms import host_features, processor
+
+#: Half and full width [bits] of AVX-512.
+HALF, FULL = 256, 512
+
+#: How much faster multiply-adds in full width have to be for it to be chosen: a kernel does other things too, which
+#: run at the lower clock that some processors have for wide vectors.
+_GAIN = 1.15
+
+#: Numbers, rounds and repetitions of the measurement: some milliseconds for each width.
+_NUMBERS, _ROUNDS, _REPEATS = 512, 8000, 7
+
+
+def bits(root: Path | None) -> int:
+    """Return the width that kernels prefer, 0 where the choice is left to LLVM.
+
+    It is left to LLVM on processors without AVX-512, and where the environment names a target (NUMBA_CPU_NAME,
+    NUMBA_CPU_FEATURES).
+
+    Parameters
+    ----------
+    root : Path or None
+        The folder of all caches, in which the choice is remembered; None if it cannot be used.
+    """
+    named = os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES")
+    return 0 if any(each is not None for each in named) else _chosen(root)
+
+
+@lru_cache
+def _chosen(root: Path | None) -> int:
+    features = host_features()
+    if not features.get("avx512f"):
+        return 0
+    place = None if root is None else root / f"vector-width-{_digest(features)}.txt"
+    remembered = _remembered(place)
+    if remembered:
+        return remembered
+    found = faster(measured())
+    if place is not None:
+        # where it cannot be kept, the next process measures again
+        with suppress(OSError):
+            publish_bytes(place, f"{found}\n".encode("ascii"), mode=0o644)
+    return found
+
+
+def measured(clock: Callable[[], float] = time.thread_time) -> dict[int, float]:
+    """Return the multiply-adds per second of one thread: width [bits] -> rate."""
+    probes = {width: _probe(width) for width in (HALF, FULL)}
+    numbers, least = np.zeros(_NUMBERS), dict.fromkeys(probes, np.inf)
+    for _ in range(_REPEATS):
+        for width, probe in probes.items():
+            began = clock()
+            probe(numbers, _ROUNDS, 0.5, 0.25)
+            least[width] = min(least[width], clock() - began)
+    links = int(import_module("kernels.multiply_add").LINKS)
+    return {width: _NUMBERS * _ROUNDS * links / seconds for width, seconds in least.items()}
+
+
+def faster(rates: dict[int, float]) -> int:
+    """Return the width that is to be chosen by the rates of `measured`."""
+    return FULL if rates[FULL] > _GAIN * rates[HALF] else HALF
+
+
+def _probe(width: int) -> Any:
+    from numba import jit
+
+    vector_width = import_module("kernels.vector_width")
+    kernel = import_module("kernels.multiply_add").multiply_add
+    vector_width.prefer(width)
+    try:
+        probe = jit(pipeline_class=vector_width.PreferredWidth, **kernel.targetoptions)(kernel.py_func)
+        probe(np.zeros(_NUMBERS), 1, 0.5, 0.25)
+    finally:
+        vector_width.prefer(0)
+    return probe
+
+
+def _digest(features: object) -> str:
+    from importlib.metadata import version
+
+    return hashlib.sha256(f"{processor()} {features} {version('llvmlite')}".encode()).hexdigest()[:16]
+
+
+def _remembered(place: Path | None) -> int:
+    text = b"" if place is None else read_own(place)
+    return next((width for width in (HALF, FULL) if text == b"%d\n" % width), 0)
