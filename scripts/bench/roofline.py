@@ -67,25 +67,29 @@ def _probe(width: int) -> Callable[..., None]:
 
     `width` is that of its vectors [bits]. The machine's rate is the greatest of all widths, whatever the kernels have.
     """
-    lines = [
-        "def probe(values, rounds, a, b):",
-        " for task in prange(values.shape[0]):",
-        "  row = values[task]",
-    ]
-    lines += ["  for _ in range(rounds):", "   for k in range(row.size):", "    x0 = row[k]"]
-    lines += [f"    x{n} = x0 + {n}.0" for n in range(1, _CHAINS)]
-    lines += [f"    x{n} = x{n} * a + b" for _ in range(_LINKS) for n in range(_CHAINS)]
-    lines.append("    row[k] = " + " + ".join(f"x{n}" for n in range(_CHAINS)))
-    scope: dict[str, Any] = {"prange": numba.prange}
+    lines = ["def chains(row, rounds, a, b):", " for _ in range(rounds):", "  for k in range(row.size):"]
+    lines += ["   x0 = row[k]", *(f"   x{n} = x0 + {n}.0" for n in range(1, _CHAINS))]
+    lines += [f"   x{n} = x{n} * a + b" for _ in range(_LINKS) for n in range(_CHAINS)]
+    lines.append("   row[k] = " + " + ".join(f"x{n}" for n in range(_CHAINS)))
+    scope: dict[str, Any] = {}
     exec("\n".join(lines), scope)
-    options = {"parallel": True, "fastmath": {"contract"}, "error_model": "numpy"}
-    probe: Callable[..., None] = numba.njit(pipeline_class=PreferredWidth, **options)(scope["probe"])
+    # not in the parallel loop itself, whose body Numba compiles in its own way
+    chains = numba.njit(pipeline_class=PreferredWidth, fastmath={"contract"}, error_model="numpy")(
+        scope["chains"]
+    )
+
+    @numba.njit(parallel=True)
+    def probe(values, rounds, a, b):
+        for task in numba.prange(values.shape[0]):
+            chains(values[task], rounds, a, b)
+
     prefer(width)
     try:
         probe(np.zeros((1, 8)), 1, 0.5, 0.25)
     finally:
         prefer(bits(None))
-    return probe
+    found: Callable[..., None] = probe
+    return found
 
 
 def _seconds(work: Callable[[], object]) -> float:

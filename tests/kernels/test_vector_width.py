@@ -27,6 +27,7 @@ def compiled():
 
 
 def llvm(function):
+    """Return what Numba hands to LLVM for the only compiled form."""
     return next(iter(function.inspect_llvm().values()))
 
 
