@@ -98,8 +98,11 @@ def flow(state, alpha):
     """Time derivatives of a scaled state (S, C, T, w, o, s), as an array of shape (6,)."""
     S, C, T, w, o, s = state
     i_tilt, i_roll, i_spin, i_inverse = disk.inertia(alpha)
-    (dS, dC, dT, do, dp), acceleration = disk.slopes((S, C, T, o, i_roll * s), i_spin, 2.0 * i_inverse)
-    return np.array([w * dS, w * dC, w * dT, i_tilt * acceleration, w * do, w * dp * i_inverse])
+    (dS, minus_dC, dT, do, minus_dp), acceleration = disk.slopes(
+        (S, C, T, o, i_roll * s), i_spin, 2.0 * i_inverse
+    )
+    rates = [w * dS, -w * minus_dC, w * dT, i_tilt * acceleration, w * do, -w * minus_dp * i_inverse]
+    return np.array(rates)
 
 
 def scattered(n, seed):

@@ -41,9 +41,10 @@ def slopes(state, i_spin, drag):
 
     Returns
     -------
-    (dS, dC, dT, do, dp), acceleration
-        Derivatives with respect to the tilt; times w they are derivatives in scaled time. The acceleration of the tilt
-        in scaled time, times 1 + alpha/2.
+    (dS, -dC, dT, do, -dp), acceleration
+        Derivatives with respect to the tilt; times w they are derivatives in scaled time. Those of C and p are minus S
+        and minus o, and come without their sign, which would cost instructions. The acceleration of the tilt in scaled
+        time, times 1 + alpha/2.
 
     Notes
     -----
@@ -52,7 +53,7 @@ def slopes(state, i_spin, drag):
     """
     S, C, T, o, p = state
     oT = o * T
-    return (C, -S, 1.0 + T * T, oT - drag * p, -o), S + o * (p - i_spin * oT)
+    return (C, S, 1.0 + T * T, oT - drag * p, o), S + o * (p - i_spin * oT)
 
 
 @simd

@@ -44,7 +44,7 @@ from kernels.disk.simd_stages import (
     time_left,
 )
 from kernels.disk.step_size import share_near_maximum
-from kernels.disk.summit import doubtful_pass
+from kernels.disk.summit import doubtful_pass, is_long
 from kernels.jit import inlined, internal, simd
 from kernels.simd_math import angle_of
 
@@ -196,15 +196,18 @@ def _end_leg(lane, run, lanes):
 @internal
 def _passed_in_doubt(lane, lanes):
     """Whether the leg of a lane passed a maximum of the potential without enough energy (`kernels.disk.summit`)."""
+    constants = constants_of(lane, lanes)
+    if not is_long(lanes[at.TIME_END + lane], constants):
+        return False
     S, C, w, o, s = start_of(lane, lanes)
     sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
     state = S, C, S / C, sense * w, sense * o, sense * s
     leg = (
-        angle_of(S, C), lanes[at.TILT_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane],
-        lanes[at.HEADING + lane], 2.0 * lanes[at.HALF_UNIFORM + lane], 2.0 * lanes[at.HALF_GRADED + lane],
+        angle_of(S, C), lanes[at.TILT_END + lane], lanes[at.STEPS + lane], lanes[at.HEADING + lane],
+        2.0 * lanes[at.HALF_UNIFORM + lane], 2.0 * lanes[at.HALF_GRADED + lane],
     )  # fmt: skip
     whole, alpha = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane]
-    return doubtful_pass(state, constants_of(lane, lanes), leg, whole, alpha)
+    return doubtful_pass(state, constants, leg, whole, alpha)
 
 
 @internal

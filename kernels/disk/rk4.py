@@ -17,17 +17,16 @@ _SHORT, _NEAR = 3.0e-4, 1.0e-7
 def _along(start, slope, angle):
     """`start` + angle * `slope`, of five numbers each."""
     S, C, T, o, p = start
-    dS, dC, dT, do, dp = slope
-    # what has a minus sign is subtracted without it: for `+ -x` the compiler emits an extra negation
-    return S + angle * dS, C - angle * -dC, T + angle * dT, o + angle * do, p - angle * -dp
+    dS, lC, dT, do, lp = slope
+    return S + angle * dS, C - angle * lC, T + angle * dT, o + angle * do, p - angle * lp
 
 
 @simd
 def _summed(total, slope, angle):
     """`total` + angle * `slope`, where `total` holds the second and the fifth number with opposite sign."""
     S, C, T, o, p = total
-    dS, dC, dT, do, dp = slope
-    return S + angle * dS, C + angle * -dC, T + angle * dT, o + angle * do, p + angle * -dp
+    dS, lC, dT, do, lp = slope
+    return S + angle * dS, C + angle * lC, T + angle * dT, o + angle * do, p + angle * lp
 
 
 @simd
@@ -57,9 +56,9 @@ def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
     half_turn = half * i_tilt
     start = S, C, T, o, p
     slope, first = slopes(start, i_spin, drag)
-    dS, dC, dT, do, dp = slope
+    dS, lC, dT, do, lp = slope
     angle = half * w
-    total = angle * dS, angle * -dC, angle * dT, angle * do, angle * -dp
+    total = angle * dS, angle * lC, angle * dT, angle * do, angle * lp
     slope, second = slopes(_along(start, slope, angle), i_spin, drag)
     rate = w + half_turn * first
     total = _summed(total, slope, (half + half) * rate)

@@ -116,13 +116,13 @@ def advance(lane, run, lanes):
         lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane],
         lanes[at.I_TILT + lane], lanes[at.I_SPIN + lane], lanes[at.DRAG + lane], half,
     )  # fmt: skip
-    # "not >=" rather than "<", so that a NaN is an event too
-    occurred = (heading * w < 0.0) | (not (C >= run.cos_fall_tilt)) | (t >= end)
+    # so written, a NaN is an event too, and the compiler needs no instruction to join the three
+    going = (heading * w >= 0.0) & (C >= run.cos_fall_tilt) & (t < end)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
     lanes[at.O_RATE + lane], lanes[at.P + lane], lanes[at.TIME + lane] = o, p, t
     # with a step of zero the lane rests
-    lanes[at.HALF + lane] = 0.0 if occurred else uniform + graded * C
-    return occurred
+    lanes[at.HALF + lane] = uniform + graded * C if going else 0.0
+    return not going
 
 
 @simd

@@ -128,7 +128,7 @@ def _doubtful_on_the_way(state, constants, leg, whole, alpha):
 
     Or whether the leg ends elsewhere this time: these steps round otherwise than those of `lane_step` in lanes.
     """
-    _, tilt_end, _, steps, heading, uniform, graded = leg
+    _, tilt_end, steps, heading, uniform, graded = leg
     start = state[0], state[1], state[3], state[4], state[5]
     slowing = heading * tilt_acceleration(state, constants) < 0.0
     for n in range(1, int(steps)):
@@ -147,18 +147,24 @@ def _doubtful_on_the_way(state, constants, leg, whole, alpha):
     return not abs(math.sin(tilt_end) - state[0]) <= _ELSEWHERE * abs(way)
 
 
+@simd
+def is_long(time, constants):
+    """Whether a leg of some scaled time is long enough for a doubtful pass; most are not."""
+    return not time * math.sqrt(constants[0]) < _SHORTEST
+
+
 @internal
 def doubtful_pass(state, constants, leg, whole, alpha):
-    """Whether a leg passed a maximum of the potential by less energy than is uncertain there.
+    """Whether a long leg passed a maximum of the potential by less energy than is uncertain there.
 
     Parameters
     ----------
     state : tuple of 6 floats
         State where the leg began, with the rates of its sense of time.
     constants : tuple of 4 floats
-    leg : tuple of 7 floats
-        Tilts [rad] where it began and ended, scaled time, steps, sign of the tilt rate, and the scaled steps: the part
-        that is constant and the part that is multiplied by cos(tilt).
+    leg : tuple of 6 floats
+        Tilts [rad] where it began and ended, steps, sign of the tilt rate, and the scaled steps: the part that is
+        constant and the part that is multiplied by cos(tilt).
     whole, alpha : float
         Energy of the start over m g R; mass distribution.
 
@@ -166,8 +172,8 @@ def doubtful_pass(state, constants, leg, whole, alpha):
     -------
     bool
     """
-    tilt_start, tilt_end, time, _, heading, _, _ = leg
-    if time * math.sqrt(constants[0]) < _SHORTEST or not _covers_summits(tilt_start, tilt_end):
+    tilt_start, tilt_end, _, heading, _, _ = leg
+    if not _covers_summits(tilt_start, tilt_end):
         return False
     if abs(tilt_start) < _LARGEST_TILT and _leaves_summit(state, constants, heading):
         return False

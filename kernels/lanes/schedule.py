@@ -40,8 +40,9 @@ from kernels.lanes.stride import coprime_stride
 #: Cells that one task of the parallel loop processes: so many that filling and draining the lanes costs little.
 CHUNK = 2048
 
-#: The word of all lanes, or of all blocks.
+#: The word of all lanes, or of all blocks; that of each lane.
 _ALL = (1 << LANES) - 1
+_WORDS = np.array([1 << lane for lane in range(LANES)])
 
 # Rows of `notes`, int64[_NOTE_ROWS, LANES]. Of each block:
 #: its first cell,
@@ -63,10 +64,11 @@ _NOTE_ROWS = _SINCE + 1
 @simd
 def _advance_all(run, lanes):
     """One step of every lane; returns the word of the lanes with an event."""
-    events = 0
+    going = 0
     for lane in range(LANES):
-        events |= int(advance(lane, run, lanes)) << lane
-    return events
+        # one masked instruction; shifting a bit to its place would take five
+        going |= 0 if advance(lane, run, lanes) else _WORDS[lane]
+    return _ALL & ~going
 
 
 @internal
