@@ -1,13 +1,8 @@
-"""Time per cell against the number of cells and threads, and a whole run from start to file."""
+"""Time per cell against the number of cells and threads."""
 
-import os
-import resource
 import statistics
-import subprocess
 import sys
-import tempfile
 import time
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -19,16 +14,16 @@ from sweep.engine.grid import blocks, starts_of
 from sweep.model.disk.model import DISK
 
 
-def _grid(count: int) -> list[str]:
+def grid(count: int) -> list[str]:
     """Return the words of about `count` cells over the ranges of the rolling preset."""
     rates = round((4 * count) ** 0.5)
     return [f"roll_rate=2:4:{rates}", f"tilt=0.001deg:5deg:{count // rates}:log"]
 
 
-def _kernel_seconds(count: int, threads: int) -> float:
+def kernel_seconds(count: int, threads: int) -> float:
     """Return the seconds in the kernel, block by block as a run does it."""
     numba.set_num_threads(threads)
-    spec = sweep.SweepSpec.from_words("rolling", _grid(count))
+    spec = sweep.SweepSpec.from_words("rolling", grid(count))
     settings = np.array([spec.duration, 0.0, FALL_TILT, spec.tolerance])
     taken = 0.0
     for span in blocks(spec.size):
@@ -51,31 +46,10 @@ def measure(quick: bool, repeats: int) -> list[dict[str, Any]]:
         taken: dict[int, list[float]] = {threads: [] for threads in sorted({1, most})}
         for _ in range(rounds):
             for threads, seconds in taken.items():
-                seconds.append(_kernel_seconds(count, threads))
+                seconds.append(kernel_seconds(count, threads))
         rows += [
             {"cells": count, "threads": threads, "us_per_cell": 1e6 * statistics.median(seconds) / count}
             for threads, seconds in taken.items()
         ]
         print(f"benchmark: {count} cells done", file=sys.stderr)
     return rows
-
-
-def whole_run(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return time, memory and file size of `eulerdisk run`, kernels in the cache, all threads."""
-    count = 10**5 if quick else 10**6
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "atlas.nc"
-        command = [sys.executable, "-m", "sweep", "run", "rolling", *_grid(count)]
-        command += ["-o", str(path), "--overwrite"]
-        times = []
-        for _ in range(repeats):
-            began = time.perf_counter()
-            subprocess.run(command, check=True, capture_output=True)
-            times.append(time.perf_counter() - began)
-        return {
-            "cells": count,
-            "seconds": statistics.median(times),
-            "least": min(times),
-            "memory_MB": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024,
-            "file_MB": os.path.getsize(path) / 1e6,
-        }

@@ -4,41 +4,108 @@ import copy
 
 import numpy as np
 import pytest
-from bench import libraries, loops, problem, record, roofline
+from bench import libraries, loops, planned, problem, record, roofline, table
+
+AMD = "amd-epyc-avx-512"
 
 
-def test_the_readme_shows_the_record():
-    """The table of the README is what docs/benchmark.json renders; `scripts/benchmark.py --readme` puts it there."""
-    assert record.block_in() == record.readme_block(record.read())
+@pytest.fixture
+def records():
+    """Return the records, of which a test may change its own copy."""
+    return copy.deepcopy(record.read_all())
 
 
-def test_the_record_is_written_into_a_readme(tmp_path):
+def test_the_readme_shows_the_records(records):
+    """The table of the README is what docs/benchmark renders; `scripts/benchmark.py --readme` puts it there."""
+    assert table.block_in() == table.readme_block(records)
+
+
+def test_the_records_are_written_into_a_readme(records, tmp_path):
     """Only what stands between the markers is replaced."""
     readme = tmp_path / "README.md"
     readme.write_text("above\n<!-- benchmark -->\nold\n<!-- end of benchmark -->\nbelow\n", encoding="utf-8")
-    record.write_readme(record.read(), readme)
-    assert record.block_in(readme) == record.readme_block(record.read())
+    table.write_readme(records, readme)
+    assert table.block_in(readme) == table.readme_block(records)
     lines = readme.read_text(encoding="utf-8").splitlines()
     assert (lines[0], lines[-1]) == ("above", "below")
     assert "old" not in lines
 
 
+def test_every_record_stands_under_the_name_of_its_processor(records):
+    """The name of the file is made of what the record says of its machine."""
+    assert records
+    assert {name: record.kind(found["machine"]) for name, found in records.items()} == {
+        name: name for name in records
+    }
+
+
+@pytest.mark.parametrize(
+    ("processor", "vectors", "expected"),
+    [
+        ("Intel(R) Xeon(R) Platinum 8488C", "AVX-512", "intel-xeon-platinum-8488c-avx-512"),
+        ("Intel(R) Core(TM) i7-8700K CPU @ 3.70GHz", "AVX2", "intel-core-i7-8700k-avx2"),
+        ("AMD EPYC 9R14 96-Core Processor", "AVX-512", "amd-epyc-9r14-avx-512"),
+        ("arm64", "", "arm64"),
+    ],
+)
+def test_a_kind_is_the_name_of_a_processor_without_marks(processor, vectors, expected):
+    """No clock, no number of cores, no trade mark: the same processor has one record."""
+    assert record.kind({"processor": processor, "vectors": vectors}) == expected
+
+
+def test_a_record_is_read_as_it_was_written(records, tmp_path):
+    """Written into a folder under the name of its kind."""
+    path = record.write(records[AMD], tmp_path)
+    assert path.name == f"{AMD}.json"
+    assert record.read_all(tmp_path) == {AMD: records[AMD]}
+
+
 @pytest.mark.parametrize(("share", "status"), [(1.3, 0), (0.81, 0), (0.79, 1)])
-def test_a_loss_of_more_than_a_fifth_fails(capsys, share, status):
-    """A ratio at 81 % of the recorded one passes, at 79 % it ends with 1 and is named."""
-    recorded = record.read()
-    found = copy.deepcopy(recorded)
+def test_a_loss_of_more_than_a_fifth_fails(records, capsys, share, status):
+    """A ratio at 81 % of that of the same kind of processor passes, at 79 % it ends with 1 and is named."""
+    found = copy.deepcopy(records[AMD])
     found["kernel"][0]["ratio"]["median"] *= share
-    assert record.report_losses(found, recorded) == status
+    assert record.report_losses(found, records) == status
     assert ("own steps: " in capsys.readouterr().err) == bool(status)
 
 
-def test_a_contender_that_is_not_installed_is_no_loss(capsys):
+@pytest.mark.parametrize(("share", "status"), [(0.79, 0), (0.51, 0), (0.49, 1)])
+def test_a_processor_without_a_record_is_held_against_the_least_of_the_others(records, capsys, share, status):
+    """Half of it is enough: how wide vectors are, and how fast the memory is, differ."""
+    found = copy.deepcopy(records[AMD])
+    found["machine"]["processor"] = "another"
+    ratio = found["kernel"][0]["ratio"]
+    least = min(each["kernel"][0]["ratio"]["median"] for each in records.values())
+    ratio["median"] = share * least
+    assert record.report_losses(found, records) == status
+    assert ("own steps: " in capsys.readouterr().err) == bool(status)
+
+
+def test_a_contender_that_is_not_installed_is_no_loss(records):
     """What was not run is not compared."""
-    recorded = record.read()
-    found = copy.deepcopy(recorded)
+    found = copy.deepcopy(records[AMD])
     found["field"]["contenders"] = found["field"]["contenders"][:3]
-    assert record.report_losses(found, recorded) == 0
+    assert record.report_losses(found, records) == 0
+
+
+def test_what_whole_commands_take_is_compared(records, capsys):
+    """A run that takes longer over its kernels, and a command that starts more slowly, are losses."""
+    found = copy.deepcopy(records[AMD])
+    found["whole"] = {"run": {"cells": 10, "seconds": 3.0, "least_possible": 2.0, "memory_MB": 1.0}}
+    found["start"] = {"bare": 0.3, "warm": {"info": 0.5}, "cold": {"run": 5.0}}
+    before = {AMD: copy.deepcopy(found)}
+    assert record.report_losses(found, before) == 0
+    found["whole"]["run"]["seconds"], found["start"]["warm"]["info"] = 4.0, 0.8
+    assert record.report_losses(found, before) == 1
+    told = capsys.readouterr().err
+    assert "run of 10 cells: 0.5, recorded 0.667" in told
+    assert "info: 0.375, recorded 0.6" in told
+
+
+def test_the_time_that_a_plan_states_is_read():
+    """In seconds, whatever the unit."""
+    assert planned._seconds("blocks   3\ntime     about 12 s (1e6 cells per second)") == 12.0
+    assert planned._seconds("time     about 2.5 min") == 150.0
 
 
 @pytest.mark.compiled

@@ -1,0 +1,135 @@
+"""What was measured as a table for a terminal, and all records as the README's block."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from bench.record import CHECKOUT, plain_name
+
+README = CHECKOUT / "README.md"
+
+_BLOCK = re.compile(r"(?<=<!-- benchmark -->\n).*?(?=<!-- end of benchmark -->)", re.DOTALL)
+
+
+def text(found: dict[str, Any]) -> str:
+    """Return all of it as a table for a terminal."""
+    return "\n".join(_lines(found))
+
+
+def _lines(found: dict[str, Any]) -> Iterator[str]:
+    held = found["machine"]
+    yield f"{held['processor']} {held['vectors']}, {held['processors']} processors, {held['day']}"
+    yield f"(load {held['load']:.1f} before it began: by the clock, seconds of a busy machine mean little)"
+    yield ""
+    yield f"Peak tilt of cells released at rest ({found['field']['task']}), one thread each:"
+    yield f"{'':22}{'setting':>9}{'cells':>9}{'error':>10}{'us/cell':>12}{'times eulerdisk rk4':>28}"
+    for row in found["field"]["contenders"]:
+        ratio, cost = row["ratio"], row["us_per_cell"]["median"]
+        yield (
+            f"{row['name']:22}{row['setting']:9.1g}{row['cells']:9d}{row['error']:10.1e}{cost:12.4g}"
+            f"{ratio['median']:12.3g} ({ratio['least']:.3g} to {ratio['greatest']:.3g})"
+        )
+    for kernel in found["kernel"]:
+        ratio = kernel["ratio"]
+        yield ""
+        yield f"Equal RK4 steps, {kernel['steps_per_cell']:.0f} per cell, {kernel['threads']} thread(s):"
+        yield f"  lane kernel {kernel['steps_per_s']:.3g} steps/s, plain prange loop {kernel['plain_steps_per_s']:.3g}"
+        yield f"  ratio {ratio['median']:.1f} ({ratio['least']:.1f} to {ratio['greatest']:.1f})"
+        yield (
+            f"  {kernel['multiply_adds_per_step']} multiply-adds per step: {100 * kernel['share']:.0f} % of the "
+            f"measured {kernel['multiply_adds_per_s']:.3g} per second"
+        )
+    yield ""
+    yield "Time per cell in the kernel, rolling preset:"
+    for row in found["scaling"]:
+        yield f"  {row['cells']:9d} cells, {row['threads']:2d} threads{row['us_per_cell']:10.3f} us"
+    if "cuda" in found:
+        device = found["cuda"]
+        rate, each = device["steps_per_s"], device["steps_per_cell"]
+        yield f"{device['device']}: {rate:.3g} steps/s with transfers, {each:.0f} steps per cell"
+    if "reduction" in found:
+        exact = found["reduction"]
+        yield (
+            f"exact reduction, {exact['cells']} cells, {exact['threads']} threads: extremes "
+            f"{exact['extremes_per_s']:.3g} cells/s, with the period {exact['with_period_per_s']:.3g}"
+        )
+    yield from _whole_lines(found)
+
+
+def _whole_lines(found: dict[str, Any]) -> Iterator[str]:
+    """Yield what whole commands take: on many cells, on few, and against what `plan` says."""
+    for name, row in found.get("whole", {}).items():
+        least, file = row["least_possible"], f", file {row['file_MB']:.0f} MB" if "file_MB" in row else ""
+        yield f"eulerdisk {name}, {row['cells']} cells: {row['seconds']:.2f} s, {row['memory_MB']:.0f} MB{file}"
+        yield f"  {row['seconds'] / least:.2f} times kernels and reading, {least:.2f} s"
+    if "start" in found:
+        start = found["start"]
+        yield f"Start-up: importing numpy and netCDF4 takes {start['bare']:.2f} s"
+        for heat in ("warm", "cold"):
+            times = ", ".join(f"{name} {seconds:.2f}" for name, seconds in start[heat].items())
+            yield f"  {heat} [s]: {times}"
+    for row in found.get("plan", ()):
+        yield f"plan of {row['cells']} cells, {row['what']}: {row['planned']:.2f} s, took {row['took']:.2f} s"
+
+
+def readme_block(records: dict[str, dict[str, Any]]) -> str:
+    """Return the README's table: a column for each kind of processor."""
+    names = [plain_name(found["machine"]) for found in records.values()]
+    lines = [f"| | error (rad) | {' | '.join(names)} |", "|---|---|" + "---|" * len(names)]
+    columns = [
+        {row["name"]: row for row in _best_methods(found["field"]["contenders"])}
+        for found in records.values()
+    ]
+    for name in dict.fromkeys(name for column in columns for name in column):
+        rows = [column.get(name) for column in columns]
+        error = max(row["error"] for row in rows if row)
+        cells = " | ".join(_cost(row) if row else "" for row in rows)
+        lines.append(f"| {name} | {f'{error:.0e}' if error else 'reference'} | {cells} |")
+    lines += ["", *(_in_words(found) for found in records.values()), ""]
+    return "\n".join(lines).replace("e+0", "e").replace("e-0", "e-")
+
+
+def _cost(row: dict[str, Any]) -> str:
+    return f"{_two(row['us_per_cell']['median'])} µs ({_two(row['ratio']['median'])} ×)"
+
+
+def _in_words(found: dict[str, Any]) -> str:
+    """Return how far the kernel is from a plain loop and from the machine's rate, in one line."""
+    held, (kernel, long) = found["machine"], found["kernel"][:2]
+    run = found.get("whole", {}).get("run") or found["run"]
+    return (
+        f"{plain_name(held)}, {held['vectors']}, {held['day']}: at equal steps {kernel['ratio']['median']:.0f} × as "
+        f"fast as a plain `prange` loop with {kernel['steps_per_cell']:.0f} steps per cell, "
+        f"{long['ratio']['median']:.0f} × with {long['steps_per_cell']:.0f}, {100 * kernel['share']:.0f} % and "
+        f"{100 * long['share']:.0f} % of the measured rate of multiply-adds; {run['cells']:,} cells from start to file "
+        f"in {run['seconds']:.1f} s on {held['processors']} processors."
+    )
+
+
+def _best_methods(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the rows in their order, of a library of many methods only the fastest."""
+    for row in rows:
+        library = row["name"].split()[0]
+        rivals = [each for each in rows if each["name"].startswith(library)]
+        if library not in ("SciPy", "diffrax") or row == min(
+            rivals, key=lambda each: float(each["us_per_cell"]["median"])
+        ):
+            yield row
+
+
+def _two(value: float) -> str:
+    """Return two significant digits, written out."""
+    return f"{float(f'{value:.2g}'):,.10g}"
+
+
+def write_readme(records: dict[str, dict[str, Any]], path: Path = README) -> None:
+    """Put the table between the markers of the README."""
+    before = path.read_text(encoding="utf-8")
+    path.write_text(_BLOCK.sub(lambda _: readme_block(records), before), encoding="utf-8")
+
+
+def block_in(path: Path = README) -> str:
+    """Return what stands between the markers of the README."""
+    found = _BLOCK.search(path.read_text(encoding="utf-8"))
+    return found[0] if found else ""
