@@ -6,21 +6,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import edges
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     EDGES,
     Declaration,
     cell_declarations,
     coordinates,
-    curve_declarations,
-    edge_declarations,
     edge_names,
     global_attributes,
     status_name,
 )
-from sweep.atlas.curves import Curves, curves
-from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED, row_status
+from sweep.atlas.row_search import row_status
+from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -131,7 +129,7 @@ def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, s
 
 
 def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
-    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_status.row_status`).
+    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_search.row_status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
 
@@ -161,22 +159,9 @@ def boundaries(
 
     One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
     """
-    found: list[tuple[Declaration, npt.NDArray[Any]]] = []
-    for (axis, edge), line in edges(spec, stability).items():
-        values = (line.measured, line.halfwidth, line.predicted, line.critical, line.status)
-        found += zip(edge_declarations(spec, axis, edge), values, strict=True)
-    if spec.boundary_width is not None and len(spec.axes) > 1:
-        found += _with_points(spec, curves(spec, stability, spec.boundary_width))
-    return found
-
-
-def _with_points(spec: SweepSpec, lines: Curves) -> list[tuple[Declaration, npt.NDArray[Any]]]:
-    # the classic model of netCDF allows no dimension of length 0, except an unlimited one
-    if not lines.counts.size:
-        return []
-    of_points = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))
-    values = (lines.counts.astype("i4"), lines.closed.astype("i1"), *of_points)
-    return list(zip(curve_declarations(spec), values, strict=True))
+    search = BoundarySearch(spec)
+    search.add(0, stability.reshape(-1))
+    return list(search.variables())
 
 
 def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:

@@ -6,8 +6,6 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
-
 #: The codes.
 ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT, FOUND, MORE_THAN_ONE, OTHER_EDGE_ONLY = range(6)
 
@@ -22,52 +20,6 @@ ROW_STATUS: Mapping[int, str] = MappingProxyType(
         OTHER_EDGE_ONLY: "other_edge_only",
     }
 )
-
-#: Cells of the rows whose changes of verdict are counted at a time: 16 megabytes of working arrays.
-_STATUS_CELLS = 2**20
-
-
-def row_status(rows: npt.NDArray[np.integer], edge: str = "upper") -> npt.NDArray[np.int8]:
-    """Return for each row whether it has an edge of the unstable band, and if not, why.
-
-    Parameters
-    ----------
-    rows : array of int, shape (..., n)
-        Verdicts along a control parameter, increasing along the last axis.
-    edge : {"upper", "lower"}
-        The edge above which, or below which, the motion is stable.
-
-    Returns
-    -------
-    array of int8, shape (...)
-        A code of `ROW_STATUS`. Undecided cells are left out of the sequence of verdicts first. ``found``: the verdict
-        changes once in the direction of this edge, and the row ends on its stable side. ``more_than_one_edge``: it
-        changes so more than once, or changes back: the value stored is that of the outermost edge, and there is none
-        where the row ends on the unstable side. Rows without such a change are ``undecided`` if a cell is,
-        ``stable_throughout``, ``unstable_throughout``, or have the ``other_edge_only``.
-    """
-    flat = rows.reshape(-1, rows.shape[-1])
-    if edge == "lower":
-        flat = flat[:, ::-1]
-    found = np.empty(len(flat), np.int8)
-    count = max(1, _STATUS_CELLS // flat.shape[-1])
-    for start in range(0, len(flat), count):
-        found[start : start + count] = _upper_status(flat[start : start + count])
-    return found.reshape(rows.shape[:-1])
-
-
-def _upper_status(rows: npt.NDArray[np.integer]) -> npt.NDArray[np.int8]:
-    n = rows.shape[-1]
-    stable, unstable, decided = rows == STABLE, rows == UNSTABLE, rows != UNDECIDED
-    # the place of the last decided cell up to each one
-    last = np.maximum.accumulate(np.where(decided, np.arange(n, dtype=np.int32), np.int32(-1)), axis=-1)
-    before = np.take_along_axis(unstable, np.maximum(last[:, :-1], 0), axis=-1) & (last[:, :-1] >= 0)
-    changes = (before & stable[:, 1:]).sum(-1)
-    ends_stable = np.take_along_axis(stable, np.maximum(last[:, -1:], 0), axis=-1)[:, 0]
-    alike = (~decided.all(-1), stable.all(-1), unstable.all(-1))
-    without = np.select(alike, (ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT), OTHER_EDGE_ONLY)
-    single = (changes == 1) & ends_stable
-    return np.select((changes == 0, single), (without, FOUND), MORE_THAN_ONE).astype(np.int8)
 
 
 def in_words(status: npt.NDArray[np.integer], rows: str = "rows", edge: str = "") -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.engine.grid import BLOCK_CELLS, Span, blocks, completed, starts_of
+from sweep.engine.grid import BLOCK_CELLS, Span, blocks, completed, starts_at, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import code_hash
@@ -163,7 +163,9 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     model = spec.model
     kernels = [kernel.module for kernel in model.kernels(spec)]
     device = [_CUDA] if spec.device == "cuda" else []
-    engine: list[Callable[..., Any]] = [measure, _integrated, starts_of, completed, Range.array, Values.array]
+    engine: list[Callable[..., Any]] = [
+        measure, _integrated, starts_of, starts_at, completed, Range.array, Values.array,
+    ]  # fmt: skip
     types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
     return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
 

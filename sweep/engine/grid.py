@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from sweep.model.description import Starts
 from sweep.model.quantity import Array
@@ -97,7 +98,11 @@ def starts_of(spec: SweepSpec, span: Span) -> Starts:
         Every parameter of the model, in its order and in SI. A parameter that the cell computes is not finite where it
         does not exist.
     """
-    cells = np.arange(span.start, span.stop)
+    return starts_at(spec, np.arange(span.start, span.stop))
+
+
+def starts_at(spec: SweepSpec, cells: npt.NDArray[np.intp]) -> Starts:
+    """Return the starts of chosen cells, by their flat indices, shape (n,); as from `starts_of`."""
     places = dict(zip(spec.axes, np.unravel_index(cells, spec.shape), strict=True)) if spec.axes else {}
     values: dict[str, Array] = {}
     for name in spec.model.parameters:
@@ -105,7 +110,7 @@ def starts_of(spec: SweepSpec, span: Span) -> Starts:
         if isinstance(given, Range | Values):
             values[name] = given.array()[places[name]]
         elif not isinstance(given, str):
-            values[name] = np.full(len(span), given)
+            values[name] = np.full(cells.size, given)
     return completed(spec, values)
 
 

@@ -374,7 +374,7 @@ class Model(ABC):
         axis : str
             A control parameter that is an axis of the spec.
         starts : mapping of str to array, shape (n,)
-            The starts of the rows along that axis; what they hold for the axis does not matter.
+            The starts of the rows along that axis, or of some of them; what they hold for the axis does not matter.
 
         Returns
         -------

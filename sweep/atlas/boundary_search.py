@@ -1,0 +1,146 @@
+"""The boundary of stability that a grid of verdicts has, from its cells in C order: the edges in every row."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.boundary import ROWS_AT_ONCE, Brackets, bisected, rows_along, theory_lines
+from sweep.atlas.cf_metadata import EDGES, Declaration, curve_declarations, edge_declarations
+from sweep.atlas.curves import Curves, curves
+from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
+from sweep.engine.grid import blocks, starts_of
+from sweep.model.description import Starts
+from sweep.model.quantity import STABLE, UNSTABLE, Array
+from sweep.request.spec import SweepSpec
+
+
+class BoundarySearch:
+    """The boundary of a grid, from the verdicts of its cells, which come in C order in spans of any size.
+
+    Of the verdicts it keeps a few numbers per row along each control parameter among the axes (`RowSearch`).
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    """
+
+    def __init__(self, spec: SweepSpec) -> None:
+        self._spec, self._cells = spec, 0
+        controls = spec.model.controls(spec.axes)
+        self._grid = np.zeros(spec.size if _has_curves(spec) else 0, np.int8)
+        self._rows = {axis: RowSearch(spec.shape, spec.axes.index(axis)) for axis in controls}
+
+    def add(self, start: int, stability: Verdicts) -> None:
+        """Take the verdicts of the next cells.
+
+        Parameters
+        ----------
+        start : int
+            Flat index of the first of them: the number of cells that were given before.
+        stability : array of int8, shape (n,)
+            Verdicts (`sweep.model.quantity`).
+
+        Raises
+        ------
+        ValueError
+            If other cells come next, or there are not so many.
+        """
+        stop = start + stability.size
+        if start != self._cells or stop > self._spec.size:
+            raise ValueError(f"cells {self._cells} to {self._spec.size} come next, not {start} to {stop}")
+        self._cells = stop
+        if _has_curves(self._spec):
+            self._grid[start:stop] = stability
+        for rows in self._rows.values():
+            rows.add(start, stability)
+
+    def variables(self) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+        """Yield the variables of the boundary with their values, once all cells are there.
+
+        One value per row of each control for the edges: the upper edge (stable above) along every such axis, and the
+        lower edge (stable below) where theory or the cells have one. The measured value lies in the middle of the
+        bracket between the last unstable and the first stable cell, the half-width is half that bracket; undecided
+        cells between the two widen it, and NaN stands where there is none. Where the spec says
+        ``boundary = "refined"`` the bracket is bisected.
+
+        At most 50 bytes per row are held at a time, if the caller lets go of each array before taking the next.
+
+        Raises
+        ------
+        ValueError
+            If cells are missing.
+        """
+        if self._cells != self._spec.size:
+            raise ValueError(f"only {self._cells} of {self._spec.size} cells were given")
+        for axis, rows in self._rows.items():
+            yield from _edges(self._spec, axis, rows)
+        if self._spec.boundary_width is not None and _has_curves(self._spec):
+            yield from _with_points(
+                self._spec,
+                curves(self._spec, self._grid.reshape(self._spec.shape), self._spec.boundary_width),
+            )
+
+
+def _has_curves(spec: SweepSpec) -> bool:
+    return spec.boundary_width is not None and len(spec.axes) > 1
+
+
+def _edges(spec: SweepSpec, axis: str, rows: RowSearch) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+    """Yield the variables of the edges along an axis."""
+    lines = theory_lines(spec, axis)
+    for edge in EDGES:
+        measured, halfwidth = _measured(spec, axis, rows, edge)
+        if edge == "upper" or edge in lines or np.isfinite(measured).any():
+            critical, predicted = lines.pop(edge, None) or np.full((2, *measured.shape), np.nan)
+            values = (measured, halfwidth, predicted, critical, _status(rows, edge).reshape(measured.shape))
+            yield from zip(edge_declarations(spec, axis, edge), values, strict=True)
+
+
+def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[Array, Array]:
+    """Return the middles and the half-widths of the brackets of an edge along an axis, over the remaining axes."""
+    middle, half, width = np.empty(rows.rows), np.empty(rows.rows), spec.boundary_width
+    values, along = getattr(spec, axis).array(), rows_along(spec, axis)
+    for span in blocks(rows.rows, ROWS_AT_ONCE):
+        inside, outside = (_values(values, places) for places in rows.bracket(edge, span))
+        if width is not None:
+            starts = starts_of(along, span)
+            inside, outside = _narrowed(spec, axis, starts, inside, outside, width)
+        middle[span.start : span.stop] = 0.5 * (inside + outside)
+        half[span.start : span.stop] = 0.5 * np.abs(outside - inside)
+    return middle.reshape(along.shape), half.reshape(along.shape)
+
+
+def _values(values: Array, places: Places) -> Array:
+    return np.where(places == NOWHERE, np.nan, values[places])
+
+
+def _narrowed(
+    spec: SweepSpec, axis: str, starts: Starts, inside: Array, outside: Array, width: float
+) -> tuple[Array, Array]:
+    """Bisect the brackets of some rows, all at once."""
+    found = np.flatnonzero(np.isfinite(inside))
+    number = np.full(found.size, list(spec.model.parameters).index(axis))
+    codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
+    held = {name: each[found] for name, each in starts.items()}
+    fine = bisected(spec, Brackets(held, number, inside[found], outside[found], *codes), width)
+    narrow = np.full((2, inside.size), np.nan)
+    narrow[:, found] = fine.near, fine.far
+    return narrow[0], narrow[1]
+
+
+def _status(rows: RowSearch, edge: str) -> npt.NDArray[np.int8]:
+    codes = np.empty(rows.rows, np.int8)
+    for span in blocks(rows.rows, ROWS_AT_ONCE):
+        codes[span.start : span.stop] = rows.status(edge, span)
+    return codes
+
+
+def _with_points(spec: SweepSpec, lines: Curves) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+    # the classic model of netCDF allows no dimension of length 0, except an unlimited one
+    if not lines.counts.size:
+        return []
+    of_points = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))
+    values = (lines.counts.astype("i4"), lines.closed.astype("i1"), *of_points)
+    return list(zip(curve_declarations(spec), values, strict=True))
