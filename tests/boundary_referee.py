@@ -40,3 +40,60 @@ def status(rows, edge):
     alike = (~decided.all(-1), stable.all(-1), unstable.all(-1))
     without = np.select(alike, (ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT), OTHER_EDGE_ONLY)
     return np.select((changes == 0, (changes == 1) & ends_stable), (without, FOUND), MORE_THAN_ONE)
+
+
+def unlike(grid, axis):
+    """Where a cell and the next one along an axis are decided and unlike; one shorter along the axis."""
+    count = grid.shape[axis]
+    here, after = (np.take(grid, range(k, count - 1 + k), axis) for k in (0, 1))
+    return (here != after) & (here != UNDECIDED) & (after != UNDECIDED)
+
+
+def pairs(grid):
+    """Flat indices of the first cells of unlike neighbours along the last axis but one, and along the last."""
+    return [np.ravel_multi_index(np.nonzero(unlike(grid, axis)), grid.shape) for axis in (-2, -1)]
+
+
+def chains(grid, like_corner):
+    """The points of each curve, and which curves are closed, by arrays of the sides of all squares of a grid.
+
+    `like_corner` says whether the verdict at the middle of a square is that of its first corner, given by its place.
+    """
+    sides = []
+    for axis in (-2, -1):
+        changed = unlike(grid, axis)
+        numbers = np.full(changed.shape, -1)
+        numbers[changed] = np.arange(changed.sum()) + sum(int((each >= 0).sum()) for each in sides)
+        sides.append(numbers)
+    down, across = sides
+    squares = np.stack((down[..., :-1], across[..., :-1, :], down[..., 1:], across[..., 1:, :]))
+    joined = [[] for _ in range(int((down >= 0).sum() + (across >= 0).sum()))]
+    saddles = []
+    for place in np.ndindex(squares.shape[1:]):
+        left, low, right, high = squares[(slice(None), *place)].tolist()
+        crossed = sorted(each for each in (left, low, right, high) if each >= 0)
+        if len(crossed) == 2:
+            joined[crossed[0]].append((0, crossed[1]))
+            joined[crossed[1]].append((1, crossed[0]))
+        elif len(crossed) == 4:
+            saddles += [(left, high), (low, right)] if like_corner(place) else [(left, low), (right, high)]
+    for one, other in saddles:
+        joined[one].append((0, other))
+        joined[other].append((1, one))
+    links = [[other for _, other in sorted(each, key=lambda link: link[0])] for each in joined]
+    return _followed(links)
+
+
+def _followed(links):
+    found, closed, seen = [], [], set()
+    for start in sorted(range(len(links)), key=lambda point: (len(links[point]) == 2, point)):
+        if start in seen:
+            continue
+        chain = [start]
+        seen.add(start)
+        while ahead := [each for each in links[chain[-1]] if each not in seen]:
+            chain.append(ahead[0])
+            seen.add(ahead[0])
+        found.append(chain)
+        closed.append(len(chain) > 2 and start in links[chain[-1]])
+    return found, closed

@@ -17,8 +17,8 @@ _SIDE = 0.25
 #: What rounding alone may change in an extreme [SI unit]: the estimated errors do not count it.
 _ROUNDING = 2e-14
 
-#: Rows whose lines of theory are computed, and whose brackets are bisected, at a time: 50 MB of starts and results.
-ROWS_AT_ONCE = 2**16
+#: Rows with their lines of theory, and brackets, that are worked on at a time: 50 MB of starts and results.
+AT_ONCE = 2**16
 
 Places = npt.NDArray[np.intp]
 Codes = npt.NDArray[np.integer]
@@ -165,7 +165,7 @@ def _divisible(one: Array, other: Array, width: Array) -> Truths:
 def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
     """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`."""
     rows, found = rows_along(spec, axis), dict[str, tuple[Array, Array]]()
-    for span in blocks(rows.size, ROWS_AT_ONCE):
+    for span in blocks(rows.size, AT_ONCE):
         for name, lines in spec.model.lines(spec, axis, starts_of(rows, span)).items():
             # of rows for which theory has no edge it may have no line
             into = found.setdefault(name, (np.full(rows.size, np.nan), np.full(rows.size, np.nan)))

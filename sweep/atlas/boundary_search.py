@@ -1,14 +1,16 @@
-"""The boundary of stability that a grid of verdicts has, from its cells in C order: the edges in every row."""
+"""The boundary of stability that a grid of verdicts has, found from its cells in C order, span by span."""
 
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import ROWS_AT_ONCE, Brackets, bisected, rows_along, theory_lines
+from sweep.atlas.boundary import AT_ONCE, Brackets, bisected, rows_along, theory_lines
 from sweep.atlas.cf_metadata import EDGES, Declaration, curve_declarations, edge_declarations
 from sweep.atlas.curves import Curves, curves
+from sweep.atlas.neighbours import NeighbourSearch
 from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
 from sweep.engine.grid import blocks, starts_of
 from sweep.model.description import Starts
@@ -19,7 +21,8 @@ from sweep.request.spec import SweepSpec
 class BoundarySearch:
     """The boundary of a grid, from the verdicts of its cells, which come in C order in spans of any size.
 
-    Of the verdicts it keeps a few numbers per row along each control parameter among the axes (`RowSearch`).
+    Of the verdicts it keeps 7 to 22 bytes per row along each control parameter among the axes (`RowSearch`). Where the
+    boundary is refined, it keeps the last line of cells and 9 bytes per point of the curves too (`NeighbourSearch`).
 
     Parameters
     ----------
@@ -29,8 +32,13 @@ class BoundarySearch:
     def __init__(self, spec: SweepSpec) -> None:
         self._spec, self._cells = spec, 0
         controls = spec.model.controls(spec.axes)
-        self._grid = np.zeros(spec.size if _has_curves(spec) else 0, np.int8)
         self._rows = {axis: RowSearch(spec.shape, spec.axes.index(axis)) for axis in controls}
+        has_curves = spec.boundary_width is not None and len(spec.axes) > 1
+        self._neighbours = NeighbourSearch(spec.shape) if has_curves else None
+        self._searches: list[RowSearch | NeighbourSearch] = [
+            *self._rows.values(),
+            *([self._neighbours] if self._neighbours else []),
+        ]
 
     def add(self, start: int, stability: Verdicts) -> None:
         """Take the verdicts of the next cells.
@@ -51,10 +59,8 @@ class BoundarySearch:
         if start != self._cells or stop > self._spec.size:
             raise ValueError(f"cells {self._cells} to {self._spec.size} come next, not {start} to {stop}")
         self._cells = stop
-        if _has_curves(self._spec):
-            self._grid[start:stop] = stability
-        for rows in self._rows.values():
-            rows.add(start, stability)
+        for search in self._searches:
+            search.add(start, stability)
 
     def variables(self) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
         """Yield the variables of the boundary with their values, once all cells are there.
@@ -65,7 +71,10 @@ class BoundarySearch:
         cells between the two widen it, and NaN stands where there is none. Where the spec says
         ``boundary = "refined"`` the bracket is bisected.
 
-        At most 50 bytes per row are held at a time, if the caller lets go of each array before taking the next.
+        Where the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
+
+        At most 50 bytes per row along one axis, or 60 per point of the curves, are held at a time, if the caller lets
+        go of each array before it takes the next.
 
         Raises
         ------
@@ -75,34 +84,30 @@ class BoundarySearch:
         if self._cells != self._spec.size:
             raise ValueError(f"only {self._cells} of {self._spec.size} cells were given")
         for axis, rows in self._rows.items():
-            yield from _edges(self._spec, axis, rows)
-        if self._spec.boundary_width is not None and _has_curves(self._spec):
-            yield from _with_points(
-                self._spec,
-                curves(self._spec, self._grid.reshape(self._spec.shape), self._spec.boundary_width),
-            )
+            lines = theory_lines(self._spec, axis)
+            for edge in EDGES:
+                yield from _edge(self._spec, axis, rows, edge, lines.pop(edge, None))
+        if self._spec.boundary_width is not None and self._neighbours is not None:
+            yield from _with_points(curves(self._spec, self._neighbours.pairs(), self._spec.boundary_width))
 
 
-def _has_curves(spec: SweepSpec) -> bool:
-    return spec.boundary_width is not None and len(spec.axes) > 1
-
-
-def _edges(spec: SweepSpec, axis: str, rows: RowSearch) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
-    """Yield the variables of the edges along an axis."""
-    lines = theory_lines(spec, axis)
-    for edge in EDGES:
-        measured, halfwidth = _measured(spec, axis, rows, edge)
-        if edge == "upper" or edge in lines or np.isfinite(measured).any():
-            critical, predicted = lines.pop(edge, None) or np.full((2, *measured.shape), np.nan)
-            values = (measured, halfwidth, predicted, critical, _status(rows, edge).reshape(measured.shape))
-            yield from zip(edge_declarations(spec, axis, edge), values, strict=True)
+def _edge(
+    spec: SweepSpec, axis: str, rows: RowSearch, edge: str, line: tuple[Array, Array] | None
+) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+    """Yield the variables of an edge along an axis, if there is one; `line` is that of theory."""
+    measured, halfwidth = _measured(spec, axis, rows, edge)
+    if edge == "lower" and line is None and not np.isfinite(measured).any():
+        return
+    critical, predicted = line or np.full((2, *measured.shape), np.nan)
+    values = (measured, halfwidth, predicted, critical, _status(rows, edge).reshape(measured.shape))
+    yield from zip(edge_declarations(spec, axis, edge), values, strict=True)
 
 
 def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[Array, Array]:
     """Return the middles and the half-widths of the brackets of an edge along an axis, over the remaining axes."""
     middle, half, width = np.empty(rows.rows), np.empty(rows.rows), spec.boundary_width
     values, along = getattr(spec, axis).array(), rows_along(spec, axis)
-    for span in blocks(rows.rows, ROWS_AT_ONCE):
+    for span in blocks(rows.rows, AT_ONCE):
         inside, outside = (_values(values, places) for places in rows.bracket(edge, span))
         if width is not None:
             starts = starts_of(along, span)
@@ -132,15 +137,16 @@ def _narrowed(
 
 def _status(rows: RowSearch, edge: str) -> npt.NDArray[np.int8]:
     codes = np.empty(rows.rows, np.int8)
-    for span in blocks(rows.rows, ROWS_AT_ONCE):
+    for span in blocks(rows.rows, AT_ONCE):
         codes[span.start : span.stop] = rows.status(edge, span)
     return codes
 
 
-def _with_points(spec: SweepSpec, lines: Curves) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+def _with_points(lines: Curves) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+    """Yield the variables of the curves."""
     # the classic model of netCDF allows no dimension of length 0, except an unlimited one
     if not lines.counts.size:
-        return []
-    of_points = (part[axis] for axis in spec.axes for part in (lines.points, lines.halfwidths))
-    values = (lines.counts.astype("i4"), lines.closed.astype("i1"), *of_points)
-    return list(zip(curve_declarations(spec), values, strict=True))
+        return
+    of_points = (part(axis) for axis in lines.spec.axes for part in (lines.places, lines.widths))
+    values = itertools.chain((lines.counts.astype("i4"), lines.closed.astype("i1")), of_points)
+    yield from zip(curve_declarations(lines.spec), values, strict=True)

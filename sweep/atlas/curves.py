@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import Brackets, bisected, verdicts
+from sweep.atlas.boundary import AT_ONCE, Brackets, bisected, verdicts
 from sweep.atlas.cf_metadata import CURVES, POINTS
-from sweep.engine.grid import whole
-from sweep.model.quantity import UNDECIDED, Array, Truths
+from sweep.atlas.neighbours import Pairs
+from sweep.engine.grid import blocks, starts_at
+from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -25,51 +26,69 @@ class Curves:
     Each curve lies in a plane of the last two axes. Each point lies on a line of the grid between two neighbouring
     cells of unlike verdicts: its place along one axis was measured and has a half-width, the others are the grid's.
 
-    `counts` and `closed`, shape (curves,): the points of each curve, and whether its last point leads back to its
-    first. `points` and `halfwidths`, per axis of the spec, shape (points,), in SI: the half-width is 0 along the axes
-    that were not measured.
+    Parameters
+    ----------
+    spec : SweepSpec
+    counts, closed : arrays, shape (curves,)
+        The points of each curve, and whether its last point leads back to its first.
+    cells : array of int, shape (points,)
+        Flat index of the first of the two cells of each point.
+    along_last : array of bool, shape (points,)
+        Whether they are neighbours along the last axis, not along the last but one.
+    middles, halfwidths : arrays, shape (points,)
+        Of the bracket along that axis, in SI.
     """
 
+    spec: SweepSpec
     counts: Ints
     closed: Truths
-    points: dict[str, Array]
-    halfwidths: dict[str, Array]
+    cells: Ints
+    along_last: Truths
+    middles: Array
+    halfwidths: Array
+
+    def places(self, axis: str) -> Array:
+        """Return where each point lies along an axis, in SI."""
+        number = self.spec.axes.index(axis)
+        on_grid = getattr(self.spec, axis).array()[np.unravel_index(self.cells, self.spec.shape)[number]]
+        return np.where(self._measured(axis), self.middles, on_grid)
+
+    def widths(self, axis: str) -> Array:
+        """Return the half-width of each point along an axis, in SI; 0 where it was not measured."""
+        return np.where(self._measured(axis), self.halfwidths, 0.0)
+
+    def _measured(self, axis: str) -> Truths:
+        if axis not in self.spec.axes[-2:]:
+            return np.zeros(self.cells.size, bool)
+        return np.asarray(self.along_last == (axis == self.spec.axes[-1]))
 
 
-def curves(spec: SweepSpec, stability: npt.NDArray[np.integer], width: float) -> Curves:
-    """Find where neighbouring cells have unlike verdicts, bisect all these places at once, and join them to curves.
+def curves(spec: SweepSpec, pairs: Pairs, width: float) -> Curves:
+    """Bisect all places where neighbouring cells have unlike verdicts, and join them to curves.
 
     Parameters
     ----------
     spec : SweepSpec
         Of two axes or more; the curves lie in the planes of the last two.
-    stability : array of int, shape spec.shape
+    pairs : Pairs
+        These neighbours.
     width : float
         Width of the brackets, in the SI unit of each axis.
 
     Returns
     -------
     Curves
+        The open ones first. Besides their points, 33 bytes each, what is made of 65536 points or one plane is held.
 
     Notes
     -----
     Marching squares. Of a square whose corners alternate, the verdict at its middle says which corners belong together;
     it is integrated like a cell. A curve ends at the border of the grid and at undecided cells.
     """
-    changes = [_changes(stability, axis) for axis in (-2, -1)]
-    brackets = _brackets(spec, stability, changes)
-    fine = bisected(spec, brackets, width)
-    chains, closed = _chains(_links(spec, stability, changes))
-    order = np.concatenate(chains) if chains else np.zeros(0, np.intp)
-    middle, half = 0.5 * (fine.near + fine.far), 0.5 * np.abs(fine.far - fine.near)
-    points, halfwidths, numbers = {}, {}, _numbers(spec)
-    for name in spec.axes:
-        measured = fine.along == numbers[name]
-        points[name] = np.where(measured, middle, fine.starts[name])[order]
-        halfwidths[name] = np.where(measured, half, 0.0)[order]
-    return Curves(
-        np.array([len(chain) for chain in chains], np.intp), np.array(closed, bool), points, halfwidths
-    )
+    order, counts, closed = _joined(spec, pairs)
+    middles, halfwidths = _brackets(spec, pairs, width)
+    along_last = pairs.along_last[order]
+    return Curves(spec, counts, closed, pairs.cells[order], along_last, middles[order], halfwidths[order])
 
 
 def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
@@ -77,75 +96,106 @@ def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
     return dataset.drop_dims((CURVES, POINTS), errors="ignore")
 
 
-def _numbers(spec: SweepSpec) -> dict[str, int]:
-    return {name: number for number, name in enumerate(spec.model.parameters)}
+def _brackets(spec: SweepSpec, pairs: Pairs, width: float) -> tuple[Array, Array]:
+    """Return the middle and the half-width of the bisected bracket between the cells of each pair."""
+    middles, halfwidths = np.empty(pairs.cells.size), np.empty(pairs.cells.size)
+    one, other = spec.axes[-2:]
+    numbers = [list(spec.model.parameters).index(name) for name in (one, other)]
+    for span in blocks(pairs.cells.size, AT_ONCE):
+        part = slice(span.start, span.stop)
+        cells, codes = pairs.cells[part], pairs.verdicts[part]
+        along_last = np.arange(span.start, span.stop) >= pairs.down
+        starts = starts_at(spec, cells)
+        beyond = starts_at(spec, cells + np.where(along_last, 1, pairs.plane[1]))
+        near, far = (np.where(along_last, each[other], each[one]) for each in (starts, beyond))
+        along, opposite = (
+            np.where(along_last, *reversed(numbers)),
+            np.where(codes == STABLE, UNSTABLE, STABLE),
+        )
+        fine = bisected(spec, Brackets(starts, along, near, far, codes, opposite), width)
+        middles[part], halfwidths[part] = 0.5 * (fine.near + fine.far), 0.5 * np.abs(fine.far - fine.near)
+    return middles, halfwidths
 
 
-def _changes(stability: npt.NDArray[np.integer], axis: int) -> Truths:
-    """Return where a cell and the next one along an axis are decided and unlike; one shorter along the axis."""
-    count = stability.shape[axis]
-    here, after = (np.take(stability, range(k, count - 1 + k), axis) for k in (0, 1))
-    return np.asarray((here != after) & (here != UNDECIDED) & (after != UNDECIDED))
+def _joined(spec: SweepSpec, pairs: Pairs) -> tuple[Ints, Ints, Truths]:
+    """Return the numbers of the pairs in the order of the curves, how many each curve has, and which are closed.
+
+    Open curves come first. Among themselves both kinds are ordered by the pair that they begin with.
+    """
+    order, counts, closed = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)], [np.zeros(0, bool)]
+    for numbers, part in pairs.of_planes(AT_ONCE):
+        chains, loops = _chains(_links(spec, part))
+        order.append(numbers[np.concatenate([*chains, np.zeros(0, np.intp)])])
+        counts.append(np.array([len(chain) for chain in chains], np.intp))
+        closed.append(np.array(loops, bool))
+    every, lengths, loop = np.concatenate(order), np.concatenate(counts), np.concatenate(closed)
+    begins = np.cumsum(lengths) - lengths
+    by = np.lexsort((every[begins], loop))
+    lengths = lengths[by]
+    shift = begins[by] - (np.cumsum(lengths) - lengths)
+    return every[np.repeat(shift, lengths) + np.arange(every.size)], lengths, loop[by]
 
 
-def _brackets(spec: SweepSpec, stability: npt.NDArray[np.integer], changes: list[Truths]) -> Brackets:
-    ends = []
-    for axis, changed in zip((-2, -1), changes, strict=True):
-        here = np.nonzero(changed)
-        after = list(here)
-        after[axis] = after[axis] + 1
-        ends.append([np.ravel_multi_index(place, spec.shape) for place in (here, tuple(after))])
-    near, far = (np.concatenate(side) for side in zip(*ends, strict=True))
-    numbers, names = _numbers(spec), [spec.axes[axis] for axis in (-2, -1)]
-    along = np.repeat([numbers[name] for name in names], [len(pair[0]) for pair in ends])
-    grid = whole(spec)
-    places = {name: values[near] for name, values in grid.items()}
-    beyond = {name: values[far] for name, values in grid.items()}
-
-    def chosen(values: dict[str, Array]) -> Array:
-        return np.where(along == numbers[names[0]], values[names[0]], values[names[1]])
-
-    flat = stability.reshape(-1)
-    return Brackets(places, along, chosen(places), chosen(beyond), flat[near], flat[far])
-
-
-def _links(spec: SweepSpec, stability: npt.NDArray[np.integer], changes: list[Truths]) -> Ints:
+def _links(spec: SweepSpec, pairs: Pairs) -> Ints:
     """Return the two points that each point is joined to, -1 for none, shape (points, 2)."""
-    down, across = (np.full(changed.shape, -1) for changed in changes)
-    down[changes[0]] = np.arange(changes[0].sum())
-    across[changes[1]] = np.arange(changes[1].sum()) + changes[0].sum()
+    squares = _squares(pairs)
+    line = pairs.plane[1]
+    down, across = pairs.cells[: pairs.down], pairs.cells[pairs.down :]
     # the four sides of each square: left and right run along the first of the two axes, low and high along the last
-    left, right = down[..., :-1], down[..., 1:]
-    low, high = across[..., :-1, :], across[..., 1:, :]
+    left, right = (_numbers(down, squares + by, 0) for by in (0, 1))
+    low, high = (_numbers(across, squares + by, pairs.down) for by in (0, line))
     sides = np.stack((left, low, right, high))
     crossed = (sides >= 0).sum(0)
-    twice = sides[:, crossed == 2].T
-    pairs = np.sort(twice, axis=1)[:, 2:]
+    joined = np.sort(sides[:, crossed == 2].T, axis=1)[:, 2:]
     saddle = crossed == 4
     if saddle.any():
-        as_corner = _middle_verdicts(spec, np.nonzero(saddle)) == stability[..., :-1, :-1][saddle]
         a, b, c, d = sides[:, saddle]
+        as_corner = _middle_verdicts(spec, squares[saddle], line) == pairs.verdicts[a]
         # joined to the middle, the first corner and the one opposite leave the two others cut off
         cut = np.where(as_corner, (a, d, b, c), (a, b, c, d)).T
-        pairs = np.concatenate((pairs, cut.reshape(-1, 2)))
-    links = np.full((int(changes[0].sum() + changes[1].sum()), 2), -1)
-    for one, other in (*pairs.tolist(), *pairs[:, ::-1].tolist()):
-        links[one, int(links[one, 0] >= 0)] = other
+        joined = np.concatenate((joined, cut.reshape(-1, 2)))
+    return _linked(joined, pairs.cells.size)
+
+
+def _squares(pairs: Pairs) -> Ints:
+    """Return the first corners of all squares with a crossed side, in C order."""
+    lines, line = pairs.plane
+    down, across = pairs.cells[: pairs.down], pairs.cells[pairs.down :]
+    column, row = down % line, across // line % lines
+    beside = (down[column < line - 1], down[column > 0] - 1, across[row < lines - 1], across[row > 0] - line)
+    return np.unique(np.concatenate(beside))
+
+
+def _numbers(cells: Ints, wanted: Ints, first: int) -> Ints:
+    """Return where increasing `cells` hold the wanted ones, counted from `first`; -1 where they do not."""
+    at = np.searchsorted(cells, wanted)
+    held = np.append(cells, -1)[at] == wanted
+    return np.where(held, at + first, -1)
+
+
+def _middle_verdicts(spec: SweepSpec, squares: Ints, line: int) -> npt.NDArray[np.int8]:
+    """Return the verdicts at the middles of squares, given by their first corners."""
+    found = np.empty(squares.size, np.int8)
+    number = list(spec.model.parameters).index(spec.axes[-1])
+    for span in blocks(squares.size, AT_ONCE):
+        corners = squares[span.start : span.stop]
+        opposite = starts_at(spec, corners + line + 1)
+        starts = {name: 0.5 * (each + opposite[name]) for name, each in starts_at(spec, corners).items()}
+        place, nothing = starts[spec.axes[-1]], np.zeros(len(span), np.int8)
+        at = Brackets(starts, np.full(len(span), number), place, place, nothing, nothing)
+        found[span.start : span.stop] = verdicts(spec, at, np.arange(len(span)), place)
+    return found
+
+
+def _linked(joined: Ints, points: int) -> Ints:
+    """Return what each point is joined to, from pairs of points, shape (n, 2): what is named first comes first."""
+    here, there = np.concatenate((joined, joined[:, ::-1])).T
+    order = np.argsort(here, kind="stable")
+    here, there = here[order], there[order]
+    again = np.append(False, here[1:] == here[:-1])[: here.size]
+    links = np.full((points, 2), -1)
+    links[here[~again], 0], links[here[again], 1] = there[~again], there[again]
     return links
-
-
-def _middle_verdicts(spec: SweepSpec, squares: tuple[Ints, ...]) -> npt.NDArray[np.int8]:
-    """Return the verdicts at the middles of squares, given by the places of their first corners."""
-    grid = whole(spec)
-    corner = np.ravel_multi_index(squares, spec.shape)
-    opposite = np.ravel_multi_index((*squares[:-2], squares[-2] + 1, squares[-1] + 1), spec.shape)
-    values = {name: 0.5 * (each[corner] + each[opposite]) for name, each in grid.items()}
-    last = _numbers(spec)[spec.axes[-1]]
-    nothing = np.zeros(len(corner), np.int8)
-    at = Brackets(
-        values, np.full(len(corner), last), values[spec.axes[-1]], values[spec.axes[-1]], nothing, nothing
-    )
-    return verdicts(spec, at, np.arange(len(corner)), at.near)
 
 
 def _chains(links: Ints) -> tuple[list[Ints], list[bool]]:

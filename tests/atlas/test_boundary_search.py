@@ -86,8 +86,8 @@ def test_rows_at_a_time_change_no_bit(name, monkeypatch):
     spec = SPECS[name]
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
-    monkeypatch.setattr(boundary, "ROWS_AT_ONCE", 3)
-    monkeypatch.setattr("sweep.atlas.boundary_search.ROWS_AT_ONCE", 2)
+    monkeypatch.setattr(boundary, "AT_ONCE", 3)
+    monkeypatch.setattr("sweep.atlas.boundary_search.AT_ONCE", 2)
     found = variables(spec, stability)
     assert list(found) == list(expected)
     for each in found:

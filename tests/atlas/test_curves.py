@@ -14,12 +14,20 @@ import sweep
 from sweep.atlas import boundary
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.curves import curves
+from sweep.atlas.neighbours import NeighbourSearch
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.figures import plots
 from sweep.figures.disk import regimes as regimemap
 from sweep.files.export import export
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+
+
+def curves_of(spec, stability, width):
+    """Return the curves of a grid in memory."""
+    search = NeighbourSearch(spec.shape)
+    search.add(0, stability.reshape(-1))
+    return curves(spec, search.pairs(), width)
 
 
 @pytest.fixture
@@ -34,7 +42,7 @@ def drawn(monkeypatch):
 
         monkeypatch.setattr(boundary, "judged", lambda spec, given: judge(given))
         tilt, rate = np.meshgrid(spec.tilt.array(), spec.roll_rate.array(), indexing="ij")
-        return spec, curves(spec, judge({"tilt": tilt, "roll_rate": rate}), width)
+        return spec, curves_of(spec, judge({"tilt": tilt, "roll_rate": rate}), width)
 
     return draw
 
@@ -43,15 +51,15 @@ def test_a_disk_has_one_closed_curve(drawn):
     """An unstable disk of radius 0.7 has one closed curve, every point on the circle within its half-width."""
     _, found = drawn(lambda x, y: x**2 + y**2 < 0.49)
     assert found.closed.tolist() == [True]
-    x, y = found.points["tilt"], found.points["roll_rate"]
+    x, y = found.places("tilt"), found.places("roll_rate")
     # a half-width along an axis is worth at most its own length across the circle
     assert np.hypot(x, y) == pytest.approx(0.7, abs=1e-9)
     angle = np.unwrap(np.arctan2(y, x))
     assert abs(angle[-1] - angle[0]) == pytest.approx(2.0 * np.pi, abs=0.2)
     assert (np.diff(angle) > 0).all() or (np.diff(angle) < 0).all()
-    on_grid = (found.halfwidths["tilt"] == 0.0) != (found.halfwidths["roll_rate"] == 0.0)
+    on_grid = (found.widths("tilt") == 0.0) != (found.widths("roll_rate") == 0.0)
     assert on_grid.all()
-    assert max(each.max() for each in found.halfwidths.values()) <= 0.5e-9
+    assert found.halfwidths.max() <= 0.5e-9
 
 
 def test_islands_and_a_curve_that_leaves_the_grid(drawn):
@@ -64,7 +72,7 @@ def test_islands_and_a_curve_that_leaves_the_grid(drawn):
     assert sorted(found.closed.tolist()) == [False, True, True]
     start = np.concatenate(([0], np.cumsum(found.counts)))
     (at,) = np.flatnonzero(~found.closed)
-    ends = found.points["tilt"][[start[at], start[at + 1] - 1]]
+    ends = found.places("tilt")[[start[at], start[at + 1] - 1]]
     assert sorted(ends) == [-1.0, 1.0]
 
 
@@ -88,7 +96,7 @@ def test_undecided_cells_end_a_curve():
     spec = sweep.SweepSpec(tilt="0.01:0.04:4", roll_rate="2:3:3", boundary="refined:1e-3")
     stability = np.array([[2, 2, 1], [2, 2, 1], [2, 0, 1], [2, 2, 1]], np.int8)
     assert stability[2, 1] == UNDECIDED
-    found = curves(spec, stability, 1.0)
+    found = curves_of(spec, stability, 1.0)
     assert sorted(found.counts.tolist()) == [1, 2]
     assert not found.closed.any()
 
@@ -98,10 +106,10 @@ def test_a_third_axis_makes_a_plane_each(drawn):
     spec = sweep.SweepSpec(alpha="0.5,1", tilt="-1:1:5", roll_rate="2:3:3")
     stability = np.full(spec.shape, STABLE, np.int8)
     stability[:, 2, 1] = UNSTABLE
-    found = curves(spec, stability, 1.0)
+    found = curves_of(spec, stability, 1.0)
     assert found.counts.tolist() == [4, 4]
     assert found.closed.all()
-    assert found.points["alpha"].tolist() == [0.5] * 4 + [1.0] * 4
+    assert found.places("alpha").tolist() == [0.5] * 4 + [1.0] * 4
 
 
 @pytest.mark.compiled
