@@ -73,7 +73,7 @@ class BoundarySearch:
 
         Where the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
 
-        At most 50 bytes per row along one axis, or 60 per point of the curves, are held at a time, if the caller lets
+        At most 50 bytes per row along one axis, or 52 per point of the curves, are held at a time, if the caller lets
         go of each array before it takes the next.
 
         Raises
