@@ -33,8 +33,14 @@ _PROCESS_BYTES = 270e6
 #: Bytes per cell of a block in all its stages at once: being computed, being written, being compressed.
 _STAGES_BYTES = 500
 
-#: Bytes per cell of the whole grid: its verdicts, and what the search for the boundary makes of them.
-_GRID_BYTES = 6
+#: Bytes per row along a control: of its verdicts, kept while cells come, and of its boundary, at the end.
+_ROW_KEPT_BYTES, _ROW_BYTES = 22, 58
+
+#: Bytes per point of the curves of a refined boundary, and of those in one plane while they are joined.
+_POINT_BYTES, _JOINED_BYTES = 60, 260
+
+#: How often a curve crosses each line of cells, either way.
+_CROSSINGS = 2
 
 
 def cell_bytes(spec: SweepSpec) -> int:
@@ -59,7 +65,19 @@ def file_bytes(spec: SweepSpec) -> float:
 
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
     """Return the resident bytes of a run at their largest."""
-    return _PROCESS_BYTES + _STAGES_BYTES * min(block_cells, spec.size) + _GRID_BYTES * spec.size
+    return _PROCESS_BYTES + _STAGES_BYTES * min(block_cells, spec.size) + boundary_bytes(spec)
+
+
+def boundary_bytes(spec: SweepSpec) -> float:
+    """Return the bytes that the search for the boundary holds at most (`sweep.atlas.boundary_search`)."""
+    rows = [spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes)]
+    held = _ROW_KEPT_BYTES * sum(rows) + _ROW_BYTES * max(rows, default=0)
+    if spec.boundary_width is None or len(spec.axes) < 2:
+        return held
+    lines, line = spec.shape[-2:]
+    in_plane = _CROSSINGS * (lines + line)
+    points = in_plane * (spec.size // (lines * line))
+    return held + 2 * line + _POINT_BYTES * points + _JOINED_BYTES * in_plane
 
 
 def run_bytes(spec: SweepSpec) -> float:

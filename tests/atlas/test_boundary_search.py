@@ -1,11 +1,14 @@
 """The variables of a boundary: their values by hand, and from cells that come in spans."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
-from sweep.atlas import boundary
+from sweep.atlas import boundary, boundary_search
 from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.dataset import boundaries
+from sweep.engine.estimate import boundary_bytes
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
@@ -87,8 +90,31 @@ def test_rows_at_a_time_change_no_bit(name, monkeypatch):
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
     monkeypatch.setattr(boundary, "AT_ONCE", 3)
-    monkeypatch.setattr("sweep.atlas.boundary_search.AT_ONCE", 2)
+    monkeypatch.setattr(boundary_search, "AT_ONCE", 2)
     found = variables(spec, stability)
     assert list(found) == list(expected)
     for each in found:
         np.testing.assert_array_equal(found[each], expected[each], each)
+
+
+@pytest.mark.parametrize("order", ["rows are contiguous", "rows are strided"])
+def test_the_memory_grows_with_the_rows_and_not_with_the_cells(order, monkeypatch):
+    """Of 6e6 cells in 2e4 rows less is held than one byte per cell: what is expected per row, and the work at hand."""
+    for module in (boundary, boundary_search):
+        monkeypatch.setattr(module, "AT_ONCE", 2**11)
+    monkeypatch.setattr("sweep.atlas.row_search._AT_ONCE", 2**13)
+    axes = {"tilt": "0.1deg:4deg:20000", "roll_rate": "1:4:300"}
+    if order == "rows are strided":
+        axes = {"roll_rate": "1:4:300", "alpha": "0.5:1:10", "gravity": "1:9:20", "tilt": "0.1deg:4deg:100"}
+    spec = SweepSpec(**axes)
+    block = np.repeat(np.array([UNSTABLE, STABLE], np.int8), 150000)
+    tracemalloc.start()
+    search = BoundarySearch(spec)
+    for start in range(0, spec.size, block.size):
+        search.add(start, block)
+    for _, values in search.variables():
+        assert values.size == 20000
+        del values
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < boundary_bytes(spec) + 1e6 < 3e6

@@ -42,3 +42,18 @@ def test_a_coarse_grid_is_spread_over_the_grid(cells):
     for name in spec.axes:
         value = getattr(sample, name)
         assert set(np.atleast_1d(value.array())) <= set(getattr(spec, name).array())
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        SweepSpec(roll_rate="1:4:100000", tilt="1deg:5deg:100000"),
+        SweepSpec(roll_rate="1:4:100000", tilt="1deg:5deg:100000", boundary="refined"),
+        SweepSpec(roll_rate="1:4:2000", precession_rate="1:4:2000", tilt="1deg:5deg:2000"),
+    ],
+)
+def test_the_memory_of_a_run_does_not_grow_with_its_cells(spec):
+    """A run of 1e10 cells stays below 1 GB."""
+    assert estimate.memory_bytes(spec) < 1e9
+    few = spec.replace(roll_rate="1:4:1000")
+    assert spec.size - few.size > estimate.memory_bytes(spec)
