@@ -15,6 +15,7 @@ from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
 from sweep.engine.grid import blocks, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import STABLE, UNSTABLE, Array
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
 
@@ -106,9 +107,9 @@ def _edge(
 def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[Array, Array]:
     """Return the middles and the half-widths of the brackets of an edge along an axis, over the remaining axes."""
     middle, half, width = np.empty(rows.rows), np.empty(rows.rows), spec.boundary_width
-    values, along = getattr(spec, axis).array(), rows_along(spec, axis)
+    along = rows_along(spec, axis)
     for span in blocks(rows.rows, AT_ONCE):
-        inside, outside = (_values(values, places) for places in rows.bracket(edge, span))
+        inside, outside = (_values(getattr(spec, axis), places) for places in rows.bracket(edge, span))
         if width is not None:
             starts = starts_of(along, span)
             inside, outside = _narrowed(spec, axis, starts, inside, outside, width)
@@ -117,8 +118,8 @@ def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[A
     return middle.reshape(along.shape), half.reshape(along.shape)
 
 
-def _values(values: Array, places: Places) -> Array:
-    return np.where(places == NOWHERE, np.nan, values[places])
+def _values(axis: Range | Values, places: Places) -> Array:
+    return np.where(places == NOWHERE, np.nan, axis.at(np.maximum(places, 0)))
 
 
 def _narrowed(

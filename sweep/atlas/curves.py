@@ -53,10 +53,10 @@ class Curves:
     def places(self, axis: str) -> Array:
         """Return where each point lies along an axis, in SI."""
         after = self.spec.shape[self.spec.axes.index(axis) + 1 :]
-        values, found = getattr(self.spec, axis).array(), np.empty(self.cells.size)
+        values, found = getattr(self.spec, axis), np.empty(self.cells.size)
         for span in blocks(found.size, AT_ONCE):
             cells = self.cells[span.start : span.stop]
-            found[span.start : span.stop] = values[cells // math.prod(after) % values.size]
+            found[span.start : span.stop] = values.at(cells // math.prod(after) % len(values))
         np.copyto(found, self.middles, where=self._measured(axis))
         return found
 

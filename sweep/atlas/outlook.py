@@ -70,9 +70,9 @@ def _predicted(spec: SweepSpec, axis: str) -> dict[str, Array]:
     most = rows if rows <= _MOST_ROWS else max(2, int(_MOST_ROWS ** (1.0 / len(others))))
     few = {}
     for name in others:
-        values = getattr(spec, name).array()
-        places = np.unique(np.linspace(0, values.size - 1, min(values.size, most)).round().astype(int))
-        few[name] = values[places].tolist()
+        values = getattr(spec, name)
+        places = np.unique(np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int))
+        few[name] = values.at(places).tolist()
     return {edge: line[1] for edge, line in theory_lines(spec.replace(**few), axis).items()}
 
 

@@ -163,9 +163,8 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     model = spec.model
     kernels = [kernel.module for kernel in model.kernels(spec)]
     device = [_CUDA] if spec.device == "cuda" else []
-    engine: list[Callable[..., Any]] = [
-        measure, _integrated, starts_of, starts_at, completed, Range.array, Values.array,
-    ]  # fmt: skip
+    axes = (Range.at, Range.array, Values.at, Values.array)
+    engine: list[Callable[..., Any]] = [measure, _integrated, starts_of, starts_at, completed, *axes]
     types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
     return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
 

@@ -108,7 +108,7 @@ def starts_at(spec: SweepSpec, cells: npt.NDArray[np.intp]) -> Starts:
     for name in spec.model.parameters:
         given = getattr(spec, name)
         if isinstance(given, Range | Values):
-            values[name] = given.array()[places[name]]
+            values[name] = given.at(places[name])
         elif not isinstance(given, str):
             values[name] = np.full(cells.size, given)
     return completed(spec, values)

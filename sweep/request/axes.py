@@ -1,11 +1,12 @@
 """The axes of a grid: evenly spaced values, and values given one by one."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
+import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
@@ -15,7 +16,7 @@ _SPACINGS = ("linear", "log")
 #: Neighbours closer than this, relative to the larger end, could come out equal after rounding.
 _CLOSEST = 1e-12
 
-#: Values that are all made to know some of them: 8 MB.
+#: Values that are all made where some of them are asked for: 8 MB.
 _MANY = 2**20
 
 #: Beyond this no disk holds the values.
@@ -116,14 +117,19 @@ class Range:
         """Return the smallest and the largest value, shape (2,)."""
         return np.array([self.start, self.stop])
 
-    def at(self, places: Sequence[int]) -> Array:
-        """Return the values at some places, shape of `places`; of more than `_MANY` up to rounding, one by one."""
+    def at(self, places: npt.ArrayLike) -> Array:
+        """Return the values at some places, shape of `places`: those of `array`, to the bit."""
+        chosen = np.asarray(places, np.intp)
         if self.count <= _MANY:
-            return self.array()[np.asarray(places, np.intp)]
-        share = np.asarray(places) / max(self.count - 1, 1)
-        ends = np.log(self.ends()) if self.spacing == "log" else self.ends()
-        values = ends[0] + (ends[1] - ends[0]) * share
-        return np.asarray(np.clip(np.exp(values) if self.spacing == "log" else values, self.start, self.stop))
+            return self.array()[chosen]
+        # the arithmetic of np.linspace and np.geomspace
+        first, last = np.log10(self.ends()) if self.spacing == "log" else self.ends()
+        values = np.where(
+            chosen == self.count - 1, last, chosen * ((last - first) / (self.count - 1)) + first
+        )
+        if self.spacing == "log":
+            values = np.power(10.0, values)
+        return np.select((chosen == 0, chosen == self.count - 1), self.ends(), values)
 
     def array(self) -> Array:
         """Return the values, shape (count,), float64, increasing, in SI; the ends are exact."""
@@ -178,7 +184,7 @@ class Values:
         """Return the smallest and the largest value, shape (2,)."""
         return np.array([self.values[0], self.values[-1]])
 
-    def at(self, places: Sequence[int]) -> Array:
+    def at(self, places: npt.ArrayLike) -> Array:
         """Return the values at some places, shape of `places`."""
         return self.array()[np.asarray(places, np.intp)]
 

@@ -1,11 +1,14 @@
 """The axes of a grid: evenly spaced values, and values given one by one."""
 
+from unittest import mock
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
+from sweep.request import axes
 from sweep.request.axes import Range, Values
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -37,6 +40,22 @@ def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
     assert (values[0], values[-1], len(values)) == (start, stop, count)
     assert (np.diff(values) > 0).all()
     assert np.isfinite(values).all()
+
+
+NORMAL = st.floats(-1e300, 1e300, allow_subnormal=False)
+
+
+@given(NORMAL, NORMAL, st.integers(2, 500), st.sampled_from(["linear", "log"]), st.data())
+def test_chosen_values_of_a_long_range(start, stop, count, spacing, data):
+    """Of a range that is too long to be made whole, each value has the bits that it has among all."""
+    start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
+    try:
+        axis = Range(start, stop, count, spacing)
+    except RequestError:
+        assume(False)
+    places = data.draw(st.lists(st.integers(0, count - 1)))
+    with mock.patch.object(axes, "_MANY", 1):
+        assert axis.at(places).tobytes() == axis.array()[np.array(places, int)].tobytes()
 
 
 @given(st.lists(FINITE, min_size=1, unique=True).map(sorted))
