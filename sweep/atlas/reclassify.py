@@ -2,10 +2,12 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sweep.atlas.cf_metadata import created
 from sweep.atlas.dataset import edge_variables, require, spec_of
 from sweep.engine.compute import reach_and_scale
-from sweep.engine.grid import whole
+from sweep.engine.grid import blocks, starts_of
 from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 from sweep.request.words import REFINED, REFINED_WIDTH
@@ -71,9 +73,11 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
     needed = dict.fromkeys((*spec.criterion.needs(spec.model), *spec.model.extremes))
     require(dataset, needed)
     measured = {name: dataset[name].values.reshape(-1) for name in needed}
-    found = spec.criterion.verdict(
-        spec.model.endings, measured, *reach_and_scale(spec, whole(spec), measured)
-    )
+    found = np.empty(spec.size, np.int8)
+    for span in blocks(spec.size):
+        part = {name: values[span.start : span.stop] for name, values in measured.items()}
+        reach = reach_and_scale(spec, starts_of(spec, span), part)
+        found[span.start : span.stop] = spec.criterion.verdict(spec.model.endings, part, *reach)
     stability = found.reshape(spec.shape)
     edges = edge_variables(spec, stability)
     stale = [name for name in dataset.data_vars if str(name).startswith(_BOUNDARY)]
