@@ -104,8 +104,10 @@ def _upright_edges(spec: Request, given: Starts, axis: str) -> tuple[Array, Arra
     outward = np.where(given["tilt"] < 0.0, -1.0, 1.0)
     predicted = _holding_rate(given, outward * reach, axis)
     # a kicked disk swings to both sides, a released one only away from its start
-    both = np.maximum(predicted, _holding_rate(given, -outward * reach, axis))
-    predicted = np.where(given["tilt_rate"] != 0.0, both, predicted)
+    kicked = given["tilt_rate"] != 0.0
+    if kicked.any():
+        both = np.maximum(predicted, _holding_rate(given, -outward * reach, axis))
+        predicted = np.where(kicked, both, predicted)
     squared = (
         critical_roll_rate_squared(alpha, radius, gravity)
         if axis == "roll_rate"
