@@ -234,4 +234,5 @@ def row_status(verdicts: npt.NDArray[Any], edge: str = "upper") -> npt.NDArray[n
 
 def legal(verdicts: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
     """Return verdicts as codes: what is neither stable nor unstable is undecided."""
-    return np.where(np.isin(verdicts, (STABLE, UNSTABLE)), verdicts, UNDECIDED).astype(np.int8)
+    known = (verdicts == STABLE) | (verdicts == UNSTABLE)
+    return np.where(known, verdicts, UNDECIDED).astype(np.int8, copy=False)

@@ -55,6 +55,15 @@ def test_the_shape_of_the_rows_is_kept():
     assert row_status(rows[0, 0]).shape == ()
 
 
+@pytest.mark.parametrize("strange", [7, -1, np.nan])
+def test_what_is_no_verdict_is_undecided(strange):
+    """A damaged code, and NaN where a reader has masked a cell, count as undecided."""
+    rows = as_rows(["u?ss", "??ss", "s?us"])
+    damaged = np.where(rows == UNDECIDED, strange, rows)
+    assert row_status(damaged).tolist() == row_status(rows).tolist()
+    assert [ROW_STATUS[code] for code in row_status(rows)] == ["found", "undecided", "found"]
+
+
 @pytest.mark.parametrize("way", ["grid", "refined:1e-6"])
 def test_an_atlas_says_why_a_row_has_no_boundary(way):
     """Found at small tilts, unstable throughout at 10 deg; the flag stands beside the boundary and is linked to it."""
