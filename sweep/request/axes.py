@@ -1,6 +1,7 @@
 """The axes of a grid: evenly spaced values, and values given one by one."""
 
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NoReturn
@@ -87,8 +88,11 @@ class Range:
             self._refuse(
                 "The spacing must be linear or log", "Write start:stop:count or start:stop:count:log."
             )
-        if self.spacing == "log" and self.start <= 0.0:
-            self._refuse("A logarithmic range must start above 0", "Start above 0, or leave out :log.")
+        # below the first normal number neighbours of one ratio may be the same number
+        if self.spacing == "log" and self.start < sys.float_info.min:
+            self._refuse(
+                "A logarithmic range must start above 0, at 2.3e-308 at least", "Start above that, or leave out :log."
+            )
         if self.count > 1 and not self._finest() > _CLOSEST:
             self._refuse(
                 "The neighbouring values of a range must differ by more than 1e-12 of the larger end",

@@ -4,7 +4,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
@@ -26,6 +26,7 @@ def test_a_logarithmic_range_has_one_ratio():
     )  # rounding
 
 
+@example(5e-324, 4.9e-272, 263, "log")
 @given(FINITE, FINITE, st.integers(2, 500), st.sampled_from(["linear", "log"]))
 def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
     """Whatever range is not refused has exact ends, its count, and strictly increasing finite values."""
