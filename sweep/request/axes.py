@@ -23,8 +23,8 @@ _MANY = 2**20
 #: Beyond this no disk holds the values.
 _MOST_VALUES = 2**40
 
-#: Nearer to the largest float, the steps between the ends overflow.
-_LARGEST = 1e300
+#: Nearer to the largest float, the steps between the ends overflow; nearer to zero, values to the same number.
+_LARGEST, _SMALLEST = 1e300, 1e-300
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,8 @@ class Range:
             self._refuse(
                 "A range must have count >= 1", "Give how many values the range has, as in 0.5:6:400."
             )
+        if self.count > 1 and max(abs(self.start), abs(self.stop)) < _SMALLEST:
+            self._refuse("A range of several values must reach 1e-300", "Widen it, or give one value.")
         if self.count > _MOST_VALUES:
             self._refuse(f"A range has at most {_MOST_VALUES} values", "Give a smaller count.")
         if self.start > self.stop:
@@ -91,7 +93,8 @@ class Range:
         # below the first normal number neighbours of one ratio may be the same number
         if self.spacing == "log" and self.start < sys.float_info.min:
             self._refuse(
-                "A logarithmic range must start above 0, at 2.3e-308 at least", "Start above that, or leave out :log."
+                "A logarithmic range must start above 0, at 2.3e-308 at least",
+                "Start above that, or leave out :log.",
             )
         if self.count > 1 and not self._finest() > _CLOSEST:
             self._refuse(

@@ -27,6 +27,7 @@ def test_a_logarithmic_range_has_one_ratio():
 
 
 @example(5e-324, 4.9e-272, 263, "log")
+@example(0.0, 5e-323, 300, "linear")
 @given(FINITE, FINITE, st.integers(2, 500), st.sampled_from(["linear", "log"]))
 def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
     """Whatever range is not refused has exact ends, its count, and strictly increasing finite values."""
