@@ -120,7 +120,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         )
     from sweep.atlas.dataset import spec_of
     from sweep.engine.compute import arithmetic_hash
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened
 
     with opened(source) as dataset:
         made_from = spec_of(dataset)

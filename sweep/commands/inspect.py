@@ -24,7 +24,7 @@ def info(
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
     from sweep.commands.report import describe
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened
     from sweep.runs.partial import describe as describe_run
     from sweep.runs.partial import unfinished, write_partial
 
@@ -79,8 +79,9 @@ def boundary(
     from sweep.atlas.reclassify import reclassify
     from sweep.atlas.reclassify import refine as refined
     from sweep.commands.report import boundary_table
-    from sweep.files.netcdf import opened, save
+    from sweep.files.netcdf import save
     from sweep.files.paths import check_target
+    from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if output is not None:
@@ -133,7 +134,7 @@ def plot(
         check_atlas(atlas)
     from sweep.atlas.reclassify import reclassify
     from sweep.figures import plots
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened
 
     with ExitStack() as stack:
         datasets = [stack.enter_context(opened(path)) for path in atlases]
@@ -154,8 +155,8 @@ def export(
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
-    from sweep.files.netcdf import opened
     from sweep.files.paths import check_apart
+    from sweep.files.reading import opened
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened(atlas) as dataset:

@@ -16,7 +16,8 @@ import pytest
 
 from sweep.engine import machine
 from sweep.errors import StoppedError
-from sweep.files.netcdf import AtlasWriter, open_atlas
+from sweep.files.netcdf import AtlasWriter
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, executor
 from sweep.runs.locks import locked
