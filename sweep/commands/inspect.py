@@ -11,7 +11,7 @@ from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from sweep.atlas.contents import Atlas
 
 
 def info(
@@ -24,7 +24,7 @@ def info(
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
     from sweep.commands.report import describe
-    from sweep.files.reading import opened
+    from sweep.files.reading import opened_file
     from sweep.runs.partial import describe as describe_run
     from sweep.runs.partial import unfinished, write_partial
 
@@ -42,17 +42,17 @@ def info(
     elif folder is not None:
         show(describe_run(folder))
     if folder is None or atlas.is_file():
-        with opened(atlas) as dataset:
-            show(describe(dataset))
-            _warn(dataset)
+        with opened_file(atlas) as file:
+            show(describe(file))
+            _warn(file)
 
 
-def _warn(dataset: "xr.Dataset") -> None:
+def _warn(file: "Atlas") -> None:
     """Say if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
 
-    for warning in one_sided(spec_of(dataset), dataset):
+    for warning in one_sided(spec_of(file), file):
         say(f"warning: {warning}")
 
 
@@ -76,12 +76,17 @@ def boundary(
     overwrite: Overwrite = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
+    from sweep.commands.report import boundary_table
+    from sweep.files.reading import opened, opened_file
+
+    if criterion is None and refine is None and output is None:
+        with opened_file(atlas) as file:
+            show(boundary_table(file))
+        return
     from sweep.atlas.reclassify import reclassify
     from sweep.atlas.reclassify import refine as refined
-    from sweep.commands.report import boundary_table
     from sweep.files.netcdf import save
     from sweep.files.paths import check_target
-    from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if output is not None:
@@ -132,13 +137,17 @@ def plot(
         )
     for atlas in atlases:
         check_atlas(atlas)
-    from sweep.atlas.reclassify import reclassify
     from sweep.figures import plots
-    from sweep.files.reading import opened
+    from sweep.files.reading import opened, opened_file
 
     with ExitStack() as stack:
+        if criterion is None and friction is None and not regimes:
+            plots.save(plots.figure([stack.enter_context(opened_file(path)) for path in atlases]), output)
+            return
         datasets = [stack.enter_context(opened(path)) for path in atlases]
         if criterion is not None:
+            from sweep.atlas.reclassify import reclassify
+
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         plots.save(plots.regimes(datasets) if regimes else plots.figure(datasets, friction), output)
 

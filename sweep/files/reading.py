@@ -1,26 +1,24 @@
 """Atlases read from netCDF files: opened lazily, refused with the reason."""
 
 import contextlib
-import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas.cf_metadata import FORMAT
+from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
+from sweep.files.atlas_file import AtlasFile, no_atlas
 from sweep.files.paths import check_atlas
 from sweep.files.trial import check_opens
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
-_MOST_PACKED = 1032
 
 
 def open_atlas(path: str | Path) -> "xr.Dataset":
@@ -35,74 +33,25 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
         If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
     """
     path = Path(path)
-    check_atlas(path)
+    file, left_out = _checked(path)
+    file.close()
     import xarray as xr
 
-    # Only the libraries work here, and of a damaged file they raise all kinds of errors: AttributeError, KeyError,
-    # IndexError, MemoryError. Their warnings hold names from the file.
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            check_opens(path.absolute())
-            unread = check_claims(path)
-            dataset = xr.open_dataset(
-                path.absolute(), engine="netcdf4", decode_times=False, drop_variables=unread
-            )
-    except RequestError:
-        raise
-    except Exception as problem:
-        raise RequestError(
-            f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "
-            f"bytes: {shown(str(problem))}.",
-            hint="Make it again with eulerdisk run.",
-            where=str(path),
-        ) from problem
-    try:
-        return _as_atlas(dataset, path, unread)
-    except BaseException:
+    with _netcdf_errors(path):
+        dataset = xr.open_dataset(
+            path.absolute(), engine="netcdf4", decode_times=False, drop_variables=[*left_out]
+        )
+    # the attribute `coordinates` of any variable may have made another one of them a coordinate
+    wrong = [name for name in dataset.coords if name not in spec_named(dataset).model.parameters]
+    if indexed := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
         dataset.close()
-        raise
-
-
-def check_claims(path: Path) -> list[str]:
-    """Refuse a netCDF file whose variables have more values than its bytes can hold.
-
-    A few bytes can declare 2**40 cells, for which reading them would ask for memory.
-
-    Returns
-    -------
-    list of str
-        The variables that are neither numbers nor characters, of which this is not known.
-
-    Raises
-    ------
-    RequestError
-    OSError, RuntimeError and other errors of netCDF
-        If the file cannot be read.
-    """
-    import netCDF4
-
-    room, others = path.stat().st_size * _MOST_PACKED + 2**20, []
-    with netCDF4.Dataset(path.absolute()) as file:
-        for name, variable in file.variables.items():
-            kind = variable.datatype
-            if not isinstance(kind, np.dtype) or kind.kind not in "iufS":
-                others.append(name)
-                continue
-            room -= math.prod(variable.shape) * kind.itemsize
-            if room < 0:
-                _refuse(
-                    path, f"{shown(name)} has more values than its bytes can hold, of shape {variable.shape}"
-                )
-    return others
-
-
-def _refuse(path: Path, reason: str) -> NoReturn:
-    raise RequestError(
-        f"This file is no stability atlas, or a damaged one: {reason}.",
-        hint="Give a file made by eulerdisk run.",
-        where=str(path),
-    )
+        raise no_atlas(path, f"{shown(indexed[0])} is a coordinate that no atlas has")
+    _tell(path, left_out)
+    if not wrong:
+        return dataset
+    found = dataset.reset_coords(wrong)
+    found.set_close(dataset.close)
+    return found
 
 
 @contextlib.contextmanager
@@ -112,6 +61,15 @@ def opened(path: Path) -> Iterator["xr.Dataset"]:
         yield dataset
 
 
+@contextlib.contextmanager
+def opened_file(path: Path) -> Iterator[AtlasFile]:
+    """Open an atlas as `opened` does, but without xarray, and with the variables alone that every atlas may have."""
+    file, left_out = _checked(path)
+    _tell(path, left_out)
+    with file, damage_named(file):
+        yield file
+
+
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
     """Return a dataset whose values are in memory; a RequestError names the variables that cannot be read."""
     with damage_named(dataset):
@@ -119,8 +77,8 @@ def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 @contextlib.contextmanager
-def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
-    """Turn an error within into a RequestError that names the variables of the dataset that cannot be read, if any."""
+def damage_named(dataset: Atlas) -> Iterator[None]:
+    """Turn an error within into a RequestError that names the variables of the atlas that cannot be read, if any."""
     try:
         yield
     except RequestError:
@@ -137,27 +95,63 @@ def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
         ) from problem
 
 
-def _can_be_read(variable: "xr.Variable") -> bool:
+def _can_be_read(variable: Variable) -> bool:
     try:
-        variable.copy(deep=False).load()
+        # not `values`, which would be kept in memory
+        np.asarray(variable[...])
     except Exception:
-        # only the libraries work here: see `open_atlas`
+        # only the libraries work here: see `_netcdf_errors`
         return False
     return True
 
 
-def _as_atlas(dataset: "xr.Dataset", path: Path, unread: Sequence[str]) -> "xr.Dataset":
-    """Return a dataset that was read from a file, but for some variables, as an atlas.
+def _checked(path: Path) -> tuple[AtlasFile, dict[str, str]]:
+    """Open a file and check that it is an atlas: its known variables, and why others are left out, by their names."""
+    check_atlas(path)
+    # before the trial, which may fork this process: then the other one need not load it too
+    import netCDF4  # noqa: F401
 
-    A RequestError says why it is none.
-    """
-    known = dataset.attrs.get("eulerdisk_format")
+    with _netcdf_errors(path):
+        check_opens(path.absolute())
+        file = AtlasFile(path)
     try:
-        version = int(str(known) if "sweep_spec" in dataset.attrs else "")
+        with damage_named(file):
+            return file, _check(file, path)
+    except BaseException:
+        file.close()
+        raise
+
+
+@contextlib.contextmanager
+def _netcdf_errors(path: Path) -> Iterator[None]:
+    """Turn whatever the libraries raise within into a refusal, and ignore their warnings, which hold names of the file.
+
+    Of a damaged file they raise all kinds of errors: AttributeError, KeyError, IndexError, MemoryError.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except RequestError:
+        raise
+    except Exception as problem:
+        raise RequestError(
+            f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "
+            f"bytes: {shown(str(problem))}.",
+            hint="Make it again with eulerdisk run.",
+            where=str(path),
+        ) from problem
+
+
+def _check(file: AtlasFile, path: Path) -> dict[str, str]:
+    """Refuse an open file that is no atlas; leave out what no atlas has, and return why some of it must be."""
+    known = file.attrs.get("eulerdisk_format")
+    try:
+        version = int(str(known) if "sweep_spec" in file.attrs else "")
     except (TypeError, ValueError):
         raise RequestError(
             "This is not a stability atlas, which has the attributes eulerdisk_format, a number, and sweep_spec; got a "
-            f"netCDF file titled {shown(str(dataset.attrs.get('title', '(no title)')))!r}.",
+            f"netCDF file titled {shown(str(file.attrs.get('title', '(no title)')))!r}.",
             hint="Give a file made by eulerdisk run.",
             where=str(path),
         ) from None
@@ -167,17 +161,19 @@ def _as_atlas(dataset: "xr.Dataset", path: Path, unread: Sequence[str]) -> "xr.D
             hint="Update eulerdisk.",
             where=str(path),
         )
-    spec = spec_named(dataset)
-    if mistyped := sorted(known_names(spec).intersection(unread)):
-        _refuse(path, f"{mistyped[0]} is of a type that no atlas has")
-    require(dataset, ("ending", "stability", *spec.model.extremes), str(path))
-    left_out = dict.fromkeys(unread, "is neither a number nor text") | strangers(dataset, spec)
-    found = dataset.drop_vars([name for name in left_out if name in dataset.variables])
-    check_structure(found, spec, str(path))
-    # the attribute `coordinates` of any variable may have made another one of them a coordinate
-    wrong = [name for name in found.coords if name not in spec.model.parameters]
-    if indexed := sorted({*map(str, wrong)} & {*map(str, found.dims)}):
-        _refuse(path, f"{shown(indexed[0])} is a coordinate that no atlas has")
+    spec = spec_named(file)
+    names = known_names(spec)
+    if mistyped := sorted(names.intersection(file.unread)):
+        raise no_atlas(path, f"{mistyped[0]} is of a type that no atlas has")
+    require(file, ("ending", "stability", *spec.model.extremes), str(path))
+    left_out = dict.fromkeys(file.unread, "is neither a number nor text") | strangers(file, spec)
+    file.keep(names)
+    check_structure(file, spec, str(path))
+    return left_out
+
+
+def _tell(path: Path, left_out: dict[str, str]) -> None:
+    """Warn of variables that are left out."""
     if left_out:
         name, problem = next(iter(left_out.items()))
         more = f", and {len(left_out) - 1} more" if len(left_out) > 1 else ""
@@ -186,8 +182,3 @@ def _as_atlas(dataset: "xr.Dataset", path: Path, unread: Sequence[str]) -> "xr.D
             LeftOutWarning,
             stacklevel=3,
         )
-    if not wrong and not left_out:
-        return dataset
-    found = found.reset_coords(wrong)
-    found.set_close(dataset.close)
-    return found
