@@ -141,10 +141,11 @@ def enter_baseline(baseline: str | None, folder: Path) -> None:
     only when the process starts.
     """
     from sweep.engine.machine import environment
-    from sweep.runs.journal import Journal
-    from sweep.runs.manifest import MANIFEST
+    from sweep.runs.names import MANIFEST
 
     if baseline is None and os.path.isfile(folder / MANIFEST):
+        from sweep.runs.journal import Journal
+
         baseline = Journal.at(folder).manifest.baseline
     variables = environment(baseline or "")
     if any(os.environ.get(name) != value for name, value in variables.items()):

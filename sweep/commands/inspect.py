@@ -23,10 +23,7 @@ def info(
     ] = None,
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
-    from sweep.commands.report import describe
-    from sweep.files.reading import opened_file
-    from sweep.runs.partial import describe as describe_run
-    from sweep.runs.partial import unfinished, write_partial
+    from sweep.runs.names import unfinished
 
     folder = unfinished(atlas)
     if folder is None and partial is not None:
@@ -35,16 +32,27 @@ def info(
             "Leave --partial out, or give the output file of an unfinished run.",
             str(atlas),
         )
-    if folder is not None and partial is not None:
-        enter_baseline(None, folder)
-        done, cells = write_partial(folder, partial)
-        say(f"{partial}: {done} of {cells} cells computed")
-    elif folder is not None:
-        show(describe_run(folder))
+    if folder is not None:
+        _tell_run(folder, partial)
     if folder is None or atlas.is_file():
+        from sweep.commands.report import describe
+        from sweep.files.reading import opened_file
+
         with opened_file(atlas) as file:
             show(describe(file))
             _warn(file)
+
+
+def _tell_run(folder: Path, partial: Path | None) -> None:
+    """Say how far an unfinished run is, or write its finished blocks as an atlas."""
+    from sweep.runs.partial import describe, write_partial
+
+    if partial is not None:
+        enter_baseline(None, folder)
+        done, cells = write_partial(folder, partial)
+        say(f"{partial}: {done} of {cells} cells computed")
+    else:
+        show(describe(folder))
 
 
 def _warn(file: "Atlas") -> None:
