@@ -48,8 +48,10 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
     def _run_passes(self, **options):
-        passes, builder = self._codegen._module_pass_manager(**options)
-        passes.run(self._final_module, builder)
+        made = self._codegen._module_pass_manager(**options)
+        # older versions of Numba return the passes alone
+        passes, *builder = made if isinstance(made, tuple) else (made,)
+        passes.run(self._final_module, *builder)
 
     def object_code(self):
         """Optimise all that is linked together; returns the module of LLVM and the object file made of it."""

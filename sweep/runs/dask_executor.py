@@ -17,7 +17,7 @@ from sweep.runs.run_directory import check_same_run
 #: Seconds to wait for the answer of a scheduler.
 _TIMEOUT = 10
 
-#: Only one thread of a process may be inside the kernels.
+#: Only one thread of a process computes: the kernels use all threads that dask lets the worker have.
 _KERNELS = threading.Lock()
 
 
