@@ -14,13 +14,13 @@ become 17 to 46.
 import contextlib
 import json
 import re
-import zlib
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from isal.isal_zlib import crc32
 
 from sweep.atomic import publish_bytes, rename_aside
 from sweep.engine.compute import measured_quantities
@@ -188,7 +188,7 @@ class Journal:
     def _checksum(self, number: int, content: bytes) -> str:
         span = self.spans[number]
         place = f"{self.manifest.fingerprint} {number} {span.start} {span.stop}"
-        return f"{zlib.crc32(content, zlib.crc32(place.encode('ascii'))):08x}"
+        return f"{crc32(content, crc32(place.encode('ascii'))):08x}"
 
 
 def encode(columns: Columns, row: int) -> bytes:
@@ -205,9 +205,8 @@ def encode(columns: Columns, row: int) -> bytes:
     header = [
         (name, columns[name].dtype.str, column.dtype.str, column.size) for name, column in stored.items()
     ]
-    return b"".join(
-        [json.dumps(header).encode("ascii"), b"\n", *(each.tobytes() for each in stored.values())]
-    )
+    values = (np.ascontiguousarray(each).data for each in stored.values())
+    return b"".join([json.dumps(header).encode("ascii"), b"\n", *values])
 
 
 def decode(content: bytes, cells: int) -> Columns:

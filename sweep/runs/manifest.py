@@ -29,7 +29,7 @@ FORMAT = 4
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
-_RECORDED = ("xarray", "netCDF4")
+_RECORDED = ("xarray", "netCDF4", "h5py", "isal")
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import json
 from collections.abc import Generator, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from sweep.atlas.outlook import one_sided
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.errors import StoppedError, StorageError
-from sweep.files.netcdf import AtlasWriter
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.model.description import FAILED
@@ -236,8 +237,11 @@ def _write_and_publish(
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
     try:
-        blocks = _derive_or_raise_stopped(journal, measured, stopping)
-        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
+        blocks = _spanned_or_raise_stopped(journal, measured, stopping)
+        writer = AtlasWriter(
+            unfinished, journal.spec, attributes_of(journal.manifest), usable_threads(threads)
+        )
+        failures = write_atlas(writer, writer.write_cells(blocks, partial(derive_block, journal.spec)))
         run_directory.publish_file(journal.folder, path, journal.spec)
     except DamagedBlockError as problem:
         raise StorageError(
@@ -251,35 +255,30 @@ def _write_and_publish(
     return failures
 
 
-def _derive_or_raise_stopped(
+def _spanned_or_raise_stopped(
     journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
 ) -> Generator[Block, None, None]:
-    """Yield blocks with all columns of the atlas, and raise StoppedError at their end if the run is to stop."""
+    """Yield measured blocks with their cells, and raise StoppedError at their end if the run is to stop."""
     for number, columns in measured:
         # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written
         if not stopping():
-            span = journal.spans[number]
-            yield Block(span, derive_block(journal.spec, span, columns))
+            yield Block(journal.spans[number], columns)
     if stopping():
         raise StoppedError(journal.kept())
 
 
-def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
-    """Write the cells of an atlas from blocks in C order, find its boundary, and write that too.
+def write_atlas(writer: AtlasWriter, cells: Iterable[Block]) -> Failures:
+    """Write an atlas while its cells are taken from `AtlasWriter.write_cells`: find its boundary, write it, check all.
 
-    `path` is a temporary name. Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
+    Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
     """
+    spec = writer.spec
     stability, failures = np.zeros(spec.size, np.int8), Failures(spec)
-
-    def noted() -> Iterator[Block]:
-        for block in blocks:
-            stability[block.span.start : block.span.stop] = block.columns["stability"]
-            failures.count(block.span.start, block.columns["ending"])
-            yield block
-
-    with AtlasWriter(path, spec, attributes) as writer:
-        writer.write_cells(noted())
-        writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    for block in cells:
+        stability[block.span.start : block.span.stop] = block.columns["stability"]
+        failures.count(block.span.start, block.columns["ending"])
+    writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    writer.check()
     return failures
 
 

@@ -246,7 +246,7 @@ def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
     )
     spec = SweepSpec(tilt="1deg:9deg:12", precession_rate="-1:1:3", roll_rate="steady")
     failures = run_to_file(spec, path, block_cells=5)
-    assert opened == [("w",), ()]
+    assert opened == [("w",), ("a",), ("r",)]
     assert failures.total == 12
     assert failures.describe() == run.Failures.in_file(path, spec).describe()
     assert len(failures.describe()) == 12, "a line for all, ten cells and dots"

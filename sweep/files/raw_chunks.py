@@ -1,0 +1,80 @@
+"""The stored chunks of a netCDF file, written and read as they are, past the filters of HDF5."""
+
+import contextlib
+import errno
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+#: Where HDF5 tells the error of the system in its message.
+_NUMBER = re.compile(r"errno = (\d+)")
+
+
+class RawChunks:
+    """The chunks of the variables of a netCDF file that is there and nowhere else open; a context manager.
+
+    Parameters
+    ----------
+    path : Path
+    mode : {"r", "r+"}
+        To read, or to write too.
+
+    Raises
+    ------
+    OSError
+        From every method: if HDF5 refuses; with the number of the system's error where HDF5 tells it.
+    """
+
+    def __init__(self, path: Path, mode: Literal["r", "r+"]) -> None:
+        # not at the top: a request that is refused before any file is opened need not wait for this import
+        import h5py
+
+        with _os_errors():
+            self._file = h5py.File(path, mode)
+        self._variables: dict[str, Any] = {}
+
+    def write(self, name: str, offset: tuple[int, ...], content: bytes) -> None:
+        """Store the chunk of a variable that begins at some place of its grid."""
+        with _os_errors():
+            self._identifier(name).write_direct_chunk(offset, content)
+
+    def read(self, name: str, offset: tuple[int, ...]) -> bytes:
+        """Return a stored chunk; an OSError says that it is not there, or was not stored through all filters."""
+        with _os_errors():
+            # to read a chunk that is not there HDF5 asks for endless memory
+            place = self._identifier(name).get_chunk_info_by_coord(offset)
+            if place.byte_offset is None or place.filter_mask:
+                raise OSError(errno.EIO, f"{name} has no filtered chunk at {offset}")
+            return bytes(self._identifier(name).read_direct_chunk(offset)[1])
+
+    def _identifier(self, name: str) -> Any:
+        if name not in self._variables:
+            self._variables[name] = self._file[name].id
+        return self._variables[name]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._variables.clear()
+        # after a refused write closing fails too, and the first error is the one to tell
+        with contextlib.suppress(OSError) if kind else contextlib.nullcontext(), _os_errors():
+            self._file.close()
+
+
+@contextlib.contextmanager
+def _os_errors() -> Iterator[None]:
+    """Raise the errors of h5py as OSErrors with the number of the system, if their message has one."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError, ValueError) as problem:
+        if getattr(problem, "errno", None) is not None:
+            raise
+        number = _NUMBER.search(str(problem))
+        code = int(number[1]) if number else errno.EIO
+        raise OSError(code, f"{os.strerror(code)} (HDF5: {problem})") from problem
