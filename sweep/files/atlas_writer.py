@@ -129,17 +129,19 @@ class AtlasWriter:
                         file.createDimension(name, count)
                 self._write_whole(file, declared, values)
 
-    def check(self) -> None:
+    def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
         """Read the file again; an OSError says that it does not hold what was written.
 
         All chunks are read as they are stored; each one has been inflated before it was written. The first and the last
-        chunk and the small variables are read by netCDF through its filters, as readers will.
+        chunk and the small variables are read by netCDF through its filters, as readers will. `seen` is called with the
+        number of cells that were looked at.
         """
         found = dict.fromkeys(self._stored, 0)
         with RawChunks(self._path, "r") as raw:
-            for _, slices in chunks(self.spec.shape):
+            for span, slices in chunks(self.spec.shape):
                 for name in found:
                     found[name] = crc32(raw.read(name, tuple(part.start for part in slices)), found[name])
+                seen(span.start)
         wrong = [name for name, checksum in self._stored.items() if found[name] != checksum]
         with self._opened("r") as file:
             file.set_auto_maskandscale(False)
@@ -193,7 +195,10 @@ def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] = ()) -> A
 
 
 def _filled(declared: Declaration, values: Any) -> Any:
-    return values if declared.fill is None else np.where(np.isnan(values), declared.fill, values)
+    if declared.fill is None:
+        return values
+    missing = np.isnan(values)
+    return np.where(missing, declared.fill, values) if missing.any() else values
 
 
 @contextlib.contextmanager
@@ -228,11 +233,12 @@ def regroup(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Block]:
         while not held or held[-1].span.stop < span.stop:
             held.append(next(stream))
         cuts = [slice(max(0, span.start - each.span.start), span.stop - each.span.start) for each in held]
+        parts = {
+            name: [each.columns[name][cut] for each, cut in zip(held, cuts, strict=True)]
+            for name in held[0].columns
+        }
+        # most spans lie in one block: its columns are not copied
         yield Block(
-            span,
-            {
-                name: np.concatenate([each.columns[name][cut] for each, cut in zip(held, cuts, strict=True)])
-                for name in held[0].columns
-            },
+            span, {name: part[0] if len(part) == 1 else np.concatenate(part) for name, part in parts.items()}
         )
         held = [each for each in held if each.span.stop > span.stop]

@@ -12,7 +12,9 @@ from sweep.engine.compute import Block, derive_block, usable_threads
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import published
+from sweep.runs.executor import no_op
 from sweep.runs.journal import DamagedBlockError, Journal
+from sweep.runs.progress import of_run
 from sweep.runs.run import attributes_of, write_atlas
 from sweep.runs.run_directory import check_same_run
 
@@ -57,7 +59,7 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     }
     with published(path) as temporary:
         writer = AtlasWriter(temporary, spec, attributes, usable_threads(None))
-        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)))
+        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)), of_run(spec, 0, 1, no_op))
     return sum(done), spec.size
 
 

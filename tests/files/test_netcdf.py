@@ -11,6 +11,7 @@ from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
+from sweep.runs.progress import COMPUTING
 from sweep.runs.run import run_to_file
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
@@ -130,8 +131,13 @@ def test_a_grid_of_many_chunks(path, monkeypatch):
 def test_progress_counts_every_block(path):
     """After each block, the last one included, the caller hears how many cells are done and how many there are."""
     heard = []
-    run_to_file(SPECS["rolling"], path, block_cells=900, progress=lambda *cells: heard.append(cells))
-    assert heard == [(900, 2000), (1800, 2000), (2000, 2000)]
+    run_to_file(SPECS["rolling"], path, block_cells=900, progress=heard.append)
+    assert [(each.done, each.size) for each in heard if each.stage == COMPUTING] == [
+        (0, 2000),
+        (900, 2000),
+        (1800, 2000),
+        (2000, 2000),
+    ]
 
 
 def test_the_history_says_what_was_run(path):

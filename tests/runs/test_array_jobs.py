@@ -280,10 +280,10 @@ def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
 def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypatch):
     """If reading the file again finds another value, it does not get its name; the blocks are kept."""
 
-    def spoilt(writer):
+    def spoilt(writer, seen):
         with netCDF4.Dataset(writer._path, "a") as file:
             file["tilt_max"][0, 0] = 1.0
-        check(writer)
+        check(writer, seen)
 
     check = AtlasWriter.check
     monkeypatch.setattr(AtlasWriter, "check", spoilt)

@@ -17,6 +17,7 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor, run
+from sweep.runs.progress import COMPUTING
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -116,7 +117,8 @@ def test_the_final_name_appears_last(path):
     """While blocks are computed the final name does not exist, and afterwards nothing else does."""
     seen = []
     run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
-    assert seen == [False] * 4
+    assert seen == [False] * len(seen)
+    assert len(seen) >= 4
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -176,9 +178,10 @@ def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
     spec = SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log")
     taken = []
 
-    def measure(done, _):
+    def measure(status):
         files = path.parent.glob("atlas.nc.run/blocks/*.block")
-        taken.append((done, sum(each.stat().st_size for each in files)))
+        if status.stage == COMPUTING and status.done:
+            taken.append((status.done, sum(each.stat().st_size for each in files)))
 
     run_to_file(spec, path, block_cells=5000, progress=measure)
     for done, size in taken:
