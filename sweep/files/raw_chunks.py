@@ -46,9 +46,11 @@ class RawChunks:
         with _os_errors():
             # to read a chunk that is not there HDF5 asks for endless memory
             place = self._identifier(name).get_chunk_info_by_coord(offset)
-            if place.byte_offset is None or place.filter_mask:
-                raise OSError(errno.EIO, f"{name} has no filtered chunk at {offset}")
-            return bytes(self._identifier(name).read_direct_chunk(offset)[1])
+            if place.byte_offset is not None and not place.filter_mask:
+                return bytes(self._identifier(name).read_direct_chunk(offset)[1])
+        raise OSError(
+            errno.EIO, f"the file does not hold what was written: {name} has no filtered chunk at {offset}"
+        )
 
     def _identifier(self, name: str) -> Any:
         if name not in self._variables:
@@ -69,12 +71,11 @@ class RawChunks:
 
 @contextlib.contextmanager
 def _os_errors() -> Iterator[None]:
-    """Raise the errors of h5py as OSErrors with the number of the system, if their message has one."""
+    """Raise the errors of h5py as OSErrors: in the words of the system where HDF5 tells the number of its error."""
     try:
         yield
     except (OSError, RuntimeError, KeyError, ValueError) as problem:
-        if getattr(problem, "errno", None) is not None:
-            raise
         number = _NUMBER.search(str(problem))
-        code = int(number[1]) if number else errno.EIO
-        raise OSError(code, f"{os.strerror(code)} (HDF5: {problem})") from problem
+        code = int(number[1]) if number else getattr(problem, "errno", None)
+        # the text of HDF5 names handles, times and addresses, over several lines
+        raise OSError(code or errno.EIO, os.strerror(code) if code else f"HDF5: {problem}") from problem
