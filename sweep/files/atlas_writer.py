@@ -46,10 +46,6 @@ class _Chunk(NamedTuple):
     slices: tuple[slice, ...]
     contents: list[bytes]
 
-    @property
-    def offset(self) -> tuple[int, ...]:
-        return tuple(part.start for part in self.slices)
-
 
 class AtlasWriter:
     """The netCDF file of an atlas while it is written: cells first, then the boundary, and a check at the end.
@@ -113,8 +109,10 @@ class AtlasWriter:
             contents = [packed(_filled(each, columns[each.name]), cells) for each in self._cells]
             return _Chunk(Block(block.span, columns), slices, contents)
 
-        spans, slices = zip(*chunks(self.spec.shape), strict=True)
-        jobs = zip(slices, regroup(blocks, spans), strict=True)
+        # not lists: 1e10 cells have 150,000 chunks
+        places = (slices for _, slices in chunks(self.spec.shape))
+        spans = (span for span, _ in chunks(self.spec.shape))
+        jobs = zip(places, regroup(blocks, spans), strict=True)
         with RawChunks(self._path, "r+") as file, _in_order(filtered, jobs, self._threads) as filtered_chunks:
             for chunk in filtered_chunks:
                 self._write_chunk(file, chunk)
@@ -134,15 +132,18 @@ class AtlasWriter:
 
         All chunks are read as they are stored; each one has been inflated before it was written. The first and the last
         chunk and the small variables are read by netCDF through its filters, as readers will. `seen` is called with the
-        number of cells that were looked at.
+        number of cells that have been looked at.
         """
-        found = dict.fromkeys(self._stored, 0)
+        wrong, cells = list[str](), 0
         with RawChunks(self._path, "r") as raw:
-            for span, slices in chunks(self.spec.shape):
-                for name in found:
-                    found[name] = crc32(raw.read(name, tuple(part.start for part in slices)), found[name])
-                seen(span.start)
-        wrong = [name for name, checksum in self._stored.items() if found[name] != checksum]
+            for name, checksum in self._stored.items():
+                found = 0
+                for (span, _), content in zip(chunks(self.spec.shape), raw.stored(name), strict=False):
+                    seen(cells // len(self._stored))
+                    found = crc32(content, found)
+                    cells += len(span)
+                if found != checksum:
+                    wrong.append(name)
         with self._opened("r") as file:
             file.set_auto_maskandscale(False)
             for name, slices, checksum in self._values:
@@ -175,8 +176,9 @@ class AtlasWriter:
 
     def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
         span, columns = chunk.block.span, chunk.block.columns
+        offset = tuple(part.start for part in chunk.slices)
         for each, content in zip(self._cells, chunk.contents, strict=True):
-            file.write(each.name, chunk.offset, content)
+            file.write(each.name, offset, content)
             self._stored[each.name] = crc32(content, self._stored[each.name])
             if span.start == 0 or span.stop == self.spec.size:
                 self._values.append((each.name, chunk.slices, crc32(_filled(each, columns[each.name]))))
