@@ -126,6 +126,8 @@ class AtlasWriter:
                     if name not in file.dimensions:
                         file.createDimension(name, count)
                 self._write_whole(file, declared, values)
+                # the next ones are made only now, and these may be large
+                del values
 
     def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
         """Read the file again; an OSError says that it does not hold what was written.

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import global_attributes
-from sweep.atlas.dataset import boundaries
 from sweep.atlas.outlook import one_sided
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
@@ -298,12 +298,12 @@ def write_atlas(writer: AtlasWriter, cells: Iterable[Block], timetable: Timetabl
     Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
     """
     spec = writer.spec
-    stability, failures = np.zeros(spec.size, np.int8), Failures(spec)
+    search, failures = BoundarySearch(spec), Failures(spec)
     for block in cells:
-        stability[block.span.start : block.span.stop] = block.columns["stability"]
+        search.add(block.span.start, block.columns["stability"])
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
-    writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    writer.write_boundary(search.variables())
     timetable.begin(CHECKING)
     writer.check(timetable.report)
     return failures

@@ -270,12 +270,12 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     """The boundary is searched with as many threads as the blocks are computed with."""
     used = []
 
-    def searched(spec, stability):
+    def searched(search):
         used.append(numba.get_num_threads())
-        return boundaries(spec, stability)
+        return variables(search)
 
-    boundaries = run.boundaries
-    monkeypatch.setattr(run, "boundaries", searched)
+    variables = run.BoundarySearch.variables
+    monkeypatch.setattr(run.BoundarySearch, "variables", searched)
     for threads in (1, None):
         run_to_file(SPEC, path, overwrite=True, threads=threads)
     assert used == [1, usable_threads(None)]
