@@ -59,7 +59,7 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     }
     with published(path) as temporary:
         writer = AtlasWriter(temporary, spec, attributes, usable_threads(None))
-        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)), of_run(spec, 0, 1, no_op))
+        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)), of_run(spec, 0, None, no_op))
     return sum(done), spec.size
 
 

@@ -104,13 +104,13 @@ SEARCHING: Final = "searching the boundary"
 CHECKING: Final = "checking"
 
 
-def of_run(spec: SweepSpec, missing: int, threads: int, show: Show) -> Timetable:
+def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Timetable:
     """Return the timetable of a run that has to compute `missing` of its cells.
 
-    If all are missing, the cells are written while they are computed.
+    `threads` write all cells when the last one is computed; None if they are written while they are computed.
     """
     computing = [Stage(COMPUTING, spec.size)] if missing else []
-    writing = [Stage(WRITING, spec.size, _WRITING / threads)] if missing < spec.size else []
+    writing = [Stage(WRITING, spec.size, _WRITING / threads)] if threads else []
     return Timetable([*computing, *writing, *_last_stages(spec)], show)
 
 

@@ -186,12 +186,13 @@ def run_to_file(
         estimate.check_room(path, bytes_to_write())
         for warning in one_sided(spec):
             say(f"warning: {warning}")
-        timetable = of_run(spec, journal.cells(missing), used, progress)
+        # all blocks come in order from this process: they are written to the file while the next are computed
+        at_once = executor is None and len(missing) == len(journal.spans)
+        timetable = of_run(spec, journal.cells(missing), None if at_once else used, progress)
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _report_or_raise_stopped(journal, computed, missing, timetable)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
-            if executor is None and len(missing) == len(journal.spans):
-                # all blocks come in order from this process: they are written to the file while the next are computed
+            if at_once:
                 measured = ((number, columns) for number, columns in finished if columns is not None)
                 return _write_and_publish(journal, path, measured, timetable, threads, stopping)
             # All blocks are computed before the file is written: a run that is killed again and again still makes

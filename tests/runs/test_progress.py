@@ -93,6 +93,9 @@ def test_no_stage_of_a_run_is_left_out(tmp_path, monkeypatch):
     run_to_file(SPEC, tmp_path / "b.nc", progress=again.append)
     assert names(again) == [READING, COMPUTING, WRITING, SEARCHING, CHECKING]
     assert [each.done for each in again if each.stage == COMPUTING] == [10, 15, 20]
+    elsewhere = []
+    run_to_file(SPEC, tmp_path / "d.nc", executor=executor.local(None), progress=elsewhere.append)
+    assert names(elsewhere) == [COMPUTING, WRITING, SEARCHING, CHECKING]
     folder = array_jobs.prepare(SPEC, tmp_path / "c.nc", block_cells=5).folder
     array_jobs.compute_part(folder, 2, 2, progress=part.append)
     assert [(each.done, each.size) for each in part if each.stage == COMPUTING] == [

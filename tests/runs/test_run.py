@@ -286,7 +286,7 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
 
 
 def test_no_array_of_the_whole_grid_is_held(path):
-    """From measured cells to the checked file, 3.6 million more cells take no 2 million bytes more of memory."""
+    """From measured cells to the checked file, 7 million more cells take less than 7 million bytes more."""
 
     def peak(rows):
         spec = SweepSpec(roll_rate=f"2:4:{rows}", tilt="1deg:5deg:1000", duration=0.05)
@@ -295,10 +295,11 @@ def test_no_array_of_the_whole_grid_is_held(path):
         tracemalloc.start()
         writer = AtlasWriter(path, spec, {})
         cells = writer.write_cells(blocks, partial(compute.derive_block, spec))
-        run.write_atlas(writer, cells, of_run(spec, 0, 1, executor.no_op))
+        run.write_atlas(writer, cells, of_run(spec, 0, None, executor.no_op))
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return most
 
-    small = peak(400)
-    assert peak(4000) < small + 2e6
+    # up to 4.5e6 of these: how many chunks are in the making at a time is left to the threads
+    small = peak(800)
+    assert peak(8000) < small + 6e6
