@@ -1,7 +1,6 @@
 """The stored chunks of a netCDF file, written and read as they are, past the filters of HDF5."""
 
 import contextlib
-import errno
 import os
 import re
 from collections.abc import Iterator
@@ -83,4 +82,5 @@ def _os_errors() -> Iterator[None]:
         number = _NUMBER.search(str(problem))
         code = int(number[1]) if number else getattr(problem, "errno", None)
         # the text of HDF5 names handles, times and addresses, over several lines
-        raise OSError(code or errno.EIO, os.strerror(code) if code else f"HDF5: {problem}") from problem
+        found = OSError(code, os.strerror(code)) if code else OSError(f"HDF5: {problem}")
+        raise found from problem
