@@ -11,7 +11,7 @@ from plot_regimes import save_regimes
 import sweep
 from sweep.checks.verify import findings
 from sweep.commands.audit_report import audit_line
-from sweep.commands.terminal import reporting, stoppable
+from sweep.commands.terminal import showing, stoppable
 from sweep.figures import plots
 
 PRESETS = ("rolling", "spinning", "circling")
@@ -26,7 +26,7 @@ def main() -> None:
     folder = parser.parse_args().output
     make(folder)
     for name in PRESETS:
-        with stoppable("scripts/atlas") as stopping, reporting() as progress:
+        with stoppable("scripts/atlas") as stopping, showing() as progress:
             # the folder is this script's own: what an earlier run left there is replaced
             sweep.run_to_file(
                 sweep.SweepSpec.preset(name),

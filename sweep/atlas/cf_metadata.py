@@ -119,8 +119,12 @@ FORMAT = 1
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
-#: zlib level: 4 and more cost several times the time for a few per cent of the size.
+#: zlib level: 4 and more cost several times the time for a few per cent of the size. So does netCDF write what is saved
+#: from memory; the chunks of a run are deflated by another library (`sweep.files.chunk_filter`) to about that size.
 COMPRESSION = 1
+
+#: Packages whose versions an atlas states: those that compute it, and those that write it.
+PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4", "h5py", "isal")
 
 _WAYS = {
     "rk4": "integrated with RK4 until they are final",
@@ -239,7 +243,7 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "sweep_fingerprint": spec.fingerprint(),
         "kernel_hash": arithmetic_hash(spec),
         "versions": json.dumps(
-            {name: version(name) for name in ("numba", "llvmlite", "numpy", "xarray", "netCDF4")},
+            {name: version(name) for name in PACKAGES},
             sort_keys=True,
         ),
     }

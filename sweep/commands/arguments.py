@@ -66,6 +66,7 @@ Threads = Annotated[
     int | None,
     typer.Option(parser=whole_number, metavar="INTEGER", help="Number of threads; default: all available."),
 ]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 BlockCells = Annotated[
     int | None,
     typer.Option(

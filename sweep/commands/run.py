@@ -18,13 +18,14 @@ from sweep.commands.arguments import (
     OptionalSpec,
     Output,
     Overwrite,
+    Quiet,
     Spec,
     Threads,
     Words,
     enter_baseline,
     read_request,
 )
-from sweep.commands.terminal import reporting, say, show, stoppable
+from sweep.commands.terminal import say, show, showing, stoppable
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def run(
         str | None,
         typer.Option(metavar="ADDRESS", help="Compute on the workers of a dask scheduler, tcp://host:8786."),
     ] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Compute an atlas and write it to one netCDF file; the same command continues an interrupted run.
 
@@ -71,7 +73,7 @@ def run(
     # The history names only what decides the atlas: the bytes of the file do not depend on other options or its name.
     origin = ["--from", str(source)] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
-    with stoppable() as stopping, reporting() as progress:
+    with stoppable() as stopping, showing(quiet=quiet) as progress:
         failures = run_to_file(
             request,
             output,
@@ -120,6 +122,7 @@ def block(
     folder: Annotated[Path, typer.Option("--run", metavar="DIR", help="The folder of the run.")],
     part: Annotated[str, typer.Option(metavar="I/N", help="Which part, from 1/N to N/N.")],
     threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Compute one part of a prepared run: every N-th block, without those that are already there."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part, re.ASCII)
@@ -131,7 +134,7 @@ def block(
     from sweep.runs import array_jobs
 
     enter_baseline(None, folder)
-    with stoppable() as stopping, reporting() as progress:
+    with stoppable() as stopping, showing(quiet=quiet) as progress:
         kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
@@ -142,13 +145,16 @@ def assemble(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run.")],
     *,
     overwrite: Overwrite = False,
+    threads: Threads = None,
     max_failed: MaxFailed = 1.0,
+    quiet: Quiet = False,
 ) -> None:
     """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
     from sweep.runs import array_jobs
 
     enter_baseline(None, folder)
-    path, failures = array_jobs.assemble(folder, overwrite=overwrite)
+    with showing(quiet=quiet) as progress:
+        path, failures = array_jobs.assemble(folder, overwrite=overwrite, threads=threads, progress=progress)
     _conclude(failures, path, max_failed)
 
 

@@ -83,7 +83,8 @@ def refusals(
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
     free = shutil.disk_usage(path.parent).free
-    code = problem.errno if isinstance(problem, OSError) else _probe(path.parent, int(needed))
+    # netCDF and HDF5 do not always tell the number of the system's error
+    code = getattr(problem, "errno", None) or _probe(path.parent, int(needed))
     if code == errno.EFBIG:
         wrong = "A file of this process may not become that large"
         # how much a figure needs is not known before; shells count in 1024 bytes

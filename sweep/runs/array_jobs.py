@@ -9,10 +9,11 @@ from sweep.errors import RequestError, StoppedError
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
-from sweep.runs.executor import Progress, Say, Stopping, local, no_op
+from sweep.runs.executor import Say, Stopping, local, no_op
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
 from sweep.runs.names import SUFFIX, resolved
+from sweep.runs.progress import COMPUTING, READING, Show, of_journal, of_part
 from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import begin_or_resume, check_kinds, check_same_run, claimed
 
@@ -42,7 +43,7 @@ def compute_part(
     parts: int,
     *,
     threads: int | None = None,
-    progress: Progress = no_op,
+    progress: Show = no_op,
     say: Say = no_op,
     stopping: Stopping = lambda: False,
 ) -> tuple[int, int]:
@@ -58,22 +59,28 @@ def compute_part(
     check_same_run(journal, journal.spec)
     mine = range(part - 1, len(journal.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=journal.kept):
-        missing, damaged = journal.verify(mine)
+        timetable = of_part(journal.cells(mine), progress)
+        timetable.begin(READING)
+        missing, damaged = journal.verify(mine, timetable.report)
         for each in damaged:
             say(f"damaged, set aside and computed again: {each}")
-        kept = len(mine) - len(missing)
-        for done, _ in enumerate(local(threads)(journal, missing, stopping), 1):
-            progress(kept + done, len(mine))
+        kept, done = len(mine) - len(missing), journal.cells(mine) - journal.cells(missing)
+        timetable.begin(COMPUTING, done)
+        for number, _ in local(threads)(journal, missing, stopping):
+            done += len(journal.spans[number])
+            timetable.report(done)
         if not journal.held().keys() >= set(mine):
             raise StoppedError(journal.kept())
     return kept, len(missing)
 
 
-def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[Path, Failures]:
+def assemble(
+    folder: str | Path, *, overwrite: bool = False, threads: int | None = None, progress: Show = no_op
+) -> tuple[Path, Failures]:
     """Make the file of a run whose blocks are all there, and remove its folder.
 
-    Returns the file, and the cells that could not be computed. A RequestError says that blocks are missing or damaged;
-    other errors are those of `run_to_file`.
+    `threads` and `progress` are those of `run_to_file`. Returns the file, and the cells that could not be computed. A
+    RequestError says that blocks are missing or damaged; other errors are those of `run_to_file`.
     """
     # the path "." has no name
     folder = Path(folder) if Path(folder).name else Path(folder).resolve()
@@ -90,7 +97,9 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[Path, Fail
         check_target(path, overwrite)
         journal = Journal.at(folder)
         check_same_run(journal, journal.spec)
-        missing, damaged = journal.verify(range(len(journal.spans)))
+        timetable = of_journal(journal.spec, usable_threads(threads), progress)
+        timetable.begin(READING)
+        missing, damaged = journal.verify(range(len(journal.spans)), timetable.report)
         if missing:
             set_aside = f" Damaged and set aside: {'; '.join(damaged[:10])}." if damaged else ""
             raise RequestError(
@@ -100,4 +109,4 @@ def assemble(folder: str | Path, *, overwrite: bool = False) -> tuple[Path, Fail
                 where=str(folder),
             )
         with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
-            return path, publish_from_journal(journal, path)
+            return path, publish_from_journal(journal, path, timetable, threads)

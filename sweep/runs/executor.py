@@ -42,9 +42,6 @@ def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
         items.close()
 
 
-#: Called with the number of cells that are computed and the number of all cells.
-Progress = Callable[[int, int], None]
-
 #: Called with a sentence for the user.
 Say = Callable[[str], None]
 
@@ -86,4 +83,4 @@ def local(threads: int | None) -> Executor:
 
 
 def no_op(*_: object) -> None:
-    """Ignore a call of `Progress` or `Say`."""
+    """Ignore a call of `Show` or `Say`."""

@@ -14,13 +14,13 @@ become 17 to 46.
 import contextlib
 import json
 import re
-import zlib
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from isal.isal_zlib import crc32
 
 from sweep.atomic import publish_bytes, rename_aside
 from sweep.engine.compute import measured_quantities
@@ -118,30 +118,30 @@ class Journal:
         `paths` are those of `held`. A DamagedBlockError says that there are none or several, or that the file is not
         what was written.
         """
-        content, cells = self._content(number, paths), len(self.spans[number])
-        try:
-            self._check_header(content, cells)
-            return decode(content, cells)
-        except (ValueError, TypeError, RecursionError) as problem:
-            raise DamagedBlockError(f"{paths[0].name} is not what a run writes: {problem}") from problem
+        return decode(self._checked(number, paths), len(self.spans[number]))
 
-    def verify(self, numbers: Iterable[int]) -> tuple[list[int], list[str]]:
+    def verify(
+        self, numbers: Iterable[int], seen: Callable[[int], None] = lambda _: None
+    ) -> tuple[list[int], list[str]]:
         """Read blocks, and set aside those that are damaged, and those with two different results.
 
-        Returns the numbers of the blocks that are not there or were set aside, and what is wrong with the latter.
+        `seen` is called with the number of cells that were looked at, after every block. Returns the numbers of the
+        blocks that are not there or were set aside, and what is wrong with the latter.
         """
-        missing, damaged = [], []
+        missing, damaged, cells = [], [], 0
         held = self.held()
         for number in numbers:
             paths = held.get(number, [])
             try:
-                self.read(number, paths)
+                self._checked(number, paths)
             except DamagedBlockError as problem:
                 missing.append(number)
                 if paths:
                     damaged.append(str(problem))
                 for path in paths:
                     rename_aside(path, DAMAGED)
+            cells += len(self.spans[number])
+            seen(cells)
         return missing, damaged
 
     def blocks(self) -> Generator[tuple[int, Columns], None, None]:
@@ -150,18 +150,23 @@ class Journal:
         for number in range(len(self.spans)):
             yield number, self.read(number, held.get(number, ()))
 
-    def _content(self, number: int, paths: Sequence[Path]) -> bytes:
+    def _checked(self, number: int, paths: Sequence[Path]) -> bytes:
+        """Return the content of the file of a block, which `decode` can read."""
         if len(paths) > 1:
             raise DamagedBlockError(f"block {number} was computed twice with different results")
         if not paths:
             raise DamagedBlockError(f"block {number} is not there")
-        path = paths[0]
+        path, cells = paths[0], len(self.spans[number])
         try:
-            content = read_regular(path, int(2.0 * journal_bytes(self.spec, len(self.spans[number]))))
+            content = read_regular(path, int(2.0 * journal_bytes(self.spec, cells)))
         except OSError as problem:
             raise DamagedBlockError(f"{path.name}: {problem}") from problem
         if path.stem.partition("-")[2] != self._checksum(number, content):
             raise DamagedBlockError(f"{path.name} does not fit its checksum")
+        try:
+            self._check_header(content, cells)
+        except (ValueError, TypeError, RecursionError) as problem:
+            raise DamagedBlockError(f"{path.name} is not what a run writes: {problem}") from problem
         return content
 
     def _check_header(self, content: bytes, cells: int) -> None:
@@ -188,7 +193,7 @@ class Journal:
     def _checksum(self, number: int, content: bytes) -> str:
         span = self.spans[number]
         place = f"{self.manifest.fingerprint} {number} {span.start} {span.stop}"
-        return f"{zlib.crc32(content, zlib.crc32(place.encode('ascii'))):08x}"
+        return f"{crc32(content, crc32(place.encode('ascii'))):08x}"
 
 
 def encode(columns: Columns, row: int) -> bytes:
@@ -205,9 +210,8 @@ def encode(columns: Columns, row: int) -> bytes:
     header = [
         (name, columns[name].dtype.str, column.dtype.str, column.size) for name, column in stored.items()
     ]
-    return b"".join(
-        [json.dumps(header).encode("ascii"), b"\n", *(each.tobytes() for each in stored.values())]
-    )
+    values = (np.ascontiguousarray(each).data for each in stored.values())
+    return b"".join([json.dumps(header).encode("ascii"), b"\n", *values])
 
 
 def decode(content: bytes, cells: int) -> Columns:

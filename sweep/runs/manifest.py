@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
+from sweep.atlas.cf_metadata import PACKAGES
 from sweep.atomic import publish_bytes
 from sweep.engine import machine
 from sweep.engine.compute import arithmetic_hash
@@ -29,7 +30,7 @@ FORMAT = 4
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
-_RECORDED = ("xarray", "netCDF4")
+_RECORDED = tuple(name for name in PACKAGES if name not in _ARITHMETIC)
 
 
 @dataclass(frozen=True)

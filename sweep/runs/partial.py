@@ -8,10 +8,13 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
-from sweep.engine.compute import Block, derive_block
+from sweep.engine.compute import Block, derive_block, usable_threads
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import published
+from sweep.runs.executor import no_op
 from sweep.runs.journal import DamagedBlockError, Journal
+from sweep.runs.progress import of_run
 from sweep.runs.run import attributes_of, write_atlas
 from sweep.runs.run_directory import check_same_run
 
@@ -55,7 +58,8 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
         "comment": f"Partial: {len(held)} of {len(journal.spans)} blocks; the other cells are not computed."
     }
     with published(path) as temporary:
-        write_atlas(temporary, spec, attributes, _filled_up(journal, held, done))
+        writer = AtlasWriter(temporary, spec, attributes, usable_threads(None))
+        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)), of_run(spec, 0, None, no_op))
     return sum(done), spec.size
 
 

@@ -4,28 +4,40 @@ import contextlib
 import itertools
 import json
 from collections.abc import Generator, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import global_attributes
-from sweep.atlas.dataset import boundaries
 from sweep.atlas.outlook import one_sided
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.errors import StoppedError, StorageError
-from sweep.files.netcdf import AtlasWriter
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.model.description import FAILED
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
-from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op, prefetch
+from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, local, no_op, prefetch
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import resolved
+from sweep.runs.progress import (
+    CHECKING,
+    COMPUTING,
+    READING,
+    SEARCHING,
+    WRITING,
+    Show,
+    Timetable,
+    of_part,
+    of_run,
+)
 
 #: How many failed cells are listed.
 _LISTED = 10
@@ -106,7 +118,7 @@ def run_to_file(
     block_cells: int | None = None,
     baseline: str | None = None,
     command: str = "sweep.run_to_file",
-    progress: Progress = no_op,
+    progress: Show = no_op,
     say: Say = no_op,
     stopping: Stopping = lambda: False,
     executor: Executor | None = None,
@@ -131,7 +143,7 @@ def run_to_file(
     command : str
         What the user ran, for the history.
     progress : callable, optional
-        Called with (cells done, cells in all) after every block.
+        Called with a `sweep.runs.progress.Status` after every block, and when another stage begins.
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
@@ -161,7 +173,7 @@ def run_to_file(
             run_directory.remove(folder)
             return Failures.in_file(path, spec)
         check_target(path, overwrite)
-        usable_threads(threads)
+        used = usable_threads(threads)
         check_device(spec)
         journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
         missing = _missing_blocks(journal, say, progress)
@@ -174,71 +186,89 @@ def run_to_file(
         estimate.check_room(path, bytes_to_write())
         for warning in one_sided(spec):
             say(f"warning: {warning}")
+        # all blocks come in order from this process: they are written to the file while the next are computed
+        at_once = executor is None and len(missing) == len(journal.spans)
+        timetable = of_run(spec, journal.cells(missing), None if at_once else used, progress)
         computed = (executor or local(threads))(journal, missing, stopping)
-        finished = _report_or_raise_stopped(journal, computed, missing, progress)
+        finished = _report_or_raise_stopped(journal, computed, missing, timetable)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
-            if executor is None and len(missing) == len(journal.spans):
-                # all blocks come in order from this process: they are written to the file while the next are computed
+            if at_once:
                 measured = ((number, columns) for number, columns in finished if columns is not None)
-                return _write_and_publish(journal, path, measured, threads, stopping)
+                return _write_and_publish(journal, path, measured, timetable, threads, stopping)
             # All blocks are computed before the file is written: a run that is killed again and again still makes
             # progress.
             for _ in finished:
                 pass
-            return publish_from_journal(journal, path, threads, stopping)
+            return publish_from_journal(journal, path, timetable, threads, stopping)
 
 
-def _missing_blocks(journal: Journal, say: Say, progress: Progress) -> list[int]:
+def _missing_blocks(journal: Journal, say: Say, progress: Show) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
     blocks = len(journal.spans)
-    missing, damaged = journal.verify(range(blocks))
+    if not journal.held():
+        return list(range(blocks))
+    timetable = of_part(journal.spec.size, progress)
+    timetable.begin(READING)
+    missing, damaged = journal.verify(range(blocks), timetable.report)
     for each in damaged:
         say(f"damaged, set aside and computed again: {each}")
-    if damaged or len(missing) < blocks:
-        say(f"going on: {blocks - len(missing)} of {blocks} blocks are there, {len(missing)} to compute")
-    if len(missing) < blocks:
-        progress(journal.spec.size - journal.cells(missing), journal.spec.size)
+    say(f"going on: {blocks - len(missing)} of {blocks} blocks are there, {len(missing)} to compute")
     return missing
 
 
 def _report_or_raise_stopped(
-    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], progress: Progress
+    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], timetable: Timetable
 ) -> Generator[FinishedBlock, None, None]:
     """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one."""
-    size, left = journal.spec.size, set(missing)
+    left, done = set(missing), journal.spec.size - journal.cells(missing)
+    if left:
+        timetable.begin(COMPUTING, done)
     for number, measured in computed:
         left.discard(number)
-        progress(size - journal.cells(left), size)
+        done += len(journal.spans[number])
+        timetable.report(done)
         yield number, measured
     if left:
         raise StoppedError(journal.kept())
 
 
 def publish_from_journal(
-    journal: Journal, path: Path, threads: int | None = None, stopping: Stopping = lambda: False
+    journal: Journal,
+    path: Path,
+    timetable: Timetable,
+    threads: int | None = None,
+    stopping: Stopping = lambda: False,
 ) -> Failures:
     """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder."""
+
+    def taken(blocks: Iterator[tuple[int, Columns]]) -> Iterator[tuple[int, Columns]]:
+        timetable.begin(WRITING)
+        for number, columns in itertools.takewhile(lambda _: not stopping(), blocks):
+            timetable.report(journal.spans[number].stop)
+            yield number, columns
+
     with prefetch(journal.blocks()) as blocks:
-        measured = itertools.takewhile(lambda _: not stopping(), blocks)
-        return _write_and_publish(journal, path, measured, threads, stopping)
+        return _write_and_publish(journal, path, taken(blocks), timetable, threads, stopping)
 
 
 def _write_and_publish(
     journal: Journal,
     path: Path,
     measured: Iterable[tuple[int, Columns]],
+    timetable: Timetable,
     threads: int | None,
     stopping: Stopping,
 ) -> Failures:
     """Write the file of a run from its measured blocks in C order, publish it, and remove the run's folder."""
-    unfinished = run_directory.create_unfinished(journal.folder)
+    unfinished, spec = run_directory.create_unfinished(journal.folder), journal.spec
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
     try:
-        blocks = _derive_or_raise_stopped(journal, measured, stopping)
-        failures = write_atlas(unfinished, journal.spec, attributes_of(journal.manifest), blocks)
-        run_directory.publish_file(journal.folder, path, journal.spec)
+        blocks = _spanned_or_raise_stopped(journal, measured, stopping)
+        writer = AtlasWriter(unfinished, spec, attributes_of(journal.manifest), usable_threads(threads))
+        failures = write_atlas(writer, writer.write_cells(blocks, partial(derive_block, spec)), timetable)
+        run_directory.publish_file(journal.folder, path, spec)
     except DamagedBlockError as problem:
         raise StorageError(
             f"A block was damaged after it had been verified: {problem}.",
@@ -251,35 +281,32 @@ def _write_and_publish(
     return failures
 
 
-def _derive_or_raise_stopped(
+def _spanned_or_raise_stopped(
     journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
 ) -> Generator[Block, None, None]:
-    """Yield blocks with all columns of the atlas, and raise StoppedError at their end if the run is to stop."""
+    """Yield measured blocks with their cells, and raise StoppedError at their end if the run is to stop."""
     for number, columns in measured:
         # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written
         if not stopping():
-            span = journal.spans[number]
-            yield Block(span, derive_block(journal.spec, span, columns))
+            yield Block(journal.spans[number], columns)
     if stopping():
         raise StoppedError(journal.kept())
 
 
-def write_atlas(path: Path, spec: SweepSpec, attributes: dict[str, Any], blocks: Iterable[Block]) -> Failures:
-    """Write the cells of an atlas from blocks in C order, find its boundary, and write that too.
+def write_atlas(writer: AtlasWriter, cells: Iterable[Block], timetable: Timetable) -> Failures:
+    """Take the cells of an atlas from `AtlasWriter.write_cells`, find its boundary, write it, and check the file.
 
-    `path` is a temporary name. Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
+    Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
     """
-    stability, failures = np.zeros(spec.size, np.int8), Failures(spec)
-
-    def noted() -> Iterator[Block]:
-        for block in blocks:
-            stability[block.span.start : block.span.stop] = block.columns["stability"]
-            failures.count(block.span.start, block.columns["ending"])
-            yield block
-
-    with AtlasWriter(path, spec, attributes) as writer:
-        writer.write_cells(noted())
-        writer.write_boundary(boundaries(spec, stability.reshape(spec.shape)))
+    spec = writer.spec
+    search, failures = BoundarySearch(spec), Failures(spec)
+    for block in cells:
+        search.add(block.span.start, block.columns["stability"])
+        failures.count(block.span.start, block.columns["ending"])
+    timetable.begin(SEARCHING)
+    writer.write_boundary(search.variables())
+    timetable.begin(CHECKING)
+    writer.check(timetable.report)
     return failures
 
 

@@ -1,11 +1,13 @@
 """Progress on a terminal and in a log; signals: what is computed is kept, and the message says how to continue."""
 
+import contextlib
 import io
 import os
 import shlex
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,6 +16,7 @@ import pytest
 from sweep.cli import main
 from sweep.commands import terminal
 from sweep.runs import executor
+from sweep.runs.progress import Status
 
 CHECKOUT = Path(__file__).parents[2]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]
@@ -30,66 +33,128 @@ class Terminal(io.StringIO):
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a clock that stands still until it is set."""
-    clock = [1000.0]
+    """Return a clock that stands still until it is set, and shows 2026-01-02 03:04:05 UTC plus its seconds."""
+    clock = [0.0]
     monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(terminal.time, "time", lambda: 1767323045.0 + clock[0])
     return clock
 
 
-def test_a_log_gets_a_line_now_and_then(clock):
-    """In a log, at most every ten seconds, one line says how far the run is and how long it will take.
+@pytest.fixture
+def ticks(monkeypatch):
+    """Let a log write its next line when the test says so, instead of every few seconds."""
 
-    The pace is that since the first report, here at 1 s: 240 cells in 19.5 s leave 60.9 s for the other 750.
+    class Ticks:
+        def __init__(self):
+            self.waiting, self.done, self.ended = threading.Semaphore(0), threading.Semaphore(0), False
+
+        def wait(self, interval):
+            assert interval == 5.0
+            self.done.release()
+            self.waiting.acquire()
+            return self.ended
+
+        def set(self):
+            self.ended = True
+            self.waiting.release()
+
+        def line(self):
+            self.done.acquire()
+            self.waiting.release()
+            self.done.acquire()
+            self.done.release()
+
+    ticks = Ticks()
+    monkeypatch.setattr(terminal, "Event", lambda: ticks)
+    return ticks
+
+
+def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
+    """Each line says when it was written, what is being done, how far it is, and how long all will take from then on.
+
+    Between two reports the time to go becomes shorter, but as long as there is something to do it is not "0 s".
     """
     stream = io.StringIO()
-    with terminal.reporting(stream) as report:
-        for second, done in [(1, 10), (9.9, 99), (10, 100), (12, 120), (19.9, 190), (20.5, 250), (40, 1000)]:
-            clock[0] = 1000.0 + second
-            report(done, 1000)
+    with terminal.showing(stream) as show:
+        ticks.line()
+        show(Status("computing", 0, 1000, None))
+        ticks.line()
+        show(Status("computing", 250, 1000, 61.2))
+        clock[0] = 5.0
+        ticks.line()
+        clock[0] = 90.0
+        ticks.line()
+        show(Status("searching the boundary", 0, 0, 0.2))
+        ticks.line()
+        show(Status("checking", 1000, 1000, 0.0))
+        ticks.line()
     assert stream.getvalue().splitlines() == [
-        "eulerdisk: 100 of 1000 cells (10 %), 90 s to go",
-        "eulerdisk: 250 of 1000 cells (25 %), 61 s to go",
-        "eulerdisk: 1000 of 1000 cells (100 %), 0 s to go",
+        "eulerdisk: 2026-01-02T03:04:05Z preparing",
+        "eulerdisk: 2026-01-02T03:04:05Z computing 0 of 1000 cells (0 %)",
+        "eulerdisk: 2026-01-02T03:04:10Z computing 250 of 1000 cells (25 %), 56 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z computing 250 of 1000 cells (25 %), 1 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z searching the boundary, 1 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z checking 1000 of 1000 cells (100 %)",
     ]
 
 
-def test_blocks_of_an_earlier_run_do_not_count_as_pace(clock):
-    """A run that goes on from 900 of 1000 cells, and needs 10 s for 10 more, has 90 s to go, not 1."""
-    stream = io.StringIO()
-    with terminal.reporting(stream) as report:
-        report(900, 1000)
-        clock[0] += 10.0
-        report(910, 1000)
-    assert stream.getvalue() == "eulerdisk: 910 of 1000 cells (91 %), 90 s to go\n"
-
-
-def test_a_short_run_leaves_a_log_alone(clock):
-    """A run of less than ten seconds says nothing on the way."""
-    stream = io.StringIO()
-    with terminal.reporting(stream) as report:
-        clock[0] += 9.0
-        report(1000, 1000)
+def test_a_short_run_leaves_a_log_alone():
+    """A run of less than five seconds says nothing on the way, and does not wait for them."""
+    stream, began = io.StringIO(), time.monotonic()
+    with terminal.showing(stream) as show:
+        show(Status("computing", 1000, 1000, 1.0))
+    assert time.monotonic() - began < 4.0
     assert stream.getvalue() == ""
 
 
-def test_each_line_of_a_log_is_there_at_once(clock):
+def test_each_line_of_a_log_is_there_at_once(clock, ticks):
     """A line is flushed when it is written: whoever follows the log sees it."""
     flushed = []
     stream = io.StringIO()
     stream.flush = lambda: flushed.append(stream.getvalue())
-    with terminal.reporting(stream) as report:
-        clock[0] += 10.0
-        report(1, 2)
+    with terminal.showing(stream) as show:
+        show(Status("computing", 1, 2, 10.0))
+        ticks.line()
         assert flushed[-1].endswith("10 s to go\n")
 
 
-def test_standard_error_is_the_usual_stream(capsys, clock):
+def test_standard_error_is_the_usual_stream(capsys, clock, ticks):
     """Without a stream it is standard error: results on standard output stay clean."""
-    with terminal.reporting() as report:
-        clock[0] += 10.0
+    with terminal.reporting(what="frames") as report:
+        report(0, 10)
+        clock[0] = 10.0
         report(5, 10)
+        ticks.line()
     out, err = capsys.readouterr()
-    assert (out, err) == ("", "eulerdisk: 5 of 10 cells (50 %), 10 s to go\n")
+    assert (out, err) == ("", "eulerdisk: 2026-01-02T03:04:15Z computing 5 of 10 frames (50 %), 10 s to go\n")
+
+
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()], ids=["log", "terminal"])
+def test_quiet_is_quiet(ticks, stream):
+    """Whoever asks for no progress gets none, in a log and on a terminal."""
+    with terminal.showing(stream, quiet=True) as show, terminal.reporting(stream, quiet=True) as report:
+        show(Status("computing", 1, 2, 10.0))
+        report(1, 2)
+    assert stream.getvalue() == ""
+
+
+@pytest.mark.parametrize("line", ["run {} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"])
+def test_commands_can_be_quiet(command, monkeypatch, line):
+    """Each command with progress has the option."""
+    asked = []
+
+    @contextlib.contextmanager
+    def showing(quiet):
+        asked.append(quiet)
+        yield lambda _: None
+
+    words = SMALL.removeprefix("run ").removesuffix(" -o a.nc")
+    assert command(f"prepare {words} -o a.nc")[0] == 0
+    if line.startswith("assemble"):
+        assert command("block --run a.nc.run --part 1/1")[0] == 0
+    monkeypatch.setattr("sweep.commands.run.showing", showing)
+    assert command(line.format(words) + " --quiet")[0] == 0
+    assert asked == [True]
 
 
 def test_a_terminal_gets_a_bar(monkeypatch):
@@ -97,13 +162,14 @@ def test_a_terminal_gets_a_bar(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR")
     stream = Terminal()
-    with terminal.reporting(stream) as report:
+    with terminal.showing(stream) as show:
         assert "preparing" in stream.getvalue()
-        report(25, 100)
-        report(100, 100)
-    assert "cells" in stream.getvalue()
-    assert "100%" in stream.getvalue()
-    assert "0 s to go" in stream.getvalue()
+        show(Status("computing", 25, 100, 42.0))
+        time.sleep(0.5)
+        show(Status("checking", 100, 100, 0.0))
+    for words in ("computing", "25%", "42 s to go", "checking", "100%"):
+        assert words in stream.getvalue()
+    assert " 0 s to go" not in stream.getvalue()
 
 
 def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
@@ -119,18 +185,6 @@ def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         break_off()
     assert stream.getvalue().rindex("\x1b[?25h") > stream.getvalue().rindex("\x1b[?25l")
-
-
-@pytest.mark.parametrize(
-    ("elapsed", "done", "to_go"), [(10, 100, "90 s"), (10, 500, "10 s"), (17, 1000, "0 s")]
-)
-def test_the_rest_takes_as_long_as_what_is_done(clock, elapsed, done, to_go):
-    """The time to go is that of the cells done, per cell, times the cells to go."""
-    stream = io.StringIO()
-    with terminal.reporting(stream) as report:
-        clock[0] += elapsed
-        report(done, 1000)
-    assert stream.getvalue().endswith(f", {to_go} to go\n")
 
 
 def started(words, folder):

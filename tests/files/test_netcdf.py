@@ -1,21 +1,17 @@
-from itertools import pairwise
-
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
 
 import sweep
-from sweep.engine.compute import Block
-from sweep.engine.grid import Span, chunk_shape
+from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
-from sweep.files.netcdf import regroup, save
+from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec
+from sweep.runs.progress import COMPUTING
 from sweep.runs.run import run_to_file
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
@@ -135,8 +131,13 @@ def test_a_grid_of_many_chunks(path, monkeypatch):
 def test_progress_counts_every_block(path):
     """After each block, the last one included, the caller hears how many cells are done and how many there are."""
     heard = []
-    run_to_file(SPECS["rolling"], path, block_cells=900, progress=lambda *cells: heard.append(cells))
-    assert heard == [(900, 2000), (1800, 2000), (2000, 2000)]
+    run_to_file(SPECS["rolling"], path, block_cells=900, progress=heard.append)
+    assert [(each.done, each.size) for each in heard if each.stage == COMPUTING] == [
+        (0, 2000),
+        (900, 2000),
+        (1800, 2000),
+        (2000, 2000),
+    ]
 
 
 def test_the_history_says_what_was_run(path):
@@ -144,41 +145,6 @@ def test_the_history_says_what_was_run(path):
     run_to_file(SPECS["cell"], path, command="eulerdisk run Münze.toml")
     with open_atlas(path) as read:
         assert read.attrs["history"] == "2023-11-14T22:13:20Z eulerdisk run M\\xfcnze.toml"
-
-
-CUTS = st.lists(st.integers(1, 12), min_size=1, max_size=12)
-
-
-@given(st.data())
-def test_regroup_regroups_and_loses_nothing(data):
-    """Columns regrouped by any other cuts of the same cells are these cells, each once, in order."""
-    blocks, spans = [], []
-    counts = data.draw(CUTS)
-    ends = np.cumsum(counts)
-    values = np.arange(ends[-1])
-    for start, stop in zip([0, *ends[:-1]], ends, strict=True):
-        blocks.append(Block(Span(start, stop), {"a": values[start:stop], "b": -values[start:stop]}))
-    inner = data.draw(st.sets(st.integers(1, int(ends[-1]))))
-    edges = sorted({0, int(ends[-1]), *inner})
-    spans = [Span(start, stop) for start, stop in pairwise(edges)]
-    for span, columns in zip(spans, regroup(blocks, spans), strict=True):
-        np.testing.assert_array_equal(columns["a"], values[span.start : span.stop])
-        np.testing.assert_array_equal(columns["b"], -values[span.start : span.stop])
-
-
-def test_regroup_asks_for_a_block_only_when_it_needs_it():
-    """No more blocks are held than one span touches: memory stays bounded."""
-    asked = []
-
-    def blocks():
-        for start in range(0, 100, 10):
-            asked.append(start)
-            yield Block(Span(start, start + 10), {"a": np.arange(start, start + 10)})
-
-    spans = regroup(blocks(), [Span(start, start + 5) for start in range(0, 100, 5)])
-    for _ in range(3):
-        next(spans)
-    assert asked == [0, 10]
 
 
 def test_a_selection_of_a_file_can_be_saved(tmp_path):

@@ -20,6 +20,15 @@ def test_no_right_is_not_no_room(tmp_path):
     assert "Free some" not in str(caught.value)
 
 
+def test_an_error_without_a_number_is_probed(tmp_path, monkeypatch):
+    """HDF5 may not say why it could not write: then the system is asked whether there is room."""
+    monkeypatch.setattr(
+        "sweep.files.publish._probe", lambda folder, size: errno.ENOSPC if size == 5000 else 0
+    )
+    with pytest.raises(StorageError, match="There is no room left"), refusals(tmp_path / "a", lambda: 5000.0):
+        raise OSError("HDF5: unable to extend file")
+
+
 def test_other_errors_of_the_program_pass():
     """A defect keeps its own exception: only errors of the file system and of netCDF are told as such."""
     with pytest.raises(RuntimeError, match="a defect"), refusals(None):

@@ -16,7 +16,7 @@ import pytest
 
 from sweep.engine import machine
 from sweep.errors import StoppedError
-from sweep.files.netcdf import AtlasWriter
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, executor
@@ -280,13 +280,13 @@ def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
 def test_a_file_that_does_not_hold_what_was_written(command, tmp_path, monkeypatch):
     """If reading the file again finds another value, it does not get its name; the blocks are kept."""
 
-    def spoilt(writer):
+    def spoilt(writer, seen):
         with netCDF4.Dataset(writer._path, "a") as file:
             file["tilt_max"][0, 0] = 1.0
-        check(writer)
+        check(writer, seen)
 
-    check = AtlasWriter._check_sums
-    monkeypatch.setattr(AtlasWriter, "_check_sums", spoilt)
+    check = AtlasWriter.check
+    monkeypatch.setattr(AtlasWriter, "check", spoilt)
     status, _, err = command(f"run {WORDS} -o a.nc")
     assert status == 3
     assert "does not hold what was written: tilt_max;" in err

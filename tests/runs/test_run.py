@@ -3,20 +3,25 @@
 import errno
 import json
 import os
+import tracemalloc
 from collections import namedtuple
+from functools import partial
 
 import netCDF4
 import pytest
 
 from kernels.native import workers
-from sweep.engine import estimate
-from sweep.engine.compute import usable_threads
+from sweep.engine import compute, estimate, grid
+from sweep.engine.compute import Block, usable_threads
+from sweep.engine.grid import Span
 from sweep.errors import RequestError, StoppedError, StorageError
 from sweep.files import paths, publish
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor, run
+from sweep.runs.progress import COMPUTING, of_run
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -116,7 +121,8 @@ def test_the_final_name_appears_last(path):
     """While blocks are computed the final name does not exist, and afterwards nothing else does."""
     seen = []
     run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
-    assert seen == [False] * 4
+    assert seen == [False] * len(seen)
+    assert len(seen) >= 4
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -176,9 +182,10 @@ def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
     spec = SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log")
     taken = []
 
-    def measure(done, _):
+    def measure(status):
         files = path.parent.glob("atlas.nc.run/blocks/*.block")
-        taken.append((done, sum(each.stat().st_size for each in files)))
+        if status.stage == COMPUTING and status.done:
+            taken.append((status.done, sum(each.stat().st_size for each in files)))
 
     run_to_file(spec, path, block_cells=5000, progress=measure)
     for done, size in taken:
@@ -246,7 +253,7 @@ def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
     )
     spec = SweepSpec(tilt="1deg:9deg:12", precession_rate="-1:1:3", roll_rate="steady")
     failures = run_to_file(spec, path, block_cells=5)
-    assert opened == [("w",), ()]
+    assert opened == [("w",), ("a",), ("r",)]
     assert failures.total == 12
     assert failures.describe() == run.Failures.in_file(path, spec).describe()
     assert len(failures.describe()) == 12, "a line for all, ten cells and dots"
@@ -267,12 +274,32 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     """The boundary is searched with as many threads as the blocks are computed with."""
     used = []
 
-    def searched(spec, stability):
+    def searched(search):
         used.append(workers.used())
-        return boundaries(spec, stability)
+        return variables(search)
 
-    boundaries = run.boundaries
-    monkeypatch.setattr(run, "boundaries", searched)
+    variables = run.BoundarySearch.variables
+    monkeypatch.setattr(run.BoundarySearch, "variables", searched)
     for threads in (1, None):
         run_to_file(SPEC, path, overwrite=True, threads=threads)
     assert used == [1, usable_threads(None)]
+
+
+def test_no_array_of_the_whole_grid_is_held(path):
+    """From measured cells to the checked file, 7 million more cells take less than 7 million bytes more."""
+
+    def peak(rows):
+        spec = SweepSpec(roll_rate=f"2:4:{rows}", tilt="1deg:5deg:1000", duration=0.05)
+        few = compute.measure_block(spec, Span(0, 50_000))
+        blocks = (Block(span, few) for span in grid.blocks(spec.size, 50_000))
+        tracemalloc.start()
+        writer = AtlasWriter(path, spec, {})
+        cells = writer.write_cells(blocks, partial(compute.derive_block, spec))
+        run.write_atlas(writer, cells, of_run(spec, 0, None, executor.no_op))
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return most
+
+    # up to 4.5e6 of these: how many chunks are in the making at a time is left to the threads
+    small = peak(800)
+    assert peak(8000) < small + 6e6

@@ -2,7 +2,7 @@
 
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +17,12 @@ from sweep.figures.drawing import styled
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME
-from sweep.runs.executor import Progress
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Called with the number of frames that are drawn, and of all frames.
+Progress = Callable[[int, int], None]
 
 #: File name extension -> frames per second. A gif counts time in hundredths of a second, and its frames are large.
 _RATES = {"mp4": 25, "gif": 20}

@@ -1,0 +1,248 @@
+"""The netCDF file of an atlas, written from blocks of cells: netCDF declares it, its chunks are filtered in threads.
+
+netCDF writes the small variables and declares those of the cells. Their chunks are filtered in several threads
+(`sweep.files.chunk_filter`), and h5py, which can store what is filtered already, puts them into the same file. The two
+libraries bring an HDF5 each, so the file is never open in both.
+"""
+
+import contextlib
+import errno
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from isal.isal_zlib import crc32
+
+from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations, coordinates
+from sweep.engine.compute import Block
+from sweep.engine.grid import Span, chunk_shape, chunks
+from sweep.files.chunk_filter import packed
+from sweep.files.raw_chunks import RawChunks
+from sweep.model.description import Columns
+from sweep.request.spec import SweepSpec
+
+T = TypeVar("T")
+S = TypeVar("S")
+
+#: Returns all variables of the cells of a span from the columns that there are of them.
+Completion = Callable[[Span, Columns], Columns]
+
+#: Threads that filter, at most: one thread writes as much as about so many filter.
+_MOST_THREADS = 16
+
+#: Chunks that wait to be written beside those that are being filtered, 5 MB each.
+_WAITING = 2
+
+
+class _Chunk(NamedTuple):
+    """A chunk of the cells' variables: its cells, its place in the grid, and its stored form for each variable."""
+
+    block: Block
+    slices: tuple[slice, ...]
+    contents: list[bytes]
+
+
+class AtlasWriter:
+    """The netCDF file of an atlas while it is written: cells first, then the boundary, and a check at the end.
+
+    All methods have to be called in one thread, since neither netCDF nor HDF5 may be called in two.
+
+    Parameters
+    ----------
+    path : Path
+        A temporary name: until `check` has returned, the file is not complete.
+    spec : SweepSpec
+    attributes : mapping
+        The global attributes.
+    threads : int
+        Threads that filter chunks, beside the one that writes them.
+
+    Raises
+    ------
+    OSError, RuntimeError
+        From every method: if the file system or netCDF refuses, or the file does not hold what was written.
+    """
+
+    def __init__(self, path: Path, spec: SweepSpec, attributes: Mapping[str, Any], threads: int = 1) -> None:
+        # absolute, because netCDF-C leaves out blanks at the begin of a name
+        self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
+        self._cells, self._chunk = cell_declarations(spec), chunk_shape(spec.shape)
+        # checksums of what was written: the stored chunks of a variable, values at its ends, and small variables
+        self._stored = dict.fromkeys((each.name for each in self._cells if spec.axes), 0)
+        self._values = list[tuple[str, tuple[slice, ...], int]]()
+        with self._opened("w") as file:
+            file.setncatts(dict(attributes))
+            for name, count in zip(spec.axes, spec.shape, strict=True):
+                file.createDimension(name, count)
+            for coordinate, values in coordinates(spec):
+                self._write_whole(file, coordinate, values)
+            if spec.axes:
+                for each in self._cells:
+                    _declare(file, each, self._chunk)
+
+    def write_cells(
+        self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
+    ) -> Iterator[Block]:
+        """Write the variables with one value per cell chunk by chunk; yield the cells of each chunk that is written.
+
+        The order of the chunks depends on the grid alone, and so do the bytes of the file.
+
+        Parameters
+        ----------
+        blocks : iterable of Block
+            All cells in C order.
+        complete : callable
+            Makes all variables of a chunk of what the blocks hold; called in several threads at once. If not given, the
+            blocks hold all variables.
+        """
+        if not self.spec.axes:
+            yield self._write_only_cell(blocks, complete)
+            return
+
+        def filtered(slices: tuple[slice, ...], block: Block) -> _Chunk:
+            columns, cells = complete(block.span, block.columns), math.prod(self._chunk)
+            contents = [packed(_filled(each, columns[each.name]), cells) for each in self._cells]
+            return _Chunk(Block(block.span, columns), slices, contents)
+
+        # not lists: 1e10 cells have 150,000 chunks
+        places = (slices for _, slices in chunks(self.spec.shape))
+        spans = (span for span, _ in chunks(self.spec.shape))
+        jobs = zip(places, regroup(blocks, spans), strict=True)
+        with RawChunks(self._path, "r+") as file, _in_order(filtered, jobs, self._threads) as filtered_chunks:
+            for chunk in filtered_chunks:
+                self._write_chunk(file, chunk)
+                yield chunk.block
+
+    def write_boundary(self, variables: Iterable[tuple[Declaration, npt.NDArray[Any]]]) -> None:
+        """Write the variables of the boundary, with the dimensions that only they have."""
+        with self._opened("a") as file:
+            for declared, values in variables:
+                for name, count in zip(declared.dims, values.shape, strict=True):
+                    if name not in file.dimensions:
+                        file.createDimension(name, count)
+                self._write_whole(file, declared, values)
+                # the next ones are made only now, and these may be large
+                del values
+
+    def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
+        """Read the file again; an OSError says that it does not hold what was written.
+
+        All chunks are read as they are stored; each one has been inflated before it was written. The first and the last
+        chunk and the small variables are read by netCDF through its filters, as readers will. `seen` is called with the
+        number of cells that have been looked at.
+        """
+        wrong, cells = list[str](), 0
+        with RawChunks(self._path, "r") as raw:
+            for name, checksum in self._stored.items():
+                found = 0
+                for (span, _), content in zip(chunks(self.spec.shape), raw.stored(name), strict=False):
+                    seen(cells // len(self._stored))
+                    found = crc32(content, found)
+                    cells += len(span)
+                if found != checksum:
+                    wrong.append(name)
+        with self._opened("r") as file:
+            file.set_auto_maskandscale(False)
+            for name, slices, checksum in self._values:
+                if crc32(np.asarray(file[name][slices], order="C")) != checksum:
+                    wrong.append(name)
+        if wrong:
+            raise OSError(
+                errno.EIO, f"the file does not hold what was written: {', '.join(dict.fromkeys(wrong))}"
+            )
+
+    def _opened(self, mode: Literal["w", "a", "r"]) -> Any:
+        # not at the top: a request that is refused before any file is opened need not wait for this import
+        import netCDF4
+
+        return netCDF4.Dataset(self._path, mode, format="NETCDF4_CLASSIC")
+
+    def _write_only_cell(self, blocks: Iterable[Block], complete: Completion) -> Block:
+        """Write the cell of a grid without axes: netCDF stores single numbers as they are."""
+        (given,) = blocks
+        block = Block(given.span, complete(given.span, given.columns))
+        with self._opened("a") as file:
+            for each in self._cells:
+                self._write_whole(file, each, block.columns[each.name].reshape(()))
+        return block
+
+    def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
+        filled = np.asarray(_filled(declared, values), declared.dtype, order="C")
+        _declare(file, declared)[...] = filled
+        self._values.append((declared.name, (slice(None),) * values.ndim, crc32(filled)))
+
+    def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
+        span, columns = chunk.block.span, chunk.block.columns
+        offset = tuple(part.start for part in chunk.slices)
+        for each, content in zip(self._cells, chunk.contents, strict=True):
+            file.write(each.name, offset, content)
+            self._stored[each.name] = crc32(content, self._stored[each.name])
+            if span.start == 0 or span.stop == self.spec.size:
+                self._values.append((each.name, chunk.slices, crc32(_filled(each, columns[each.name]))))
+
+
+def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] = ()) -> Any:
+    packed: dict[str, Any] = {}
+    if chunk:
+        packed = {"zlib": True, "complevel": COMPRESSION, "shuffle": True, "chunksizes": chunk}
+    variable = file.createVariable(
+        declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
+    )
+    variable.set_auto_maskandscale(False)
+    variable.setncatts(declared.attributes)
+    return variable
+
+
+def _filled(declared: Declaration, values: Any) -> Any:
+    if declared.fill is None:
+        return values
+    missing = np.isnan(values)
+    return np.where(missing, declared.fill, values) if missing.any() else values
+
+
+@contextlib.contextmanager
+def _in_order(
+    function: Callable[[S, T], _Chunk], jobs: Iterable[tuple[S, T]], threads: int
+) -> Iterator[Iterator[_Chunk]]:
+    """Give what a function returns for each job, computed in threads, in the order of the jobs.
+
+    Few more jobs are taken than there are threads: memory stays bounded.
+    """
+    pool = ThreadPoolExecutor(threads)
+
+    def results() -> Iterator[_Chunk]:
+        waiting = deque[Future[_Chunk]]()
+        for job in jobs:
+            waiting.append(pool.submit(function, *job))
+            while waiting and (waiting[0].done() or len(waiting) >= threads + _WAITING):
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+    try:
+        yield results()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def regroup(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Block]:
+    """Yield consecutive spans of cells, cut from consecutive blocks of the same cells."""
+    stream, held = iter(blocks), list[Block]()
+    for span in spans:
+        while not held or held[-1].span.stop < span.stop:
+            held.append(next(stream))
+        cuts = [slice(max(0, span.start - each.span.start), span.stop - each.span.start) for each in held]
+        parts = {
+            name: [each.columns[name][cut] for each, cut in zip(held, cuts, strict=True)]
+            for name in held[0].columns
+        }
+        # most spans lie in one block: its columns are not copied
+        yield Block(
+            span, {name: part[0] if len(part) == 1 else np.concatenate(part) for name, part in parts.items()}
+        )
+        held = [each for each in held if each.span.stop > span.stop]

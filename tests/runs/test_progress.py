@@ -1,0 +1,133 @@
+"""How far a run is and how long it will take: all that is still to be done counts, by a clock that stands still."""
+
+import itertools
+
+import pytest
+
+from sweep.engine.compute import measure_block
+from sweep.request.spec import SweepSpec
+from sweep.runs import array_jobs, executor, progress
+from sweep.runs.progress import CHECKING, COMPUTING, READING, SEARCHING, WRITING, Stage, Status, Timetable
+from sweep.runs.run import run_to_file
+
+SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
+
+
+class Clock:
+    """A clock that stands still until it is set."""
+
+    now = 100.0
+
+    def __call__(self):
+        """Return the time."""
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    """Return a clock."""
+    return Clock()
+
+
+@pytest.fixture
+def heard():
+    """Return what was shown."""
+    return []
+
+
+def test_the_time_to_go_counts_all_that_is_to_be_done(clock, heard):
+    """40 of 100 cells in 8 s leave 12 s for the others, 20 s for bisecting 100 more, and 5 s for the check."""
+    stages = [Stage("a", 100), Stage("b", 100), Stage("c", 1000, 0.005)]
+    timetable = Timetable(stages, heard.append, clock)
+    timetable.begin("a")
+    clock.now += 8.0
+    timetable.report(40)
+    clock.now += 12.0
+    timetable.report(100)
+    timetable.begin("b")
+    timetable.begin("c")
+    clock.now += 1.0
+    timetable.report(100)
+    timetable.report(1000)
+    assert heard == [
+        Status("a", 0, 100, None),
+        Status("a", 40, 100, pytest.approx(12.0 + 20.0 + 5.0)),
+        Status("a", 100, 100, pytest.approx(20.0 + 5.0)),
+        Status("b", 0, 100, pytest.approx(20.0 + 5.0)),
+        Status("c", 0, 1000, pytest.approx(5.0)),
+        # what was measured counts, not what was expected
+        Status("c", 100, 1000, pytest.approx(9.0)),
+        Status("c", 1000, 1000, 0.0),
+    ]
+
+
+def test_cells_of_an_earlier_run_do_not_count_as_pace(clock, heard):
+    """A run that goes on from 900 of 1000 cells, and needs 10 s for 10 more, has 90 s to go, not 1."""
+    timetable = Timetable([Stage("a", 1000)], heard.append, clock)
+    timetable.begin("a", 900)
+    clock.now += 10.0
+    timetable.report(910)
+    assert heard == [Status("a", 900, 1000, None), Status("a", 910, 1000, pytest.approx(90.0))]
+
+
+def names(heard):
+    """Return the stages in the order in which they came."""
+    return [name for name, _ in itertools.groupby(each.stage for each in heard)]
+
+
+def test_no_stage_of_a_run_is_left_out(tmp_path, monkeypatch):
+    """Fresh, gone on with, and assembled: every stage is told, the last cell of each one, and 0 s only at the end."""
+
+    def breaking(spec, span):
+        if span.start == 10:
+            raise KeyboardInterrupt
+        return measure_block(spec, span)
+
+    fresh, again, part, assembled = [], [], [], []
+    run_to_file(SPEC, tmp_path / "a.nc", block_cells=5, progress=fresh.append)
+    assert names(fresh) == [COMPUTING, SEARCHING, CHECKING]
+    with monkeypatch.context() as patch:
+        patch.setattr(executor, "measure_block", breaking)
+        with pytest.raises(KeyboardInterrupt):
+            run_to_file(SPEC, tmp_path / "b.nc", block_cells=5)
+    run_to_file(SPEC, tmp_path / "b.nc", progress=again.append)
+    assert names(again) == [READING, COMPUTING, WRITING, SEARCHING, CHECKING]
+    assert [each.done for each in again if each.stage == COMPUTING] == [10, 15, 20]
+    elsewhere = []
+    run_to_file(SPEC, tmp_path / "d.nc", executor=executor.local(None), progress=elsewhere.append)
+    assert names(elsewhere) == [COMPUTING, WRITING, SEARCHING, CHECKING]
+    folder = array_jobs.prepare(SPEC, tmp_path / "c.nc", block_cells=5).folder
+    array_jobs.compute_part(folder, 2, 2, progress=part.append)
+    assert [(each.done, each.size) for each in part if each.stage == COMPUTING] == [
+        (0, 10),
+        (5, 10),
+        (10, 10),
+    ]
+    array_jobs.compute_part(folder, 1, 2)
+    array_jobs.assemble(folder, progress=assembled.append)
+    assert names(assembled) == [READING, WRITING, SEARCHING, CHECKING]
+    for heard in (fresh, again, assembled):
+        assert all(each.seconds is None or each.seconds > 0.0 for each in heard)
+        ends = {each.stage: (each.done, each.size) for each in heard if each.stage in (COMPUTING, WRITING)}
+        assert set(ends.values()) == {(20, 20)}
+
+
+@pytest.mark.compiled
+def test_the_cells_of_the_bisection_are_about_those_that_are_expected(monkeypatch):
+    """What is expected for a refined boundary is right within a factor of two."""
+    spec = SweepSpec.preset("rolling").replace(
+        roll_rate="2:4:60", tilt="0.5deg:5deg:50", boundary="refined:1e-6", duration=5.0
+    )
+    counted, compute = [], "sweep.atlas.boundary.compute"
+    original = __import__("sweep.atlas.boundary", fromlist=["compute"]).compute
+
+    def counting(spec, starts):
+        counted.append(starts["tilt"].size)
+        return original(spec, starts)
+
+    import sweep
+
+    monkeypatch.setattr(compute, counting)
+    sweep.run(spec)
+    assert 0.5 < progress._bisected_cells(spec) / sum(counted) < 2.0
+    assert progress._bisected_cells(spec.replace(boundary="grid")) == 0
