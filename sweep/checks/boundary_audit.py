@@ -1,7 +1,7 @@
 """The boundary of an atlas found again from its verdicts, and its brackets held against the exact reference."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +36,15 @@ _Check = tuple[str, Array, Array]
 Boundaries = Mapping[str, tuple[Declaration, Values]]
 
 
-def found_again(spec: SweepSpec, dataset: "xr.Dataset") -> Boundaries:
-    """Return the variables of the boundary that the stored verdicts of an atlas have."""
-    stability = dataset["stability"].values
-    # a code that is no verdict would never end a bisection
-    legal = np.where(np.isin(stability, (STABLE, UNSTABLE)), stability, UNDECIDED)
-    return {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, legal)}
+def legal_verdicts(stability: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
+    """Return stored verdicts, undecided where a code is none: such a code would never end a bisection."""
+    decided = (stability == STABLE) | (stability == UNSTABLE)
+    return np.where(decided, stability, UNDECIDED).astype(np.int8)
+
+
+def found_again(spec: SweepSpec, stability: npt.NDArray[np.int8]) -> Boundaries:
+    """Return the variables of the boundary that a grid of verdicts has, as from `legal_verdicts`."""
+    return {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, stability)}
 
 
 def boundary_statements(

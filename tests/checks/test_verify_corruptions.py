@@ -12,7 +12,7 @@ import pytest
 
 import sweep
 from sweep.atlas.dataset import assemble
-from sweep.checks.verify import _read, findings, verify
+from sweep.checks.verify import _checked, findings, verify
 from sweep.engine.compute import run_blocks
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
@@ -254,7 +254,7 @@ def test_a_missing_variable_is_named(kind):
     dataset, gone = atlas(kind), []
     for name in map(str, dataset.variables):
         try:
-            _read(dataset.drop_vars(name))
+            _checked(dataset.drop_vars(name))
         except RequestError:
             with pytest.raises(RequestError, match=name):
                 verify(dataset.drop_vars(name))
