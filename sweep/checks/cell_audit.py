@@ -259,7 +259,7 @@ class _Tally:
         self.difference, self.allowed, self._ratio = np.nan, np.nan, -1.0
 
     def add(self, start: int, step: int, check: CellCheck) -> Truths | None:
-        """Add every k-th cell from `start` on, k = `step`; return which are further off than is allowed, None if none."""
+        """Add every k-th cell from `start` on, k = `step`; return those further off than is allowed, None if none."""
         if not check.difference.size:
             return None
         self.judged += int(np.count_nonzero(check.judged))

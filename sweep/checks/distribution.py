@@ -80,7 +80,7 @@ class Distribution:
         low, high = int(bins.min()), int(bins.max())
         if low < 0 or high >= _BINS:
             bins = np.clip(bins, 0, _BINS - 1)
-            low, high = max(0, low), min(_BINS - 1, high)
+            low, high = int(bins.min()), int(bins.max())
         self._counts[low : high + 1] += np.bincount(bins - low, minlength=high - low + 1)
 
 

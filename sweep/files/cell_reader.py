@@ -127,9 +127,10 @@ class CellReader:
             return self._cut(name, *places[0], span)
         found = np.empty(len(span), self._variables[name].dtype)
         for each, slices in places:
-            begin, end = max(each.start, span.start) - span.start, min(each.stop, span.stop) - span.start
-            if not (self._is_raw[name] and self._read_raw(name, each, slices, found[begin:end])):
-                found[begin:end] = self._cut(name, each, slices, span)
+            part = Span(max(each.start, span.start), min(each.stop, span.stop))
+            into = found[part.start - span.start : part.stop - span.start]
+            if not (self._is_raw[name] and self._read_raw(name, each, slices, part, into)):
+                into[...] = self._cut(name, each, slices, span)
         return found
 
     def _over(self, span: Span) -> list[tuple[Span, Slices]]:
@@ -151,13 +152,22 @@ class CellReader:
             return self._whole[name][slices].reshape(-1)
         return np.asarray(self._variables[name][slices].values).reshape(-1)
 
-    def _read_raw(self, name: str, chunk: Span, slices: Slices, out: Values) -> bool:
-        """Read a chunk without netCDF, NaN where it holds the value that stands for "missing"; not a part of one."""
-        full = tuple(part.stop - part.start for part in slices) == self._chunk
-        if self._raw is None or not full or out.size < len(chunk):
+    def _read_raw(self, name: str, chunk: Span, slices: Slices, part: Span, out: Values) -> bool:
+        """Read a part of a chunk without netCDF, NaN where it holds the value that stands for "missing"."""
+        if self._raw is None:
             return False
-        if not self._raw.read(name, tuple(part.start for part in slices), out):
-            return False
+        place = tuple(each.start for each in slices)
+        sizes = tuple(each.stop - each.start for each in slices)
+        if part == chunk and sizes == self._chunk:
+            if not self._raw.read(name, place, out):
+                return False
+        else:
+            # a chunk at the end of an axis is stored in full too
+            stored = np.empty(math.prod(self._chunk), out.dtype)
+            if not self._raw.read(name, place, stored):
+                return False
+            inside = stored.reshape(self._chunk)[tuple(map(slice, sizes))].reshape(-1)
+            out[...] = inside[part.start - chunk.start : part.stop - chunk.start]
         fill = self._variables[name].encoding.get("_FillValue")
         if fill is not None and out.dtype.kind == "f":
             missing = out == out.dtype.type(fill)
