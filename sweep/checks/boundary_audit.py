@@ -1,19 +1,19 @@
 """The boundary of an atlas found again from its verdicts, and its brackets held against the exact reference."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import judged
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import EDGES, Declaration, edge_names
-from sweep.atlas.dataset import boundaries
 from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement
 from sweep.engine.grid import completed, whole
 from sweep.model.description import Starts
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
+from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -36,15 +36,9 @@ _Check = tuple[str, Array, Array]
 Boundaries = Mapping[str, tuple[Declaration, Values]]
 
 
-def legal_verdicts(stability: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
-    """Return stored verdicts, undecided where a code is none: such a code would never end a bisection."""
-    decided = (stability == STABLE) | (stability == UNSTABLE)
-    return np.where(decided, stability, UNDECIDED).astype(np.int8)
-
-
-def found_again(spec: SweepSpec, stability: npt.NDArray[np.int8]) -> Boundaries:
-    """Return the variables of the boundary that a grid of verdicts has, as from `legal_verdicts`."""
-    return {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, stability)}
+def found_again(search: BoundarySearch) -> Boundaries:
+    """Return the variables of the boundary that the stored verdicts of an atlas have."""
+    return {each.name: (each, np.asarray(values)) for each, values in search.variables()}
 
 
 def boundary_statements(

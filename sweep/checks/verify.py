@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import coordinates, created, declare_cells
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
+from sweep.atlas.row_search import legal
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
 from sweep.checks.audit_summary import AuditSummary
-from sweep.checks.boundary_audit import boundary_statements, found_again, legal_verdicts
+from sweep.checks.boundary_audit import boundary_statements, found_again
 from sweep.checks.cell_audit import STEPS, CellAudit, stride_of
 from sweep.checks.statement import Statement, from_text, to_text
 from sweep.engine.compute import arithmetic_hash, use_threads
@@ -221,14 +223,14 @@ def _audit(
     use_threads(None)
     own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
     held = _held(dataset, spec, reference)
-    legal = np.empty(spec.size, np.int8)
+    search = BoundarySearch(spec)
     with CellReader(dataset, held, file) as reader:
         stride = _stride(dataset, reader, held) if own else 0
         cells = CellAudit(spec, reference, held, own, stride)
-        with prefetch(_read(dataset, reader, held, legal)) as stored:
+        with prefetch(_read(dataset, reader, held, search)) as stored:
             for span, found in cells.audited(stored):
                 keep(span, found)
-    again = found_again(spec, legal.reshape(spec.shape))
+    again = found_again(search)
     return [
         *coordinate_statements(spec, dataset),
         *cells.statements(),
@@ -238,12 +240,12 @@ def _audit(
 
 
 def _read(
-    dataset: "xr.Dataset", reader: CellReader, names: Sequence[str], legal: npt.NDArray[np.int8]
+    dataset: "xr.Dataset", reader: CellReader, names: Sequence[str], search: BoundarySearch
 ) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]], None, None]:
-    """Yield the cells of an atlas, and write its verdicts."""
+    """Yield the cells of an atlas, and give its verdicts to the search for its boundary."""
     try:
         for span, stored in reader.blocks(names):
-            legal[span.start : span.stop] = legal_verdicts(stored["stability"])
+            search.add(span.start, legal(stored["stability"]))
             yield span, stored
     except UnreadableError as problem:
         _refuse(dataset, f"{problem.name} cannot be read, {problem}")
