@@ -3,10 +3,10 @@
 A block is a few whole chunks, so that of a file every chunk is inflated once and an atlas of any size can be read.
 """
 
+import contextlib
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -75,9 +75,12 @@ class CellReader:
             if whole or _is_read_often(each.encoding, self._shape, self._chunk)
         }
         self._whole: dict[str, Values] = {}
-        self._stack, self._raw = ExitStack(), None
+        self._stack = contextlib.ExitStack()
+        self._raw: InflatedChunks | None = None
         if file is not None and not whole and math.prod(self._shape) > RAW_CELLS:
-            self._raw = self._stack.enter_context(InflatedChunks(file.absolute()))
+            # a system that lets a file be open only once leaves it to netCDF
+            with contextlib.suppress(OSError):
+                self._raw = self._stack.enter_context(InflatedChunks(file.absolute()))
         self._is_raw = {
             name: self._raw is not None and self._raw.fits(name, self._chunk, each.dtype)
             for name, each in self._variables.items()

@@ -29,8 +29,12 @@ class InflatedChunks:
 
     def __init__(self, path: Path) -> None:
         import h5py
+        from xarray.backends.locks import HDF5_LOCK
 
-        self._file = h5py.File(path, "r")
+        # where h5py and netCDF4 share one HDF5, only one thread may be in it at a time
+        self._lock = HDF5_LOCK
+        with self._lock:
+            self._file = h5py.File(path, "r")
 
     def __enter__(self) -> Self:
         return self
@@ -38,16 +42,23 @@ class InflatedChunks:
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._file.close()
+        with self._lock:
+            self._file.close()
 
     def fits(self, name: str, chunk: tuple[int, ...], dtype: npt.DTypeLike) -> bool:
         """Return whether a variable is stored in such chunks, of such a type, shuffled and deflated."""
-        variable: Any = self._file.get(name)
-        if variable is None or variable.chunks != chunk or variable.dtype != dtype:
+        try:
+            with self._lock:
+                variable: Any = self._file[name]
+                plan = variable.id.get_create_plist()
+                filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
+                given = variable.chunks == chunk and variable.dtype == dtype
+        except Exception:
+            # only the library works here, and of a damaged file it raises all kinds of errors
             return False
-        plan = variable.id.get_create_plist()
-        filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
-        return filters == [_SHUFFLE, _DEFLATE] or (filters == [_DEFLATE] and variable.dtype.itemsize == 1)
+        return given and (
+            filters == [_SHUFFLE, _DEFLATE] or (filters == [_DEFLATE] and np.dtype(dtype).itemsize == 1)
+        )
 
     def read(self, name: str, place: tuple[int, ...], out: npt.NDArray[Any]) -> bool:
         """Write the values of a whole chunk, as they are stored, to an array; return whether that could be done.
@@ -63,15 +74,16 @@ class InflatedChunks:
         """
         from isal import isal_zlib
 
-        stored = self._file[name].id
         try:
-            # of a chunk that is not there, or in a damaged file, HDF5 may ask for endless memory
-            found = stored.get_chunk_info_by_coord(place)
-            if found.byte_offset is None or found.filter_mask or found.size > out.nbytes + _MOST_ADDED:
-                return False
-            raw = isal_zlib.decompress(stored.read_direct_chunk(place)[1], bufsize=out.nbytes)
+            with self._lock:
+                stored = self._file[name].id
+                # of a chunk that is not there, or in a damaged file, HDF5 may ask for endless memory
+                found = stored.get_chunk_info_by_coord(place)
+                if found.byte_offset is None or found.filter_mask or found.size > out.nbytes + _MOST_ADDED:
+                    return False
+                packed = stored.read_direct_chunk(place)[1]
+            raw = isal_zlib.decompress(packed, bufsize=out.nbytes)
         except Exception:
-            # only the libraries work here, and of a damaged file they raise all kinds of errors
             return False
         if len(raw) != out.nbytes:
             return False

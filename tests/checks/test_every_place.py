@@ -154,3 +154,23 @@ def test_of_a_file_of_several_blocks(command, file, tmp_path, place):
     assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
     assert command(f"compare {file} {file}")[1].startswith("identical: 265530 cells, all")
     assert command(f"verify {file}")[0] == 0
+
+
+@pytest.mark.parametrize(("step", "axis"), [(1, 1), (-1, 1), (20, 0), (-20, 0)])
+def test_neighbours_in_other_blocks(small_blocks, step, axis):
+    """A cell that ends as a neighbour does, in whatever block that lies, is on an edge; one at the far side is not."""
+    endings = atlas()["ending"].values.reshape(-1)
+    index = np.stack(np.unravel_index(np.arange(endings.size), SPEC.shape))
+    places = [
+        place
+        for place in np.flatnonzero(index[axis] == np.roll(index[axis], -step) - np.sign(step)).tolist()
+        if 0 <= place + step < endings.size and endings[place] != endings[place + step]
+    ]
+    assert places
+    for place in places:
+        comparison = compare(with_wrong_value(atlas(), "ending", place, endings[place + step]), atlas())
+        assert (found(comparison), finding(comparison, "ending").on_edge) == ({}, 1)
+    # the ends of neighbouring rows are no neighbours
+    assert endings[19] not in endings[[20, 21, 40]]
+    comparison = compare(with_wrong_value(atlas(), "ending", 20, endings[19]), atlas())
+    assert found(comparison) == {"ending": 1}

@@ -100,7 +100,7 @@ def check(
     stored_reach, exact_reach = model.reach(spec, starts, stored), model.reach(spec, starts, exact)
     derived = _derived(stored, stored_reach, scale)
     rounding = _rounding(derived["amplification"], scale)
-    exact_stability = _verdict(spec, exact, _derived(exact, exact_reach, scale), exact_reach, scale)
+    exact_stability = _exact_verdict(spec, exact, exact_reach, scale)
     allowed = spec.tolerance + np.fmax(exact["tilt_error"], 0.0)
     low, high = _tilt_differences(spec, stored, exact, allowed)
     difference = np.maximum(low, high)
@@ -286,6 +286,12 @@ def _verdict(
     """Return the verdict of the criterion on extremes and on what follows from them (`_derived`)."""
     verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, {**measured, **derived}, reach, scale)
     return verdict
+
+
+def _exact_verdict(spec: Request, exact: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
+    """Return the verdict of the criterion on the exact extremes."""
+    needed = {"peak_tilt", "amplification"}.intersection(spec.criterion.needs(spec.model))
+    return _verdict(spec, exact, _derived(exact, reach, scale) if needed else {}, reach, scale)
 
 
 def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:

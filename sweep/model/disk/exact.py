@@ -75,6 +75,8 @@ class ExactReduction:
     def truth(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
         """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
         exact = self.measures(spec, starts)
+        # endings are compared many times
+        exact["ending"] = exact["ending"].astype(np.int8)
         if spec.method != "exact":
             exact["fall_time"] = _fall_times(spec, starts, exact)
         return exact
