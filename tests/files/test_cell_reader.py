@@ -1,6 +1,7 @@
 """Cells of an atlas read block by block: the same values from memory, through netCDF and without it, in any layout."""
 
 import tracemalloc
+import zlib
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.files.inflated_chunks import InflatedChunks
 from sweep.request.spec import SweepSpec
 
-#: Chunks of 1 x 201 x 299 cells: the last one along an axis is not full.
+#: Chunks of 67 x 299 x 3 cells: the last one along an axis is not full.
 SPEC = SweepSpec.preset("rolling").replace(
     alpha="0.4:1:3", roll_rate="1:4:401", tilt="0.1deg:80deg:299", method="exact"
 )
@@ -135,6 +136,28 @@ def test_a_damaged_chunk_is_named(command, file, tmp_path):
     assert (status, "tilt_max cannot be read" in message) == (2, True)
     status, _, message = command(f"compare {file} {damaged}")
     assert (status, "tilt_max cannot be read" in message, str(damaged) in message) == (2, True, True)
+
+
+def test_a_chunk_of_another_size_is_not_taken(file, tmp_path):
+    """One that inflates to fewer values, one that is not there, one that skipped a filter."""
+    import h5py
+
+    for number, (stored, mask) in enumerate([(zlib.compress(bytes(80)), 0), (None, 0), (bytes(480792), 3)]):
+        copy = tmp_path / f"{number}.nc"
+        copy.write_bytes(file.read_bytes())
+        with h5py.File(copy, "r+") as opened:
+            if stored is None:
+                layout = {"chunks": opened["tilt_max"].chunks, "shuffle": True, "compression": "gzip"}
+                del opened["tilt_max"]
+                opened.create_dataset("tilt_max", (401, 299, 3), "f8", **layout)
+            else:
+                opened["tilt_max"].id.write_direct_chunk((0, 0, 0), stored, mask)
+        with InflatedChunks(copy) as chunks, h5py.File(file) as opened:
+            chunk = opened["tilt_max"].chunks
+            out = np.empty(np.prod(chunk))
+            assert chunks.fits("tilt_max", chunk, "f8")
+            assert not chunks.read("tilt_max", (0, 0, 0), out)
+            assert chunks.read("tilt_min", (0, 0, 0), out)
 
 
 def test_only_some_blocks_are_in_memory(file, monkeypatch):
