@@ -28,7 +28,8 @@ class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
     `specs` are those of both, with their whole grids. `cut` names the axes of which only a part is common,
-    `cell_variables` is the table of what either has of every cell.
+    `cell_variables` is the table of what either has of every cell. `as_given` says of both whether all cells are there,
+    in their order in the atlas.
     """
 
     new: "xr.Dataset"
@@ -38,6 +39,7 @@ class Pair:
     cut: frozenset[str]
     cell_variables: Mapping[str, Quantity]
     notes: tuple[str, ...]
+    as_given: tuple[bool, bool]
 
     @property
     def spec(self) -> SweepSpec:
@@ -92,8 +94,13 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
             f"The two atlases have no cell in common: no value of {', '.join(empty)} is in both.",
             hint="Compare atlases of overlapping grids.",
         )
+    as_given = _is_whole(new, axes, cut), _is_whole(reference, axes, cut)
     parts = [
-        _part(_with_coordinates(dataset, spec), axes, {name: both[side] for name, both in places.items()})
+        _with_coordinates(dataset, spec)
+        if as_given[side]
+        else _part(
+            _with_coordinates(dataset, spec), axes, {name: both[side] for name, both in places.items()}
+        )
         for side, (dataset, spec) in enumerate(zip((new, reference), specs, strict=True))
     ]
     return Pair(
@@ -108,6 +115,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         notes=tuple(
             f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
         ),
+        as_given=as_given,
     )
 
 
@@ -168,6 +176,15 @@ def _matches(
     nearest = np.where(np.abs(new[left] - reference) <= np.abs(new[right] - reference), left, right)
     found = np.flatnonzero(_same(new[nearest], reference, quantity))
     return nearest[found], found
+
+
+def _is_whole(dataset: "xr.Dataset", axes: tuple[str, ...], cut: frozenset[str]) -> bool:
+    """Return whether all cells are common, and every variable has its axes in the order of `axes`."""
+    in_order = all(
+        tuple(name for name in each.dims if name in axes) == tuple(name for name in axes if name in each.dims)
+        for each in dataset.variables.values()
+    )
+    return not cut and in_order and set(axes) <= set(dataset.dims)
 
 
 def _with_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":

@@ -21,7 +21,6 @@ from sweep.model.quantity import (
     HALFWIDTH,
     PROMISED,
     STEP_COUNT,
-    TIMED,
     Array,
     Quantity,
 )
@@ -53,13 +52,10 @@ def allowed(quantity: Quantity, pair: Pair) -> Array:
     pair : Pair
     """
     rule = quantity.tolerance
-    if rule.stated in (EXTREME, AMPLIFIED, TIMED):
+    if quantity.name in pair.cell_variables:
         new, reference = stated(pair)
         return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
     rounding = rule.absolute + rule.relative * _size(pair.reference[quantity.name].values)
-    if rule == STEP_COUNT and all(spec.method == "exact" for spec in pair.specs):
-        # which takes no steps
-        return np.zeros_like(rounding)
     if rule.stated == BRACKET:
         return np.asarray(rounding + _brackets(quantity.name, pair))
     if rule.stated == HALFWIDTH:
@@ -81,6 +77,9 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
     rule, model = quantity.tolerance, reference.spec.model
     old = _size(reference.columns[quantity.name])
     allowed = rule.absolute + rule.relative * old
+    if rule == STEP_COUNT and new.spec.method == reference.spec.method == "exact":
+        # which takes no steps
+        return np.zeros_like(allowed)
     if not rule.stated:
         return np.asarray(allowed)
     errors = _extreme_errors(new) + _extreme_errors(reference)

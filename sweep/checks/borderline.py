@@ -1,55 +1,100 @@
 """Cells on an edge: where the last bit decides an ending or a verdict, both of two atlases may be right."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from sweep.checks.alignment import Pair
-from sweep.checks.allowed import allowed_of_cells, starts_of_cells, stated
+from sweep.checks.allowed import allowed_of_cells
+from sweep.checks.cell_pair import CellBlock, CellPair, Places
 from sweep.engine.compute import reach_and_scale
+from sweep.engine.grid import Span
 from sweep.model.quantity import STABLE, UNSTABLE, Truths
 
+_NONE = np.zeros(0, np.intp)
 
-def endings_on_edge(pair: Pair) -> Truths:
-    """Return where the endings differ and a neighbour of the cell, in the reference, ended as the new atlas says.
 
-    An ending changes where time, error or coordinate reaches its limit, and that edge runs between cells.
+@dataclass(frozen=True)
+class Flips:
+    """The cells whose ending, and those whose verdict, may be another one in the new atlas: increasing flat indices."""
+
+    endings: Places
+    verdicts: Places
+
+    def of(self, name: str, span: Span) -> Truths:
+        """Return which cells of a span may differ in a variable: in the verdict, or else as the ending allows."""
+        places = self.verdicts if name == "stability" else self.endings
+        begin, end = np.searchsorted(places, [span.start, span.stop])
+        found = np.zeros(len(span), bool)
+        found[places[begin:end] - span.start] = True
+        return found
+
+    @property
+    def both(self) -> Places:
+        """All of these cells."""
+        return np.union1d(self.endings, self.verdicts)
+
+
+def no_flips() -> Flips:
+    """Return that no cell is on an edge."""
+    return Flips(_NONE, _NONE)
+
+
+def flips(cells: CellPair) -> Flips:
+    """Return the cells of two atlases that stand on an edge.
+
+    The ending of a cell does where a neighbour of it, in the reference, ended as the new atlas says: an ending changes
+    where time, error or coordinate reaches its limit, and that edge runs between cells. With the same ending, a cell
+    may be stable in one and unstable in the other where the limit of the criterion lies between the departures of the
+    two, or within the tolerance of the extremes from either. Where the ending flips, the verdict that follows from it
+    may flip too.
     """
-    new, old = (atlas["ending"].values for atlas in (pair.new, pair.reference))
-    on_edge: Truths = (new != old) & _beside(new, old)
-    return on_edge
+    found = [_of_block(cells, block) for block in cells.blocks(("ending", "stability"))]
+    return Flips(*(np.concatenate([_NONE, *each]) for each in zip(*found, strict=True)))
 
 
-def verdicts_on_edge(pair: Pair, endings: Truths) -> Truths:
-    """Return where the verdicts differ and the cell stands on the edge between them.
+def _of_block(cells: CellPair, block: CellBlock) -> tuple[Places, Places]:
+    endings, verdicts = _NONE, _NONE
+    new, old = block.new, block.reference
+    other = np.flatnonzero(new["ending"] != old["ending"])
+    if other.size:
+        other = other[_beside(cells, block.span.start + other, new["ending"][other])]
+        endings = block.span.start + other
+    differ = np.flatnonzero(new["stability"] != old["stability"])
+    if differ.size:
+        may = np.isin(differ, other)
+        decided = np.all(
+            [np.isin(each["stability"][differ], (STABLE, UNSTABLE)) for each in (new, old)], axis=0
+        )
+        close = decided & (new["ending"][differ] == old["ending"][differ])
+        may[close] |= _at_limit(cells, block, differ[close])
+        verdicts = block.span.start + differ[may]
+    return endings, verdicts
 
-    With the same ending, a cell may be stable in one and unstable in the other where the limit of the criterion lies
-    between the departures of the two, or within the tolerance of the extremes from either. Where the ending flips
-    (`endings`), the verdict that follows from it may flip too.
-    """
-    new, old = (atlas["stability"].values for atlas in (pair.new, pair.reference))
-    decided = np.isin(new, (STABLE, UNSTABLE)) & np.isin(old, (STABLE, UNSTABLE))
-    same_ending = pair.new["ending"].values == pair.reference["ending"].values
-    on_edge: Truths = (new != old) & (endings | (decided & same_ending & _at_limit(pair)))
-    return on_edge
 
-
-def _beside(new: npt.NDArray[np.integer], old: npt.NDArray[np.integer]) -> Truths:
-    """Return where a neighbour along any axis has, in `old`, the code that the cell has in `new`."""
-    found = np.zeros(new.shape, bool)
-    for axis in range(new.ndim):
-        for here, there in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-            at = (slice(None),) * axis
-            found[(*at, here)] |= new[(*at, here)] == old[(*at, there)]
+def _beside(cells: CellPair, places: Places, codes: npt.NDArray[np.integer]) -> Truths:
+    """Return which cells have a neighbour along any axis that has, in the reference, the code that they have."""
+    found = np.zeros(places.shape, bool)
+    index = np.unravel_index(places, cells.shape) if cells.shape else ()
+    stride = 1
+    for count, at in zip(reversed(cells.shape), reversed(index), strict=True):
+        for step, there in ((-1, at > 0), (1, at < count - 1)):
+            if there.any():
+                found[there] |= codes[there] == cells.reference_at("ending", places[there] + step * stride)
+        stride *= count
     return found
 
 
-def _at_limit(pair: Pair) -> Truths:
-    model, starts, both = pair.spec.model, starts_of_cells(pair), stated(pair)
+def _at_limit(cells: CellPair, block: CellBlock, which: Places) -> Truths:
+    """Return which cells of a block, at some places of it, have the limit of the criterion within their reach."""
+    if not which.size:
+        return np.zeros(0, bool)
+    spec, part, starts = cells.pair.spec, block.at(which), cells.starts(block.span.start + which)
     reaches = []
-    for atlas in both:
-        reach, scale = reach_and_scale(pair.spec, starts, atlas.columns)
+    for columns in (part.new, part.reference):
+        reach, scale = reach_and_scale(spec, starts, columns)
         reaches.append(reach)
-    limit = np.nan_to_num(pair.spec.criterion.allowed(scale))
-    slack = allowed_of_cells(model.variables[model.extremes[1]], *both, starts)
+    limit = np.nan_to_num(spec.criterion.allowed(scale))
+    slack = allowed_of_cells(spec.model.variables[spec.model.extremes[1]], *cells.stated(part), starts)
     at: Truths = (np.minimum(*reaches) - slack <= limit) & (limit <= np.maximum(*reaches) + slack)
     return at

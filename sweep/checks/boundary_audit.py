@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import judged
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import EDGES, Declaration, edge_names
-from sweep.atlas.dataset import boundaries
 from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement
 from sweep.engine.grid import completed, whole
 from sweep.model.description import Starts
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
+from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -36,12 +36,9 @@ _Check = tuple[str, Array, Array]
 Boundaries = Mapping[str, tuple[Declaration, Values]]
 
 
-def found_again(spec: SweepSpec, dataset: "xr.Dataset") -> Boundaries:
+def found_again(search: BoundarySearch) -> Boundaries:
     """Return the variables of the boundary that the stored verdicts of an atlas have."""
-    stability = dataset["stability"].values
-    # a code that is no verdict would never end a bisection
-    legal = np.where(np.isin(stability, (STABLE, UNSTABLE)), stability, UNDECIDED)
-    return {each.name: (each, np.asarray(values)) for each, values in boundaries(spec, legal)}
+    return {each.name: (each, np.asarray(values)) for each, values in search.variables()}
 
 
 def boundary_statements(

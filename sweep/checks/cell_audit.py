@@ -1,13 +1,17 @@
 """The cells of an atlas held against the exact reference of its model, and against a repetition of its integration."""
 
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.engine.compute import measure, measured_quantities
-from sweep.engine.grid import Span, blocks, starts_of
+from sweep.engine.grid import Span, starts_of
 from sweep.model.description import MISSING, CellCheck, Columns, ExactReference, Starts
 from sweep.model.quantity import Quantity, Truths
 from sweep.request.spec import MOST_STEPS, SweepSpec
@@ -16,13 +20,38 @@ from sweep.request.spec import MOST_STEPS, SweepSpec
 _MOST_STEPS = 1e9
 
 #: The count of the steps of each cell.
-_STEPS = "steps"
+STEPS = "steps"
+
+#: Cells that are judged at a time: their arrays of doubles stay in the cache of a processor.
+_JUDGED_CELLS = 2**15
 
 #: Share of the cells of a block whose times have to come out the same, to the bit, if the processor computes as the one
 #: that made the atlas; and the number of cells that may be corrupt in a small block.
 _SAME, _FEW = 0.99, 3
 
 _AGAIN = "its computation, repeated"
+_FOLLOWS = "its computation, repeated from the stored extremes"
+
+#: Cells with what the atlas stores of them, block by block in C order.
+StoredBlocks = Iterable[tuple[Span, Columns]]
+
+#: Cells with the variables of the audit.
+AuditedBlock = tuple[Span, dict[str, npt.NDArray[np.generic]]]
+
+
+@dataclass(frozen=True)
+class _Computed:
+    """What the kernels say of the cells of a block: their starts, the exact reference, and their integration again.
+
+    `again` holds the measures of every k-th cell, from the cell `first` of the block on; `follows` what a kernel of its
+    own makes of the stored extremes. Both may be empty.
+    """
+
+    starts: Starts
+    exact: Columns
+    first: int
+    again: Columns
+    follows: Columns
 
 
 class CellAudit:
@@ -32,10 +61,12 @@ class CellAudit:
     ----------
     spec : SweepSpec
     reference : ExactReference
-    stored : mapping of str to array, shape (spec.size,)
+    held : iterable of str
         The variables of the atlas with one value per cell.
     own : bool
         Whether the code that made the atlas is this code, by its hash.
+    stride : int
+        Of how many cells one is integrated again (`stride_of`), if it is.
 
     Attributes
     ----------
@@ -43,86 +74,121 @@ class CellAudit:
         Whether cells that were integrated again came out the same, to the bit: another processor rounds otherwise.
     """
 
-    def __init__(self, spec: SweepSpec, reference: ExactReference, stored: Columns, own: bool) -> None:
+    def __init__(
+        self, spec: SweepSpec, reference: ExactReference, held: Iterable[str], own: bool, stride: int
+    ) -> None:
         self.repeated = own
-        self._spec, self._reference, self._stored, self._own = spec, reference, stored, own
+        self._spec, self._reference, self._held, self._own = spec, reference, set(held), own
         self._tallies: dict[tuple[str, str], _Tally] = {}
         self._wrong: dict[str, _Places] = {}
-        self._stride = _stride(spec, stored) if own else 0
+        self._stride = stride if own else 0
         self._quantities = {
             **spec.model.cell_variables(spec),
             **{n: spec.model.parameters[n] for n in spec.computed},
         }
 
-    def audited(self, names: Iterable[str]) -> dict[str, npt.NDArray[np.generic]]:
-        """Check all cells, and return the variables of the audit: arrays of shape (spec.size,)."""
-        spec, audit = self._spec, self._reference.audit
-        found = {name: np.empty(spec.size, audit.variables[name].dtype) for name in names}
-        for span in blocks(spec.size):
-            here = slice(span.start, span.stop)
-            starts, stored = starts_of(spec, span), {name: each[here] for name, each in self._stored.items()}
-            variables, checks = self._reference.check(spec, starts, stored)
-            others = self._others(span, starts, stored)
-            agreeing = ~np.isin(variables["audit"], (*audit.disagreeing, audit.missing))
-            wrong: dict[str, Truths] = {}
-            for each in (*checks, *others):
-                self._tally(each).add(span.start, each)
-                if not each.share and (self._own or not each.promise):
-                    wrong[each.name] = each.wrong | wrong.get(each.name, np.zeros(len(span), bool))
-            for name, cells in wrong.items():
-                self._wrong.setdefault(name, _Places()).add(span.start, cells)
-            some = np.any(list(wrong.values()), axis=0) & agreeing
-            variables["audit"] = np.where(some, audit.other, variables["audit"])
-            for name, column in found.items():
-                column[here] = variables[name]
-        return found
+    def audited(self, blocks: StoredBlocks) -> Iterator[AuditedBlock]:
+        """Check all cells, and yield the variables of the audit, arrays of shape (len(span),).
+
+        The kernels run in the thread of the caller. Another thread meanwhile judges the block before.
+        """
+        with ThreadPoolExecutor(max_workers=1) as pool:
+            waiting: deque[Future[AuditedBlock]] = deque()
+            for span, stored in blocks:
+                computed = self._compute(span, stored)
+                waiting.append(pool.submit(self._judge, span, stored, computed))
+                if len(waiting) > 1:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
 
     def statements(self) -> Iterator[Statement]:
         """Yield what was found of each variable, in the order of the file; each once."""
         for name, quantity in self._quantities.items():
             tallies = [each for (variable, _), each in self._tallies.items() if variable == name]
-            if name in self._stored and tallies:
+            if name in self._held and tallies:
                 counting = [each for each in tallies if each.counts(self._own)]
                 yield _joined(name, quantity, counting, self._wrong.get(name, _Places()), self._spec)
 
-    def _tally(self, check: CellCheck) -> "_Tally":
-        return self._tallies.setdefault((check.name, check.against), _Tally(check))
-
-    def _others(self, span: Span, starts: Starts, stored: Columns) -> list[CellCheck]:
-        """Return the checks by repetition: of the integration, and else of what follows from the stored extremes."""
-        checks = list(self._again(span, starts, stored)) if self._stride else []
+    def _compute(self, span: Span, stored: Columns) -> _Computed:
+        """Return what the kernels say of a block."""
+        spec, starts = self._spec, starts_of(self._spec, span)
+        exact = self._reference.truth(spec, starts)
+        nothing: Columns = {}
+        first, again, follows = 0, nothing, nothing
+        if self._stride:
+            first = -span.start % self._stride
+            which = slice(first, None, self._stride)
+            again = measure(spec, {name: np.ascontiguousarray(each[which]) for name, each in starts.items()})
         if self._stride != 1:
-            more = self._spec.model.measure_more(self._spec, starts, stored)
-            for name, values in more.items():
-                if name in stored:
-                    against = "its computation, repeated from the stored extremes"
-                    there = np.ones(stored[name].shape, bool)
-                    checks.append(
-                        _repeated(self._quantities[name], against, stored[name], values, False, there)
-                    )
-        return checks
+            follows = spec.model.measure_more(spec, starts, stored)
+        return _Computed(starts, exact, first, again, follows)
 
-    def _again(self, span: Span, starts: Starts, stored: Columns) -> Iterator[CellCheck]:
+    def _judge(self, span: Span, stored: Columns, computed: _Computed) -> AuditedBlock:
+        """Hold the cells of a block against what was computed of them."""
+        audit, wrong = self._reference.audit, dict[str, Truths]()
+        parts = []
+        for start in range(0, len(span), _JUDGED_CELLS):
+            part = slice(start, start + _JUDGED_CELLS)
+            starts, kept, exact = (_cut(each, part) for each in (computed.starts, stored, computed.exact))
+            variables, checks = self._reference.check(self._spec, starts, kept, exact)
+            parts.append(variables)
+            for each in checks:
+                self._note(wrong, span, part, each)
+        for each in self._again(stored, computed):
+            self._note(wrong, span, slice(computed.first, None, self._stride), each)
+        for each in self._follows(stored, computed):
+            self._note(wrong, span, slice(None), each)
+        found = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
+        if wrong:
+            agreeing = ~np.isin(found["audit"], (*audit.disagreeing, audit.missing))
+            some = np.any(list(wrong.values()), axis=0) & agreeing
+            found["audit"] = np.where(some, audit.other, found["audit"])
+        for name, cells in wrong.items():
+            self._wrong.setdefault(name, _Places()).add(span.start, 1, cells)
+        return span, found
+
+    def _note(self, wrong: dict[str, Truths], span: Span, part: slice, check: CellCheck) -> None:
+        """Add a check of some cells of a block to its tally, and to the cells of the block that are wrong."""
+        tally = self._tallies.setdefault((check.name, check.against), _Tally(check))
+        beyond = tally.add(span.start + (part.start or 0), part.step or 1, check)
+        if beyond is not None and not check.share and (self._own or not check.promise):
+            wrong.setdefault(check.name, np.zeros(len(span), bool))[part] |= beyond
+
+    def _again(self, stored: Columns, computed: _Computed) -> Iterator[CellCheck]:
         """Yield the checks by a repetition of the integration of every k-th cell."""
-        spec, first = self._spec, -span.start % self._stride
-        which = slice(first, None, self._stride)
-        measured = measure(spec, {name: np.ascontiguousarray(each[which]) for name, each in starts.items()})
-        kept = {name: each[which] for name, each in stored.items()}
+        if not self._stride:
+            return
+        spec, measured = self._spec, computed.again
+        kept = _cut(stored, slice(computed.first, None, self._stride))
         there = ~spec.model.endings.have(MISSING, kept["ending"])
         exactly = _same_rounding(spec, kept, measured, there)
         self.repeated &= exactly
+        against = _AGAIN if exactly else f"{_AGAIN} on a processor that rounds otherwise"
         for name in measured_quantities(spec):
             if name in stored:
-                against = _AGAIN if exactly else f"{_AGAIN} on a processor that rounds otherwise"
-                check = _repeated(self._quantities[name], against, kept[name], measured[name], exactly, there)
-                yield _spread(check, which, len(span))
+                yield _repeated(self._quantities[name], against, kept[name], measured[name], exactly, there)
+
+    def _follows(self, stored: Columns, computed: _Computed) -> Iterator[CellCheck]:
+        """Yield the checks of what was computed from the stored extremes."""
+        for name, values in computed.follows.items():
+            if name in stored:
+                there = np.ones(stored[name].shape, bool)
+                yield _repeated(self._quantities[name], _FOLLOWS, stored[name], values, False, there)
 
 
-def _stride(spec: SweepSpec, stored: Columns) -> int:
-    """Return of how many cells one is integrated again."""
-    # the steps of a corrupt file may be anything
-    counts = np.abs(np.nan_to_num(np.asarray(stored.get(_STEPS, np.ones(spec.size)), np.float64), posinf=0.0))
-    return max(1, int(np.ceil(np.minimum(counts, MOST_STEPS).sum() / _MOST_STEPS)))
+def stride_of(steps: Iterable[npt.NDArray[np.generic]]) -> int:
+    """Return of how many cells one is integrated again, from the numbers of steps of all cells, block by block."""
+    total = 0.0
+    for each in steps:
+        # the steps of a corrupt file may be anything
+        counts = np.abs(np.nan_to_num(np.asarray(each, np.float64), posinf=0.0))
+        total += float(np.minimum(counts, MOST_STEPS).sum())
+    return max(1, int(np.ceil(total / _MOST_STEPS)))
+
+
+def _cut(columns: Columns, part: slice) -> dict[str, npt.NDArray[Any]]:
+    return {name: each[part] for name, each in columns.items()}
 
 
 def _same_rounding(spec: SweepSpec, stored: Columns, measured: Columns, there: Truths) -> bool:
@@ -157,22 +223,17 @@ def _repeated(
 ) -> CellCheck:
     """Return the check of a variable by a repetition: to the bit, or within its tolerance."""
     ours, theirs = np.asarray(stored, np.float64), np.asarray(again, np.float64)
-    same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))
-    with np.errstate(invalid="ignore"):
-        difference = np.where(same, 0.0, np.abs(ours - theirs))
+    difference = np.zeros(ours.shape)
+    other = np.flatnonzero(ours != theirs)
+    if other.size:
+        one, two = ours[other], theirs[other]
+        with np.errstate(invalid="ignore"):
+            difference[other] = np.where(np.isnan(one) & np.isnan(two), 0.0, np.abs(one - two))
+    if exactly:
+        return CellCheck(quantity.name, against, difference, np.zeros(ours.shape), judged)
     bound = quantity.tolerance
     allowed = bound.absolute + bound.relative * np.abs(np.nan_to_num(theirs))
-    none = np.zeros(ours.shape)
-    return CellCheck(quantity.name, against, difference, none if exactly else allowed, judged)
-
-
-def _spread(check: CellCheck, which: slice, count: int) -> CellCheck:
-    """Return a check of every k-th cell as one of all cells, of which the others are not judged."""
-    if which == slice(0, None, 1):
-        return check
-    difference, allowed, judged = np.zeros(count), np.zeros(count), np.zeros(count, bool)
-    difference[which], allowed[which], judged[which] = check.difference, check.allowed, check.judged
-    return CellCheck(check.name, check.against, difference, allowed, judged)
+    return CellCheck(quantity.name, against, difference, allowed, judged)
 
 
 class _Places:
@@ -182,9 +243,10 @@ class _Places:
         self.count = 0
         self.first: list[int] = []
 
-    def add(self, start: int, cells: Truths) -> None:
-        """Add those of the cells from `start` on for which the array of bool is true."""
-        self.first += (start + np.flatnonzero(cells)[: MOST_NAMED - len(self.first)]).tolist()
+    def add(self, start: int, step: int, cells: Truths) -> None:
+        """Add those of every k-th cell from `start` on, k = `step`, for which the array of bool is true."""
+        places = np.flatnonzero(cells)[: MOST_NAMED - len(self.first)]
+        self.first += (start + step * places).tolist()
         self.count += int(np.count_nonzero(cells))
 
 
@@ -196,15 +258,33 @@ class _Tally:
         self.judged, self.beyond = 0, _Places()
         self.difference, self.allowed, self._ratio = np.nan, np.nan, -1.0
 
-    def add(self, start: int, check: CellCheck) -> None:
-        """Add the cells from `start` on."""
+    def add(self, start: int, step: int, check: CellCheck) -> Truths | None:
+        """Add every k-th cell from `start` on, k = `step`; return those further off than is allowed, None if none."""
+        if not check.difference.size:
+            return None
         self.judged += int(np.count_nonzero(check.judged))
-        self.beyond.add(start, check.wrong)
+        if self._ratio >= 0.0 and _all_right(check):
+            return None
+        self._compare(check)
+        beyond = check.wrong
+        if not beyond.any():
+            return None
+        self.beyond.add(start, step, beyond)
+        return beyond
+
+    def _compare(self, check: CellCheck) -> None:
+        """Keep the cell with the largest difference over what is allowed, of two equal ones the first."""
+        ratio = np.zeros(check.difference.shape)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(check.difference == 0.0, 0.0, check.difference / check.allowed)
-        ratio = np.where(check.judged, np.nan_to_num(ratio, nan=np.inf, posinf=np.inf), -1.0)
-        worst = int(np.argmax(ratio)) if ratio.size else 0
-        if ratio.size and ratio[worst] > self._ratio:
+            np.divide(check.difference, check.allowed, out=ratio, where=check.difference != 0.0)
+        if not check.judged.all():
+            ratio[~check.judged] = -1.0
+        worst = int(np.argmax(ratio))
+        if np.isnan(ratio[worst]):
+            # a value that is missing is as wrong as one for which nothing is allowed
+            worst = int(np.argmax(np.isnan(ratio) | np.isposinf(ratio)))
+            ratio[worst] = np.inf
+        if ratio[worst] > self._ratio:
             self._ratio = float(ratio[worst])
             self.difference, self.allowed = float(check.difference[worst]), float(check.allowed[worst])
 
@@ -234,6 +314,12 @@ class _Tally:
             return self.against
         found, allowed = 100.0 * self.beyond.count / self.judged, 100.0 * self.share
         return f"{self.against} ({found:.2g} % of cells beyond it, {allowed:g} % allowed)"
+
+
+def _all_right(check: CellCheck) -> bool:
+    """Return whether no cell differs at all, and something is allowed in each; two passes over what is in the cache."""
+    # the extremes of an array that holds NaN are NaN
+    return bool(check.difference.max() == 0.0 and check.allowed.min() >= 0.0)
 
 
 def _joined(

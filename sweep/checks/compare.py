@@ -7,7 +7,7 @@ must hold; what only the new one holds is named, and no difference.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,10 @@ import numpy as np
 
 from sweep.atlas.dataset import require
 from sweep.checks.alignment import Pair, align
-from sweep.checks.allowed import allowed, read_limits
-from sweep.checks.borderline import endings_on_edge, verdicts_on_edge
-from sweep.checks.difference import Cell, bitwise, other_bits, share_of, worst
+from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
+from sweep.checks.borderline import Flips, flips, no_flips
+from sweep.checks.cell_pair import CellBlock, CellPair, Files
+from sweep.checks.difference import Cell, Differences, Judged, other_bits
 from sweep.checks.variables import (
     CELL,
     CURVE,
@@ -29,6 +30,7 @@ from sweep.checks.variables import (
     may_lack,
     variables,
 )
+from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, STEP_COUNT, TIMED, Array, Truths
 
@@ -120,8 +122,11 @@ def compare(
     common: bool = False,
     tolerances: Mapping[str, float | str] | None = None,
     exact: bool = False,
+    files: Files = (None, None),
 ) -> Comparison:
     """Compare an atlas with a trusted one.
+
+    Cells are read block by block: of files of any size with equal grids, some tens of megabytes are in memory at once.
 
     Parameters
     ----------
@@ -133,6 +138,8 @@ def compare(
         Variable -> largest difference allowed, in SI or as text with a unit, instead of what the atlases state.
     exact : bool
         All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
+    files : (path or None, path or None)
+        The files that the two have just been opened from and that hold what they hold: they are read faster then.
 
     Returns
     -------
@@ -155,26 +162,102 @@ def compare(
         )
     measured = {each.name: each.quantity for each in held if each.has_tolerance}
     limits = read_limits(tolerances or {}, measured)
-    judge = _Exact(pair) if exact else _Judge(pair, limits)
+    with CellPair(pair, files) as cells:
+        judge = _Exact(cells, held) if exact else _Judge(cells, held, limits)
+        judged = [judge.outcome(each) for each in held]
+        gathered = _gathered(cells, [each for each in judged if isinstance(each, _Rule)])
     findings, notes = [], []
-    for each in held:
-        found = judge(each)
-        if isinstance(found, Finding):
-            findings.append(found)
-        else:
+    for each, found in zip(held, judged, strict=True):
+        if isinstance(found, str):
             notes.append(f"{each.name} is not compared: {found}")
-    cells = pair.reference["ending"].size
-    return Comparison(cells, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
+        else:
+            findings.append(_finding(found, gathered[each.name], pair) if isinstance(found, _Rule) else found)
+    size = pair.reference["ending"].size
+    return Comparison(size, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
+
+
+class _Rule:
+    """How far the values of a variable may differ, for which both have some that do.
+
+    Parameters
+    ----------
+    variable : Variable
+    pair : Pair
+    flips : Flips
+        Which cells are on an edge.
+    exactly : bool
+        Whether all bits have to be the same.
+    limit : float or None
+        What the caller allows.
+    """
+
+    def __init__(
+        self, variable: Variable, pair: Pair, flips: Flips, exactly: bool = False, limit: float | None = None
+    ) -> None:
+        self.variable, self._pair, self._flips = variable, pair, flips
+        self._exactly, self.given = exactly, limit
+
+    def of_cells(self, cells: CellPair, block: CellBlock) -> Judged:
+        """Judge the cells of a block."""
+        name, span = self.variable.name, block.span
+        old = block.reference[name]
+        if self._exactly or self.given is not None:
+            most = np.full(old.shape, self.given or 0.0)
+        else:
+            starts = cells.starts(np.arange(span.start, span.stop))
+            most = allowed_of_cells(self.variable.quantity, *cells.stated(block), starts)
+        excused = self._flips.of(name, span) if self.variable.kind == CELL else np.zeros(len(span), bool)
+        return self._judged(block.new[name], old, most, excused)
+
+    def of_others(self) -> Judged:
+        """Judge all values of a variable that has not one per cell, or not one of a number."""
+        name, pair = self.variable.name, self._pair
+        new, old = pair.new[name].values, pair.reference[name].values
+        if self._exactly or self.given is not None:
+            most: Any = np.full(old.shape, self.given or 0.0)
+        else:
+            most = allowed(self.variable.quantity, pair)
+        excused = _excused(self.variable, pair, self._flips)
+        columns = (new, old, np.broadcast_to(most, old.shape), np.broadcast_to(excused, old.shape))
+        return self._judged(*(np.asarray(each).reshape(-1) for each in columns))
+
+    def _judged(self, new: Any, old: Any, most: Array, excused: Truths) -> Judged:
+        distance, gaps = _apart(new, old)
+        if self._exactly:
+            beyond = other_bits(new, old)
+        else:
+            beyond = gaps | (distance > most) | np.isnan(most) | _of_other_sign(self.variable, new, old)
+        return Judged(new, old, beyond, excused, gaps, distance, most)
+
+
+def _gathered(cells: CellPair, rules: Sequence[_Rule]) -> dict[str, Differences]:
+    """Return what the differences of variables come to; of those with one value per cell in one pass over the cells."""
+    gathered = {each.variable.name: Differences() for each in rules}
+    per_cell = [each for each in rules if each.variable.name in cells.names]
+    for each in rules:
+        if each not in per_cell:
+            gathered[each.variable.name].add(0, each.of_others())
+    model = cells.pair.spec.model
+    needed = dict.fromkeys((*(each.variable.name for each in per_cell), *model.extremes, model.error_name))
+    for block in cells.blocks([name for name in needed if name in cells.names]) if per_cell else ():
+        for each in per_cell:
+            name, start = each.variable.name, block.span.start
+            # the first block counts in any case: where nothing differs, what is allowed is that of the first cell
+            if start == 0 or other_bits(block.new[name], block.reference[name]).any():
+                gathered[name].add(start, each.of_cells(cells, block))
+    return gathered
 
 
 class _Exact:
     """All bits of all variables have to be the same."""
 
-    def __init__(self, pair: Pair) -> None:
-        self._pair = pair
+    def __init__(self, cells: CellPair, held: Sequence[Variable]) -> None:
+        self._cells = cells
+        self._alike = cells.alike([each.name for each in held if each.name in cells.names])
 
-    def __call__(self, variable: Variable) -> Finding | str:
-        pair, name = self._pair, variable.name
+    def outcome(self, variable: Variable) -> "Finding | str | _Rule":
+        """Return the finding, the reason why there is none, or the rule by which values are judged."""
+        pair, name = self._cells.pair, variable.name
         if missing := lacking(name, pair):
             return _all_different(variable, pair, missing)
         if along := cut_along(variable, pair):
@@ -182,50 +265,36 @@ class _Exact:
         new, old = pair.new[name], pair.reference[name]
         if other := _other_meaning(new, old) or _other_kind(new, old):
             return _all_different(variable, pair, other)
-        if bitwise(new, old):
+        if self._cells.same(name, self._alike):
             return _alike(variable, pair)
-        beyond = other_bits(new.values, old.values)
-        distance, gaps = _apart(new.values, old.values)
-        return _finding(
-            variable, pair, beyond, np.zeros_like(beyond), gaps, distance, np.zeros_like(distance)
-        )
+        return _Rule(variable, pair, no_flips(), exactly=True)
 
 
 class _Judge:
     """Values may differ as far as the two atlases state, or as the caller allows."""
 
-    def __init__(self, pair: Pair, limits: Mapping[str, float]) -> None:
-        self._pair, self._limits = pair, limits
-        self._endings = endings_on_edge(pair)
-        self._verdicts = verdicts_on_edge(pair, self._endings)
+    def __init__(self, cells: CellPair, held: Sequence[Variable], limits: Mapping[str, float]) -> None:
+        self._cells, self._limits = cells, limits
+        self._alike = cells.alike([each.name for each in held if each.name in cells.names])
+        decisions = {"ending", "stability"}
+        self._flips = no_flips() if decisions <= self._alike else flips(cells)
 
-    def __call__(self, variable: Variable) -> Finding | str:
-        pair, name, limit = self._pair, variable.name, self._limits.get(variable.name)
+    def outcome(self, variable: Variable) -> "Finding | str | _Rule":
+        """Return the finding, the reason why there is none, or the rule by which values are judged."""
+        pair, name, limit = self._cells.pair, variable.name, self._limits.get(variable.name)
         elsewhere = _elsewhere(variable, pair)
         if missing := lacking(name, pair):
             may = may_lack(variable, pair)
             return elsewhere or (missing if may else _all_different(variable, pair, missing))
         new, old = pair.new[name], pair.reference[name]
         other = _other_meaning(new, old)
-        if bitwise(new, old) and not other:
+        if self._cells.same(name, self._alike) and not other:
             return _alike(variable, pair)
         if (reason := elsewhere or self._left_out(variable)) and limit is None:
             return reason
-        excused = self._excused(variable)
         if other := other or _other_kind(new, old):
-            return _all_different(variable, pair, other, excused)
-        distance, gaps = _apart(new.values, old.values)
-        most = allowed(variable.quantity, pair) if limit is None else np.full(old.shape, limit)
-        return _finding(
-            variable,
-            pair,
-            gaps | (distance > most) | np.isnan(most) | _of_other_sign(variable, new.values, old.values),
-            excused,
-            gaps,
-            distance,
-            most,
-            limit is not None,
-        )
+            return _all_different(variable, pair, other, _excused(variable, pair, self._flips))
+        return _Rule(variable, pair, self._flips, limit=limit)
 
     def _left_out(self, variable: Variable) -> str:
         """Return why a difference of a variable is not judged; empty if it is."""
@@ -233,21 +302,25 @@ class _Judge:
         if variable.kind == FOREIGN:
             return "this version does not know it"
         # errors and work of the integration belong to its steps and its kernels, not to the motion
-        return self._pair.other_errors if rule in (ERROR_GAUGE, STEP_COUNT) else ""
+        return self._cells.pair.other_errors if rule in (ERROR_GAUGE, STEP_COUNT) else ""
 
-    def _excused(self, variable: Variable) -> Truths:
-        """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
-        pair, name = self._pair, variable.name
-        flips = self._endings | self._verdicts
-        if variable.kind == CURVE:
-            return np.full(pair.reference[name].shape, bool(flips.any()))
-        if variable.kind == EDGE:
-            # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
-            moved = np.any(flips, axis=pair.axes.index(variable.axis))
-            return moved if name.startswith("boundary_") else np.zeros_like(moved)
-        if variable.kind == CELL:
-            return self._verdicts if name == "stability" else self._endings
-        return np.zeros(pair.reference[name].shape, bool)
+
+def _excused(variable: Variable, pair: Pair, flips: Flips) -> Truths:
+    """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
+    name, shape = variable.name, pair.reference["ending"].shape
+    if variable.kind == CURVE:
+        return np.full(pair.reference[name].shape, bool(flips.both.size))
+    if variable.kind == EDGE:
+        # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
+        axis = pair.axes.index(variable.axis)
+        moved = np.zeros((*shape[:axis], *shape[axis + 1 :]), bool)
+        if name.startswith("boundary_"):
+            places = np.unravel_index(flips.both, shape)
+            moved[*places[:axis], *places[axis + 1 :]] = True
+        return moved
+    if variable.kind == CELL:
+        return flips.of(name, Span(0, math.prod(shape))).reshape(shape)
+    return np.zeros(pair.reference[name].shape, bool)
 
 
 def _elsewhere(variable: Variable, pair: Pair) -> str:
@@ -312,31 +385,20 @@ def _all_different(variable: Variable, pair: Pair, note: str, excused: Truths | 
     )  # fmt: skip
 
 
-def _finding(
-    variable: Variable,
-    pair: Pair,
-    beyond: Truths,
-    excused: Truths,
-    gaps: Truths,
-    distance: Array,
-    most: Array,
-    given: bool = False,
-) -> Finding:
-    judged = np.where(excused | np.isnan(distance), 0.0, distance)
-    place = np.unravel_index(int(np.argmax(judged)), judged.shape) if judged.size else ()
-    share = share_of(judged, most)
+def _finding(rule: _Rule, found: Differences, pair: Pair) -> Finding:
+    variable = rule.variable
     return Finding(
         name=variable.name,
         units=variable.quantity.units,
-        values=beyond.size,
-        different=int((beyond & ~excused).sum()),
-        on_edge=int((beyond & excused).sum()),
+        values=pair.reference[variable.name].size,
+        different=found.different,
+        on_edge=found.on_edge,
         bitwise=False,
-        largest=float(judged[place]),
-        allowed=float(most[place]),
-        share=float(share.max()) if share.size else 0.0,
-        worst=worst(variable.name, pair, beyond & ~excused, gaps & ~excused, judged, most),
-        reason="it was given" if given else variable.quantity.tolerance.reason,
+        largest=max(found.largest, 0.0),
+        allowed=found.allowed,
+        share=found.share,
+        worst=found.worst(variable.name, pair),
+        reason="it was given" if rule.given is not None else variable.quantity.tolerance.reason,
     )
 
 

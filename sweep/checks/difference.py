@@ -36,9 +36,10 @@ def other_bits(new: Values, old: Values) -> Truths:
         return np.asarray(np.full(old.shape, new.dtype != old.dtype) | (new != old))
     words = f"u{new.dtype.itemsize}"
     differ: Truths = np.ascontiguousarray(new).view(words) != np.ascontiguousarray(old).view(words)
-    if new.dtype.kind == "f":
+    differ = differ.reshape(old.shape)
+    if new.dtype.kind == "f" and differ.any():
         differ &= ~(np.isnan(new) & np.isnan(old))
-    return differ.reshape(old.shape)
+    return differ
 
 
 def bitwise(new: "xr.DataArray", old: "xr.DataArray") -> bool:
@@ -53,31 +54,96 @@ def share_of(distance: Array, allowed: Array) -> Array:
         return np.where(distance > 0.0, distance / allowed, 0.0)
 
 
-def worst(
-    name: str, pair: Pair, beyond: Truths, gaps: Truths, distance: Array, allowed: Array
-) -> Cell | None:
-    """Return the cell with the largest difference over what is allowed, among those beyond if there are any.
+@dataclass(frozen=True)
+class Judged:
+    """Values of one variable of some cells, arrays of shape (n,), in C order from some flat index on.
 
-    A value that is missing in one atlas counts as most.
+    `beyond` says which of them differ by more than is allowed, `excused` which of these may, because a borderline cell
+    flips, `gaps` which are missing in one atlas alone; `distance` is their absolute difference.
     """
-    excess = np.where(gaps, np.inf, share_of(distance, allowed))
-    if not beyond.any() and not excess.any():
-        return None
-    candidates = beyond if beyond.any() else np.ones_like(beyond)
-    place = np.unravel_index(int(np.argmax(np.where(candidates, excess, -1.0))), excess.shape)
-    dims = [str(dim) for dim in pair.reference[name].dims]
-    where = {
-        dim: float(pair.reference[dim].values[i]) if dim in pair.reference.coords else float(i)
-        for dim, i in zip(dims, place, strict=True)
-    }
-    new, reference, apart = (
-        None if np.isnan(value) else value
-        for value in (
-            *(float(atlas[name].values[place]) for atlas in (pair.new, pair.reference)),
-            float(distance[place]),
+
+    new: Values
+    reference: Values
+    beyond: Truths
+    excused: Truths
+    gaps: Truths
+    distance: Array
+    allowed: Array
+
+
+@dataclass(frozen=True)
+class _Value:
+    """A value that differs: its flat index, both values, their difference, and what is allowed there."""
+
+    place: int
+    new: float
+    reference: float
+    difference: float
+    allowed: float
+
+
+class Differences:
+    """What the differences of one variable come to, gathered block by block; blocks without any may be left out.
+
+    Attributes
+    ----------
+    different, on_edge : int
+        Values beyond what is allowed: those that may not be, and those that may because a borderline cell flips.
+    largest, allowed : float
+        The largest of the other differences, and what is allowed there.
+    share : float
+        The largest difference over what is allowed.
+    """
+
+    def __init__(self) -> None:
+        self.different, self.on_edge = 0, 0
+        self.largest, self.allowed, self.share = -1.0, 0.0, 0.0
+        #: the excess over what is allowed, and the value, of all and of those beyond
+        self._most: list[tuple[float, _Value | None]] = [(-1.0, None), (-1.0, None)]
+
+    def add(self, start: int, judged: Judged) -> None:
+        """Add the values from a flat index on."""
+        beyond = judged.beyond & ~judged.excused
+        self.different += int(beyond.sum())
+        self.on_edge += int((judged.beyond & judged.excused).sum())
+        if not beyond.size:
+            return
+        distance = np.where(judged.excused | np.isnan(judged.distance), 0.0, judged.distance)
+        place = int(np.argmax(distance))
+        if distance[place] > self.largest:
+            self.largest, self.allowed = float(distance[place]), float(judged.allowed[place])
+        share = share_of(distance, judged.allowed)
+        self.share = max(self.share, float(share.max()))
+        # a value that is missing in one atlas counts as most
+        excess = np.where(judged.gaps & ~judged.excused, np.inf, share)
+        for number, candidates in enumerate((np.ones_like(beyond), beyond)):
+            place = int(np.argmax(np.where(candidates, excess, -1.0)))
+            if candidates[place] and excess[place] > self._most[number][0]:
+                value = _Value(
+                    start + place,
+                    float(judged.new[place]),
+                    float(judged.reference[place]),
+                    float(distance[place]),
+                    float(judged.allowed[place]),
+                )
+                self._most[number] = float(excess[place]), value
+
+    def worst(self, name: str, pair: Pair) -> Cell | None:
+        """Return the cell with the largest difference over what is allowed, among those beyond if there are any."""
+        (excess, anywhere), (_, beyond) = self._most
+        found = beyond or (anywhere if excess > 0.0 else None)
+        if found is None:
+            return None
+        values = pair.reference[name]
+        places = np.unravel_index(found.place, values.shape) if values.ndim else ()
+        where = {
+            str(dim): float(pair.reference[dim].values[i]) if dim in pair.reference.coords else float(i)
+            for dim, i in zip(values.dims, places, strict=True)
+        }
+        new, reference, apart = (
+            None if np.isnan(value) else value for value in (found.new, found.reference, found.difference)
         )
-    )
-    return Cell(where, new, reference, apart, float(allowed[place]), _in_words(where, pair))
+        return Cell(where, new, reference, apart, found.allowed, _in_words(where, pair))
 
 
 def _in_words(where: dict[str, float], pair: Pair) -> str:

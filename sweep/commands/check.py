@@ -21,7 +21,7 @@ def verify(
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
     from sweep.atlas.dataset import spec_named
-    from sweep.checks.verify import findings
+    from sweep.checks.verify import findings, findings_of
     from sweep.checks.verify import verify as audited
     from sweep.commands.audit_report import audit_text
     from sweep.files.netcdf import save
@@ -29,13 +29,16 @@ def verify(
     from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
-        if write is not None:
+        spec = spec_named(dataset)
+        if write is None:
+            found = findings_of(dataset, atlas)
+        else:
             check_apart(write, atlas)
             check_target(write, overwrite)
-        audit, spec = audited(dataset), spec_named(dataset)
+            audit = audited(dataset)
     if write is not None:
         save(audit, write, overwrite=overwrite)
-    found = findings(audit)
+        found = findings(audit)
     show(audit_text(found, spec))
     if not found.passed:
         raise typer.Exit(1)
@@ -86,7 +89,9 @@ def compare(
             check_atlas(atlas)
         check_apart(junit, new, reference)
     with opened(new) as left, opened(reference) as right:
-        comparison = compared(left, right, common=common, tolerances=given, exact=exact)
+        comparison = compared(
+            left, right, common=common, tolerances=given, exact=exact, files=(new, reference)
+        )
     if junit is not None:
         with published(junit) as unfinished:
             unfinished.write_text(to_junit(comparison, new.name), encoding="utf-8")

@@ -223,10 +223,13 @@ class ExactReference(Protocol):
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
 
+    def truth(self, spec: Request, starts: Starts) -> Columns:
+        """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels."""
+
     def check(
-        self, spec: Request, starts: Starts, stored: Columns
+        self, spec: Request, starts: Starts, stored: Columns, exact: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
-        """Hold cells with these starts and stored values, shape (n,), against the reference.
+        """Hold cells with these starts and stored values, shape (n,), against their `truth`; this calls no kernel.
 
         `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
         `audit`, and the check of each variable.

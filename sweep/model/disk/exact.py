@@ -74,13 +74,19 @@ class ExactReduction:
         needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
         return tuple(dict.fromkeys(needed))
 
-    def check(
-        self, spec: Request, starts: Starts, stored: Columns
-    ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
-        """Compare stored cells with the reduction; see `sweep.model.disk.audit.check`."""
+    def truth(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+        """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
         exact = self.measures(spec, starts)
+        # endings are compared many times
+        exact["ending"] = exact["ending"].astype(np.int8)
         if spec.method != "exact":
             exact["fall_time"] = _fall_times(spec, starts, exact)
+        return exact
+
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns, exact: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
+        """Compare stored cells with the reduction; see `sweep.model.disk.audit.check`."""
         return audit.check(spec, starts, stored, exact)
 
     def untimed(self, spec: Request) -> str:

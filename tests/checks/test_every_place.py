@@ -1,0 +1,188 @@
+"""A value that is wrong in one cell is named by `verify` and `compare`, in whatever variable and block it lies."""
+
+import functools
+from functools import lru_cache
+
+import netCDF4
+import numpy as np
+import pytest
+from comparing import finding, found
+
+import sweep
+from sweep.atlas.cf_metadata import cell_declarations
+from sweep.checks import cell_audit
+from sweep.checks.cell_audit import cell_in_words
+from sweep.checks.compare import compare
+from sweep.checks.verify import findings, findings_of, verify
+from sweep.engine.grid import chunk_shape, chunks
+from sweep.files import cell_reader
+from sweep.files.cell_reader import CellReader
+from sweep.model.disk.tables import ENDINGS
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+SPEC = SweepSpec.preset("rolling").replace(roll_rate="1:4:12", tilt="0.1deg:60deg:20", contact="yes")
+NAMES = [each.name for each in cell_declarations(SPEC)]
+
+#: The first and the last cell, the two on either side of the end of a block, of what is judged at once, one in between.
+PLACES = (0, 15, 16, 59, 60, 131, 239)
+
+
+@lru_cache
+def atlas():
+    """Return an atlas with falls, not to be changed."""
+    return sweep.run(SPEC)
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Read 60 cells at a time, judge 16 at a time."""
+    for name, function in (("chunk_shape", chunk_shape), ("chunks", chunks)):
+        monkeypatch.setattr(cell_reader, name, functools.partial(function, cells=35))
+    monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 70)
+    monkeypatch.setattr(cell_audit, "_JUDGED_CELLS", 16)
+    with CellReader(atlas(), NAMES) as reader:
+        assert [span.start for span in reader.spans()] == [0, 60, 120, 180]
+
+
+def wrong_value(name, value):
+    """Return another value than a right one."""
+    if name == "ending":
+        return ENDINGS.code("unresolved")
+    if name == "stability":
+        return 0
+    if isinstance(value, np.integer):
+        return value + 100
+    return 1.0 if np.isnan(value) else 1.5 * value + 1.0
+
+
+def with_wrong_value(dataset, name, place, value):
+    """Return a copy with one other value."""
+    copy = dataset.copy(deep=True)
+    copy[name].values.reshape(-1)[place] = value
+    return copy
+
+
+def where(dataset, place):
+    """Return the coordinates of a cell, given by its flat index."""
+    index = np.unravel_index(place, SPEC.shape)
+    return {name: float(dataset[name][i]) for name, i in zip(SPEC.axes, index, strict=True)}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_verify_names_the_cell(small_blocks, name):
+    """Whatever value is wrong in whatever cell: its variable has one wrong value, there, and the cell its flag."""
+    for place in PLACES:
+        right = atlas()[name].values.reshape(-1)[place]
+        corrupt = with_wrong_value(atlas(), name, place, wrong_value(name, right))
+        audited = verify(corrupt)
+        line = next(each for each in findings(audited).statements if each.name == name)
+        assert (line.wrong, line.named) == (1, [cell_in_words(SPEC, place)])
+        others = findings_of(corrupt)
+        assert others == findings(audited)
+        if name != "ending":
+            # a cell that claims to be unresolved has no flag but that
+            assert [others.disagreeing, others.named[0][1]] == [1, where(atlas(), place)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_compare_names_the_cell(small_blocks, name):
+    """The same of compare, with the tolerances of the atlases; and to the bit."""
+    for place in PLACES:
+        right = atlas()[name].values.reshape(-1)[place]
+        corrupt = with_wrong_value(atlas(), name, place, wrong_value(name, right))
+        comparison = compare(corrupt, atlas())
+        assert found(comparison) == {name: 1}
+        assert finding(comparison, name).worst.where == where(atlas(), place)
+        bit = right + 1 if isinstance(right, np.integer) else np.nextafter(right, np.inf, dtype=right.dtype)
+        nearly = with_wrong_value(atlas(), name, place, 0.0 if np.isnan(right) else bit)
+        assert found(compare(nearly, atlas(), exact=True)) == {name: 1}
+        assert finding(compare(nearly, atlas(), exact=True), name).worst.where == where(atlas(), place)
+
+
+def test_blocks_change_nothing(small_blocks, monkeypatch):
+    """What verify and compare say of right and of wrong atlases does not depend on how they are read."""
+    wrong = with_wrong_value(with_wrong_value(atlas(), "tilt_max", 61, 0.3), "steps", 200, 7)
+    other = sweep.run(SPEC.replace(tolerance=1e-6))
+    in_blocks = [findings(verify(each)) for each in (atlas(), wrong, other)]
+    compared = [compare(each, atlas()) for each in (atlas(), wrong, other)]
+    monkeypatch.undo()
+    assert in_blocks == [findings(verify(each)) for each in (atlas(), wrong, other)]
+    assert compared == [compare(each, atlas()) for each in (atlas(), wrong, other)]
+    assert [each.outcome for each in compared] == ["identical", "different", "within tolerance"]
+
+
+def test_a_promise_of_a_share_is_broken_in_any_block(small_blocks, monkeypatch):
+    """Stated errors that are too small, in cells that are not integrated again: the first ones are named."""
+    monkeypatch.setattr(cell_audit, "_MOST_STEPS", float(atlas()["steps"].sum()) / 6.5)
+    corrupt = atlas().copy(deep=True)
+    wrong = [place for place in range(85, 130) if place % 7]
+    corrupt["tilt_error"].values.reshape(-1)[wrong] = 1e-30
+    line = next(each for each in findings(verify(corrupt)).statements if each.name == "tilt_error")
+    assert len(wrong) - 5 < line.wrong <= len(wrong)
+    assert line.named == [cell_in_words(SPEC, place) for place in (85, 86, 87)]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """Return the file of an atlas of several blocks, whose last chunk is not full."""
+    path = tmp_path_factory.mktemp("atlas") / "a.nc"
+    sweep.save(
+        sweep.run(SweepSpec.preset("rolling").replace(roll_rate="2:4:501", tilt="0.1deg:9deg:530")), path
+    )
+    return path
+
+
+@pytest.mark.parametrize("place", [0, 53530, 90000, 107059, 107060, 501 * 530 - 1])
+def test_of_a_file_of_several_blocks(command, file, tmp_path, place):
+    """A file in which all variables have another value in one cell: at the ends of blocks and chunks, and between.
+
+    Chunks have 101 x 530 cells, blocks two of these, and the file is read without netCDF.
+    """
+    copy = tmp_path / "b.nc"
+    copy.write_bytes(file.read_bytes())
+    with netCDF4.Dataset(copy, "a") as changed:
+        changed.set_auto_maskandscale(False)
+        names = [name for name, each in changed.variables.items() if each.dimensions == ("roll_rate", "tilt")]
+        index = np.unravel_index(place, (501, 530))
+        for number, name in enumerate(names):
+            value = changed[name][index].item()
+            # another change of each, or what follows from a wrong value would be right
+            small = 1.0 + (number + 1) * 1e-8
+            changed[name][index] = value + 1 if isinstance(value, int) else value * small + 1e-9
+    spec = SweepSpec.from_canonical(sweep.open_atlas(file).attrs["sweep_spec"])
+    status, text, _ = command(f"verify {copy}")
+    lines = text.splitlines()
+    assert status == 1
+    for name in names:
+        line = next(i for i, each in enumerate(lines) if each.startswith(f"{name} "))
+        assert f"wrong in 1 of {spec.size}: {cell_in_words(spec, place)}" in lines[line + 1], name
+    status, text, _ = command(f"compare {copy} {file} --exact")
+    assert status == 1
+    for name in names:
+        assert f"DIFFERS   {name} " in text
+    assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
+    assert command(f"compare {file} {file}")[1].startswith("identical: 265530 cells, all")
+    assert command(f"verify {file}")[0] == 0
+
+
+@pytest.mark.parametrize(("step", "axis"), [(1, 1), (-1, 1), (20, 0), (-20, 0)])
+def test_neighbours_in_other_blocks(small_blocks, step, axis):
+    """A cell that ends as a neighbour does, in whatever block that lies, is on an edge; one at the far side is not."""
+    endings = atlas()["ending"].values.reshape(-1)
+    index = np.stack(np.unravel_index(np.arange(endings.size), SPEC.shape))
+    places = [
+        place
+        for place in np.flatnonzero(index[axis] == np.roll(index[axis], -step) - np.sign(step)).tolist()
+        if 0 <= place + step < endings.size and endings[place] != endings[place + step]
+    ]
+    assert places
+    for place in places:
+        comparison = compare(with_wrong_value(atlas(), "ending", place, endings[place + step]), atlas())
+        assert (found(comparison), finding(comparison, "ending").on_edge) == ({}, 1)
+    # the ends of neighbouring rows are no neighbours
+    for place, other, neighbours in ((20, 19, [0, 21, 40]), (19, 20, [18, 39])):
+        comparison = compare(with_wrong_value(atlas(), "ending", place, endings[other]), atlas())
+        assert found(comparison) == ({} if endings[other] in endings[neighbours] else {"ending": 1})
+    assert endings[20] not in endings[[18, 39]]
