@@ -174,21 +174,26 @@ def plan(
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
     from sweep.engine import estimate
     from sweep.files.paths import check_target
+    from sweep.runs.forecast import Forecast, describe
 
     request = read_request(spec, words or [], None)
     # --overwrite is needed for the run alone: the estimate is the same if the file exists
     check_target(output, True)
-    rate, used, there = None, 1, 1
+    found, used, there = None, 1, 1
     if calibrate:
         from sweep.engine.compute import available_threads, usable_threads
 
         used, there = usable_threads(threads), available_threads()
-        rate = estimate.cells_per_second(request, threads)
-        block_cells = block_cells or estimate.suitable_block(rate, estimate.least_cells(threads))
-    show("\n".join(estimate.describe(request, output, rate, block_cells, used, there)))
+        found = Forecast.measured(request, threads)
+        block_cells = block_cells or estimate.suitable_block(found.rate, estimate.least_cells(threads))
+    show("\n".join(describe(request, output, found, block_cells, used, there)))
     _warn(request)
     try:
-        estimate.check_room(output, estimate.run_bytes(request))
+        if found is None:
+            bound = estimate.journal_bytes(request, request.size) + estimate.file_bytes(request)
+            estimate.check_room(output, bound)
+        else:
+            estimate.check_room(output, found.journal_bytes(request) + found.file_bytes(request))
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None

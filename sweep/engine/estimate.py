@@ -24,9 +24,6 @@ FILE_SHARE = 0.8
 #: A crash costs the blocks in the making: of about this many seconds.
 _BLOCK_SECONDS = 1.5
 
-#: Cells per second that one thread writes to the file, packed (measured: 0.7 to 1.3 million).
-_FILE_CELLS_PER_SECOND = 1e6
-
 #: Bytes of a process that holds the compiler and the libraries of files, before it has a cell.
 _PROCESS_BYTES = 270e6
 
@@ -78,62 +75,6 @@ def boundary_bytes(spec: SweepSpec) -> float:
     in_plane = _CROSSINGS * (lines + line)
     points = in_plane * (spec.size // (lines * line))
     return held + 2 * line + _POINT_BYTES * points + _JOINED_BYTES * in_plane
-
-
-def run_bytes(spec: SweepSpec) -> float:
-    """Return the bytes on disk at the end of a run, when the journal and the file are both there, at most."""
-    return journal_bytes(spec, spec.size) + file_bytes(spec)
-
-
-def seconds(cells: int, rate: float, threads: int, processors: int) -> float:
-    """Return how long a run takes [s].
-
-    Parameters
-    ----------
-    cells : int
-    rate : float
-        Cells per second that `threads` compute.
-    threads, processors : int
-        One more thread writes the file while these compute the next blocks, on the processors that there are.
-    """
-    computing, writing = cells / rate, cells / _FILE_CELLS_PER_SECOND
-    return max(computing, writing, (min(threads, processors) * computing + writing) / processors)
-
-
-def describe(
-    spec: SweepSpec, path: Path, rate: float | None, cells: int | None, threads: int = 1, processors: int = 1
-) -> list[str]:
-    """Return what a run takes, one line each: cells, blocks, time, memory, disk.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    path : Path
-        The file of the end.
-    rate : float or None
-        Cells per second, if they were measured.
-    cells : int or None
-        Cells of a block, if they are decided.
-    threads, processors : int
-        As in `seconds`.
-    """
-    most = cells or MOST_BLOCK_CELLS
-    shape = " x ".join(map(str, spec.shape)) or "one"
-    blocks = f"{math.ceil(spec.size / most)} of {min(most, spec.size)} cells"
-    expected = "not measured"
-    if rate is not None:
-        taken = seconds(spec.size, rate, threads, processors)
-        expected = f"about {duration(taken)} ({rate:.3g} cells per second)"
-    free = _free(path)
-    room = f"{size(free)} free" if math.isfinite(free) else "free space unknown"
-    return [
-        f"cells    {spec.size} ({shape})",
-        f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
-        f"time     {expected}",
-        f"memory   about {size(memory_bytes(spec, most))}",
-        f"disk     at most {size(journal_bytes(spec, spec.size))} for the journal, which goes at the end, and at most "
-        f"{size(file_bytes(spec))} for the file; {room} in {path.parent.resolve()}",
-    ]
 
 
 def suitable_block(rate: float, least: int) -> int:
@@ -244,7 +185,7 @@ def check_room(path: Path, needed: float) -> None:
     ------
     RequestError
     """
-    free = _free(path)
+    free = free_bytes(path)
     if needed > free:
         raise RequestError(
             f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
@@ -254,7 +195,8 @@ def check_room(path: Path, needed: float) -> None:
         )
 
 
-def _free(path: Path) -> float:
+def free_bytes(path: Path) -> float:
+    """Return the bytes that are free on the disk of a file, which need not exist; infinite if nobody knows."""
     # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
     usage = shutil.disk_usage(path.parent)
     return usage.free if usage.total else math.inf
@@ -271,7 +213,7 @@ def size(count: float) -> str:
 def duration(time: float) -> str:
     """Return a time for people: `plan` and the progress of `run` use the same format."""
     if time < 120.0:
-        return f"{time:.0f} s"
+        return f"{time:.1f} s" if time < 9.95 else f"{time:.0f} s"
     if time < 7200.0:
         return f"{time / 60:.0f} min"
     return f"{time / 3600:.1f} h" if time < 172800.0 else f"{math.ceil(time / 8640) / 10:.1f} days"

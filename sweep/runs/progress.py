@@ -10,7 +10,7 @@ from sweep.request.spec import SweepSpec
 
 #: Seconds per cell to read and check a block of the journal; of one thread to derive, filter and write a cell; and to
 #: check the file and synchronise it. Measured with 1e7 cells of 52 bytes on a busy machine.
-_READING, _WRITING, _CHECKING = 8e-8, 5e-7, 5e-8
+_READING, _WRITING, CHECKING_PACE = 8e-8, 5e-7, 5e-8
 
 
 @dataclass(frozen=True)
@@ -126,10 +126,10 @@ def of_journal(spec: SweepSpec, threads: int, show: Show) -> Timetable:
 
 
 def _last_stages(spec: SweepSpec) -> list[Stage]:
-    return [Stage(SEARCHING, _bisected_cells(spec)), Stage(CHECKING, spec.size, _CHECKING)]
+    return [Stage(SEARCHING, bisected_cells(spec)), Stage(CHECKING, spec.size, CHECKING_PACE)]
 
 
-def _bisected_cells(spec: SweepSpec) -> int:
+def bisected_cells(spec: SweepSpec) -> int:
     """Return about how many cells the bisection of the boundary integrates: a bracket in every row."""
     width = spec.boundary_width
     if width is None:

@@ -24,6 +24,7 @@ from sweep.model.description import FAILED
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, local, no_op, prefetch
+from sweep.runs.forecast import check_room
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import resolved
@@ -183,7 +184,7 @@ def run_to_file(
             return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
-        estimate.check_room(path, bytes_to_write())
+        check_room(path, spec, spec.size - journal.cells(journal.held()))
         for warning in one_sided(spec):
             say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed

@@ -19,6 +19,7 @@ from sweep.files.publish import refusals
 from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
+from sweep.runs.forecast import check_room
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
 from sweep.runs.manifest import Manifest, discard
@@ -148,7 +149,7 @@ def begin_or_resume(
         return journal
     machine.check_baseline(baseline or "")
     made = created()
-    estimate.check_room(path, estimate.run_bytes(spec))
+    check_room(path, spec, spec.size)
     cells = block_cells or estimate.block_cells(spec, threads)
     with refusals(path):
         journal = Journal.create(folder, Manifest.new(spec, cells, made, command, baseline or ""))
