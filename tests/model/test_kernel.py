@@ -168,7 +168,7 @@ EDITS = [
     ("sweep/request/axes.py", "return np.linspace(", "return 1.0 * np.linspace(", ALL),
     ("sweep/request/axes.py", "return np.array(self.values)", "return np.array(sorted(self.values))", ALL),
     ("sweep/request/axes.py", '"A range must have count', '"The range must have count', []),
-    ("sweep/engine/grid.py", "np.full(len(span), given)", "np.full(len(span), 1.0 * given)", ALL),
+    ("sweep/engine/grid.py", "np.full(cells.size, given)", "np.full(cells.size, 1.0 * given)", ALL),
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16", []),
     ("sweep/engine/compute.py", "0.0 if value == AUTOMATIC", "1.0 if value == AUTOMATIC", ALL),
     ("sweep/engine/compute.py", "amplification = np.where(", "amplification = 1.0 * np.where(", []),
