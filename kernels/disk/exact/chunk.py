@@ -7,7 +7,9 @@ import numpy as np
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
-from kernels.disk.exact.legendre import PANELS, TERMS
+from kernels.disk.exact.legendre import PANELS
+from kernels.disk.exact.period_layout import CLASSES
+from kernels.disk.exact.wide_panels import CENTRES
 from kernels.jit import internal
 from kernels.lanes.intrinsics import without_refcount
 from kernels.lanes.layout import CACHE_LINE, aligned
@@ -18,11 +20,15 @@ SEARCH_COLUMNS = GUESS + 1
 
 
 class Tables(NamedTuple):
-    """The values of alpha and their tables (`kernels.disk.exact.legendre.tables`)."""
+    """The values of alpha and their tables (`kernels.disk.exact.legendre`, `kernels.disk.exact.wide_panels`).
+
+    `wide` is empty where no period is asked for.
+    """
 
     alphas: Any
     panels: Any
     nodes: Any
+    wide: Any
 
 
 class Chunk(NamedTuple):
@@ -36,16 +42,13 @@ class Chunk(NamedTuple):
         One motion per row (`kernels.disk.exact.motion`).
     cells : int64[:]
         The cell of each motion.
-    nears : float64[size, TERMS]
-        Expansion of the excess of each motion about its start; no rows where no period is asked for.
-    work : float64[TERMS]
-        Scratch for the period.
     searches : float64[2 size, SEARCH_COLUMNS]
         Searches for turning points.
     sought : int64[:]
-        What a search is for: twice the number of a motion, and one more for the turning point behind its start.
+        What a search is for: twice the number of a motion, and one more for the turning point behind its start. Later
+        the number of a motion whose period is sought.
     keys : int64[:]
-        Panel, counted through all tables, of a motion or a search; -1 where a search has ended.
+        Panel, counted through all tables, of a motion, a search or a period; -1 where a search has ended.
     order, ends, blocks : int64 arrays
         As in `kernels.disk.exact.counting_sort`.
     """
@@ -53,8 +56,6 @@ class Chunk(NamedTuple):
     block: Any
     motions: Any
     cells: Any
-    nears: Any
-    work: Any
     searches: Any
     sought: Any
     keys: Any
@@ -64,16 +65,14 @@ class Chunk(NamedTuple):
 
 
 @internal
-def memory(size, tables, with_period):
+def memory(size, tables):
     """Arrays for a chunk of `size` cells; they have to outlive the `Chunk` that `chunk_in` makes of them."""
     return (
         np.empty(at.SIZE + CACHE_LINE),
         np.empty((size, of.COLUMNS)),
-        np.empty((size if with_period else 0, TERMS)),
-        np.empty(TERMS),
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
-        np.empty(tables * PANELS, np.int64),
+        np.empty(tables * max(PANELS, CENTRES * CLASSES), np.int64),
         np.empty((BLOCK_ROWS, 2 * size), np.int64),
     )
 
@@ -81,13 +80,11 @@ def memory(size, tables, with_period):
 @internal
 def chunk_in(arrays):
     """The `Chunk` in the arrays of `memory`: views without reference counts (`kernels.lanes.intrinsics`)."""
-    lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
+    lanes, motions, searches, numbers, ends, blocks = arrays
     return Chunk(
         without_refcount(aligned(lanes, at.SIZE)),
         without_refcount(motions),
         without_refcount(numbers[0]),
-        without_refcount(nears),
-        without_refcount(work),
         without_refcount(searches),
         without_refcount(numbers[1]),
         without_refcount(numbers[2]),

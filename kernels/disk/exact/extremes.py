@@ -14,6 +14,7 @@ from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from kernels.disk.exact.chunk import Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk
+from kernels.disk.exact.wide_panels import wide_panels
 from kernels.jit import parallel
 from kernels.lanes.intrinsics import without_refcount
 from kernels.lanes.stride import coprime_stride
@@ -25,7 +26,7 @@ TABLES = 128
 
 
 @parallel
-def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts):
+def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, measures, counts):
     """Find the extremes of every cell for all time.
 
     Parameters
@@ -35,13 +36,15 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall.
     with_period : bool
-        Whether to compute the period: a quadrature, several times the cost of the rest.
+        Whether to compute the period: a quadrature, half as much again as the rest or as much again.
     alphas : float64[m]
         The values of alpha that occur, in (0, 1].
     which : int64[n]
         Index of each cell's alpha, negative where it is not in (0, 1].
     panels, nodes : arrays
         `kernels.disk.exact.legendre.tables` of `alphas`.
+    wide : array
+        `kernels.disk.exact.wide_panels.wide_panels` of `alphas`; not read without `with_period`.
     measures : float64[len(EXACT_MEASURES), n], written
         Separatrix is the saddle of the potential minus the energy: positive for a motion trapped in one of two wells,
         negative for one that passes over the saddle, NaN for one well.
@@ -60,10 +63,15 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, measure
     for place in prange(chunks):
         chunk = place * step % chunks
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
-        own = Tables(without_refcount(alphas), without_refcount(panels), without_refcount(nodes))
+        own = Tables(
+            without_refcount(alphas),
+            without_refcount(panels),
+            without_refcount(nodes),
+            without_refcount(wide),
+        )
         reduce_chunk(
             start, stop, without_refcount(starts), fall_tilt, y_fall, with_period, without_refcount(which), own,
-            memory(stop - start, alphas.size, with_period), without_refcount(measures), without_refcount(counts),
+            memory(stop - start, alphas.size), without_refcount(measures), without_refcount(counts),
         )  # fmt: skip
 
 
@@ -85,7 +93,9 @@ def extremes(starts, fall_tilt, with_period=False):
     measures, counts = _results(starts.shape[1])
     known, which = _tables_of(starts[ALPHA])
     if known.size <= TABLES and (which[:-1] <= which[1:]).all():
-        reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
+        reduce(
+            starts, fall_tilt, with_period, known, which, *_all_tables(known, with_period), measures, counts
+        )
         return measures, counts
     # the cells of one table are treated together, so that blocks are full and few tables are in memory at once
     order = np.argsort(which, kind="stable")
@@ -96,9 +106,13 @@ def extremes(starts, fall_tilt, with_period=False):
         found, numbers = _results(cells.size)
         own = np.take(starts, cells, axis=1)
         local = np.maximum(which[begin:end] - first, -1)
-        reduce(own, fall_tilt, with_period, some, local, *tables(some), found, numbers)
+        reduce(own, fall_tilt, with_period, some, local, *_all_tables(some, with_period), found, numbers)
         measures[:, cells], counts[:, cells] = found, numbers
     return measures, counts
+
+
+def _all_tables(alphas, with_period):
+    return *tables(alphas), wide_panels(alphas if with_period else alphas[:0])
 
 
 def _results(n):

@@ -106,7 +106,7 @@ def check(
     period_share = np.abs(period_difference) / period_allowed
     at_rest = _at_rest(stored, exact, allowed)
     marginal = _margin(spec, exact, exact_reach, scale) <= allowed
-    follows = _follows(spec, starts, stored, stored_reach, scale)
+    follows = _follows(spec, starts, stored, exact, stored_reach, scale)
     same_ending = at_rest | _endings_agree(spec, stored, exact)
     same_verdict = at_rest | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
     # each line overrides those before it
@@ -140,6 +140,7 @@ def check(
         ending_right=marginal | same_ending,
         verdict_right=marginal | same_verdict,
         verdict_follows=_verdict_follows(spec, stored, stored_reach, scale),
+        has_period=_has_period(spec, stored, exact),
         derived=_derived(stored, stored_reach, scale),
         rounding=_rounding(_derived(stored, stored_reach, scale)["amplification"], scale),
     )
@@ -185,7 +186,9 @@ def _period_allowance(spec: Request, stored: Columns, exact: Columns, difference
     return allowance
 
 
-def _follows(spec: Request, starts: Starts, stored: Columns, reach: Array, scale: Array) -> Truths:
+def _follows(
+    spec: Request, starts: Starts, stored: Columns, exact: Columns, reach: Array, scale: Array
+) -> Truths:
     """Return where all values that follow from the start, the extremes and the ending do follow from them."""
     derived = _derived(stored, reach, scale)
     peak, amplification = derived["peak_tilt"], derived["amplification"]
@@ -193,13 +196,20 @@ def _follows(spec: Request, starts: Starts, stored: Columns, reach: Array, scale
         same(stored["peak_tilt"], peak, 0.0)
         & same(stored["amplification"], amplification, _rounding(amplification, scale))
         & _verdict_follows(spec, stored, reach, scale)
-        & (np.isfinite(stored["nutation_period"]) == (stored["ending"] == ENDINGS.code("bounded")))
+        & (np.isfinite(stored["nutation_period"]) == _has_period(spec, stored, exact))
         & ((peak >= spec.fall_tilt) == _fell(stored))
     )
     if (name := computed_rate(spec)) is not None:
         rate = np.where(np.isfinite(starts[name]), starts[name], np.nan)
         follows &= same(stored[name], rate, _ROUNDING * np.abs(rate))
     return follows
+
+
+def _has_period(spec: Request, stored: Columns, exact: Columns) -> Truths:
+    """Return which cells have to have a period: of ``method=exact`` one may be missing that the reduction lacks too."""
+    bounded: Truths = stored["ending"] == ENDINGS.code("bounded")
+    lacking = np.isnan(stored["nutation_period"]) & np.isnan(exact["nutation_period"])
+    return bounded & ~lacking if spec.method == "exact" else bounded
 
 
 def _rounding(amplification: Array, scale: Array) -> Array:

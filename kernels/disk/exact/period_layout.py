@@ -1,0 +1,49 @@
+"""The rows of a block of motions whose periods are sought: LANES motions side by side (as in `kernels.lanes.layout`).
+
+The block takes the memory of `kernels.disk.exact.layout`. All its motions share their table and the wide panel
+(`kernels.disk.exact.wide_panels`) in whose w their places are given. Distances are in w from the start: they keep all
+their digits however small the swing is.
+"""
+
+from kernels.disk.exact.layout import LANES, SIZE
+from kernels.disk.exact.wide_panels import WIDE_TERMS
+from kernels.lanes.layout import offsets
+
+# The start: its place, the force, the kinetic energy and the sizes of the terms of the excess there
+W_0, FORCE, KINETIC, PULL, CURVATURE, LEVEL = offsets(0, 6, LANES)
+
+# The motion: its rates at upright, h minus V at upright
+C_1, C_2, BASE = offsets(6, 9, LANES)
+
+# The turning points: distances, and slopes of V in y there. FIRST is where the angle of the quadrature is zero.
+FIRST, SECOND, FIRST_SLOPE, SECOND_SLOPE = offsets(9, 13, LANES)
+
+# The saddle: its distance, and of which length the motion passes it or turns before it; 1 where it passes
+AWAY, WIDTH, PASSES = offsets(13, 16, LANES)
+
+# The substitution: distance = ANCHOR + WIDTH sinh(MIDDLE + HALF cos(angle)), see `kernels.disk.exact.period`
+ANCHOR, MIDDLE, HALF = offsets(16, 19, LANES)
+
+# A place on the way: its distance, and the derivative by the angle; on a wide panel, the place and the distance that the
+# excess is expanded in
+DISTANCE, STRETCH, PLACE, AWAY_THERE = offsets(19, 23, LANES)
+
+# A wide panel: how far the first one reaches, from where to where in w the present one counts, the rates at its centre
+EDGE, LOW, HIGH, S_HERE, P_HERE = offsets(23, 28, LANES)
+
+# The excess on it, A_0 + D (A_1 + D Q(w)): D is the distance from the start if that lies on it (ABOUT), else from the
+# centre; the place of the start, or zero; a coefficient of V divided by D once, and twice
+ABOUT, ROOT, A_0, A_1, ONCE, TWICE = offsets(28, 34, LANES)
+
+# The sums: ends of the interval, every fourth place, the places between these, those between all these; of the errors by
+# rounding; what is added
+ENDS, SUM_4, SUM_2, SUM_1, ERROR, PART = offsets(34, 40, LANES)
+
+#: Classes of motions, by the intervals of their first sums (`kernels.disk.exact.period_pass`).
+CLASSES = 5
+
+#: Coefficients of Q.
+Q_TERMS = WIDE_TERMS - 2
+Q = 40 * LANES
+
+assert Q + Q_TERMS * LANES <= SIZE
