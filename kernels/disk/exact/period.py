@@ -18,7 +18,6 @@ import math
 from kernels.disk.exact import period_layout as at
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
-from kernels.disk.exact.near_turning_points import TERM_ERROR
 from kernels.disk.exact.potential import rise, rise_at
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS, WIDE_TERMS
 from kernels.jit import internal, simd
@@ -250,7 +249,7 @@ def _continue(block, first, lane, w, value):
 @internal
 def _enter(block, piece):
     """Write from where to where a piece counts in LOW and HIGH; whether any motion gets there."""
-    far, side, some = math.tanh(0.5 * PIECE * (abs(piece) + 0.5)), 1.0 if piece > 0 else -1.0, 0
+    far, some = math.tanh(0.5 * PIECE * (abs(piece) + 0.5)), 0
     near = math.tanh(0.5 * PIECE * (abs(piece) - 0.5))
     for lane in range(LANES):
         edge, w_0 = block[at.EDGE + lane], block[at.W_0 + lane]

@@ -24,8 +24,8 @@ AWAY, WIDTH, PASSES = offsets(13, 16, LANES)
 # The substitution: distance = ANCHOR + WIDTH sinh(MIDDLE + HALF cos(angle)), see `kernels.disk.exact.period`
 ANCHOR, MIDDLE, HALF = offsets(16, 19, LANES)
 
-# A place on the way: its distance, and the derivative by the angle; on a wide panel, the place and the distance that the
-# excess is expanded in
+# A place on the way: its distance, and the derivative by the angle; on a wide panel, the place and the distance that
+# the excess is expanded in
 DISTANCE, STRETCH, PLACE, AWAY_THERE = offsets(19, 23, LANES)
 
 # A wide panel: how far the first one reaches, from where to where in w the present one counts, the rates at its centre
@@ -35,8 +35,8 @@ EDGE, LOW, HIGH, S_HERE, P_HERE = offsets(23, 28, LANES)
 # centre; the place of the start, or zero; a coefficient of V divided by D once, and twice
 ABOUT, ROOT, A_0, A_1, ONCE, TWICE = offsets(28, 34, LANES)
 
-# The sums: ends of the interval, every fourth place, the places between these, those between all these; of the errors by
-# rounding; what is added
+# The sums: ends of the interval, every fourth place, the places between these, those between all these; of the errors
+# by rounding; what is added
 ENDS, SUM_4, SUM_2, SUM_1, ERROR, PART = offsets(34, 40, LANES)
 
 #: Classes of motions, by the intervals of their first sums (`kernels.disk.exact.period_pass`).

@@ -101,7 +101,7 @@ def _collect(n, chunk, measures, counts):
 
 
 @internal
-def _load(chunk, first, last):
+def _load(chunk, at_saddle, first, last):
     block = chunk.block
     for lane in range(LANES):
         motion = chunk.motions[chunk.sought[chunk.order[min(first + lane, last - 1)]]]
@@ -117,7 +117,9 @@ def _load(chunk, first, last):
         block[at.PASSES + lane] = 1.0 if passes else 0.0
         block[at.WIDTH + lane] = _width(motion, ahead, behind)
         block[at.FORCE + lane], block[at.KINETIC + lane] = motion[of.FORCE], motion[of.KINETIC]
-        block[at.PULL + lane], block[at.CURVATURE + lane] = motion[of.PULL], motion[of.CURVATURE]
+        # elsewhere an error of the force shifts the swing as a whole
+        block[at.PULL + lane] = motion[of.PULL] if at_saddle else 0.0
+        block[at.CURVATURE + lane] = motion[of.CURVATURE]
         block[at.LEVEL + lane], block[at.BASE + lane] = motion[of.LEVEL], motion[of.BASE]
         block[at.C_1 + lane], block[at.C_2 + lane] = motion[of.C_1], motion[of.C_2]
         block[at.ERROR + lane] = motion[of.ROUNDING]
@@ -160,6 +162,7 @@ def _store(chunk, alpha, at_saddle, fresh, intervals, first, last, measures):
             turns = chunk.block[at.PASSES + lane] == 0.0
             period = 0.5 * period if at_saddle and turns else period
             right = 0.5 * TERM_ERROR * motion[of.ROUNDING] <= _PROMISE * motion[of.SUM] * intervals
+            right &= motion[of.SUM] < math.inf
             measures[EXACT_NUTATION_PERIOD, chunk.cells[chunk.sought[j]]] = period if right else math.nan
 
 
@@ -184,7 +187,7 @@ def find_periods(n, tables, chunk, measures, counts):
             table = key // (CENTRES * CLASSES)
             alpha, at_saddle = tables.alphas[table], class_ > 0
             intervals = times * (_MORE * class_ if at_saddle else _FIRST)
-            _load(chunk, first, last)
+            _load(chunk, at_saddle, first, last)
             integrate(
                 chunk.block, alpha, table, tables.nodes, tables.wide, number, at_saddle, times == 1, intervals
             )

@@ -203,7 +203,7 @@ def _maxima_on_panel(block, alpha, table, panels, nodes, k):
 
 @internal
 def find_saddles(block, alpha, table, panels, nodes):
-    """Find the saddles of the potentials, into TOP (y), HEIGHT (V there minus h) and BEND (V''): NaN with one well only.
+    """Find the saddles of the potentials, into TOP, HEIGHT (V there minus h) and BEND (V''): NaN with one well only.
 
     Needs what `kernels.disk.exact.near_turning_points.expand_about_starts` leaves.
     """

@@ -5,7 +5,7 @@ import pytest
 import referee
 from scipy.integrate import quad, solve_ivp
 
-from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, TILT_RATE
+from kernels.disk.arrays import TILT_RATE
 from kernels.disk.endings import BOUNDED
 from kernels.disk.exact.arrays import (
     EXACT_ENDING,
