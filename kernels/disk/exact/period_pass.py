@@ -14,7 +14,7 @@ from kernels.disk.exact.period_layout import CLASSES
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
 from kernels.jit import internal
 
-#: Intervals of the first sums: of motions far from a separatrix, and of the classes of those near one; of the last ones.
+#: Intervals of the first sums, of motions far from a separatrix and of the classes of those near one; of the last ones.
 _FIRST, _MORE, _MOST = 8, 16, 1 << 14
 #: Two successive sums may differ by this share of the sum, the second number near a separatrix, and their estimated
 #: error may be this large.

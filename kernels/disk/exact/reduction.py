@@ -2,8 +2,9 @@
 
 Passes over the chunk, each in blocks of lanes ordered by panel: expansions about the starts
 (`kernels.disk.exact.near_pass`), search outward from panel to panel, roots on the panels found
-(`kernels.disk.exact.far_pass`), and quadratures where periods are asked for (`kernels.disk.exact.period_pass`). A lane never reads its neighbours, and lanes without a motion repeat the last one of
-their block: a cell's bits depend on the cell alone.
+(`kernels.disk.exact.far_pass`), and quadratures where periods are asked for (`kernels.disk.exact.period_pass`). A lane
+never reads its neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on the
+cell alone.
 """
 
 from kernels.disk.exact.chunk import chunk_in

@@ -35,8 +35,8 @@ class Facts:
 
     `stored` and `exact` hold the values of the atlas and of the reduction; `low` and `high` are the differences of the
     extreme tilts [rad], which may be `allowed`; `period_allowed` [s] is that of the period; the truths say whether
-    ending and verdict are the exact ones, whether the verdict follows from the stored extremes, and whether a cell has to
-    have a period; `derived` is what
+    ending and verdict are the exact ones, whether the verdict follows from the stored extremes, and whether a cell
+    has to have a period; `derived` is what
     follows from the stored extremes, of which the amplification may be off by `rounding`.
     """
 
