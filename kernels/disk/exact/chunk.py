@@ -9,8 +9,7 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
 from kernels.disk.exact.legendre import PANELS, TERMS
 from kernels.jit import internal
-from kernels.lanes.intrinsics import without_refcount
-from kernels.lanes.layout import CACHE_LINE, aligned
+from kernels.lanes.layout import aligned
 
 #: Columns of a search for a turning point beyond the expansion about the start: its bracket, and a guess of the root.
 INNER, OUTER, GUESS = range(3)
@@ -63,11 +62,10 @@ class Chunk(NamedTuple):
     blocks: Any
 
 
-@internal
 def memory(size, tables, with_period):
-    """Arrays for a chunk of `size` cells; they have to outlive the `Chunk` that `chunk_in` makes of them."""
+    """Arrays for chunks of `size` cells at most: what `chunk_in` makes a `Chunk` of."""
     return (
-        np.empty(at.SIZE + CACHE_LINE),
+        aligned(at.SIZE),
         np.empty((size, of.COLUMNS)),
         np.empty((size if with_period else 0, TERMS)),
         np.empty(TERMS),
@@ -78,20 +76,23 @@ def memory(size, tables, with_period):
     )
 
 
+#: The types of these arrays, by their names in `kernels.disk.exact.extremes.reduce`.
+MEMORY_TYPES = {
+    "lanes": "float64[::1]",
+    "motions": "float64[:, ::1]",
+    "nears": "float64[:, ::1]",
+    "work": "float64[::1]",
+    "searches": "float64[:, ::1]",
+    "numbers": "int64[:, ::1]",
+    "ends": "int64[::1]",
+    "blocks": "int64[:, ::1]",
+}
+
+
 @internal
 def chunk_in(arrays):
-    """The `Chunk` in the arrays of `memory`: views without reference counts (`kernels.lanes.intrinsics`)."""
+    """The `Chunk` in the arrays of `memory`."""
     lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
     return Chunk(
-        without_refcount(aligned(lanes, at.SIZE)),
-        without_refcount(motions),
-        without_refcount(numbers[0]),
-        without_refcount(nears),
-        without_refcount(work),
-        without_refcount(searches),
-        without_refcount(numbers[1]),
-        without_refcount(numbers[2]),
-        without_refcount(numbers[3]),
-        without_refcount(ends),
-        without_refcount(blocks),
+        lanes, motions, numbers[0], nears, work, searches, numbers[1], numbers[2], numbers[3], ends, blocks
     )
