@@ -81,7 +81,8 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     try:
         # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
         with np.errstate(all="ignore"):
-            DISK.integrate.load()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
+            given = np.ascontiguousarray(starts)
+            DISK.integrate.load()(given, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
     finally:
         workers.use(None)
     return Results.of(measures, counts)
