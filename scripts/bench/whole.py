@@ -16,6 +16,7 @@ from bench.problem import FALL_TILT
 from bench.scaling import grid, kernel_seconds
 from sweep.engine.grid import blocks, chunks, starts_of
 from sweep.model.disk.exact import EXTREMES
+from sweep.platforms import most_threads
 
 #: Starts a command and prints the most memory [kB] that it had: what a child of this process had is not told apart.
 _RUNNER = (
