@@ -5,10 +5,10 @@ With fused multiply-add, a*b + c is rounded once and not twice, and the C librar
 
 import math
 
-from kernels.jit import kernel
+from kernels.native.entry import entry
 
 
-@kernel
+@entry(values="float64[:, ::1]", results="float64[:, ::1]")
 def probe(values, results):
     """Compute a product and a sum, and the elementary functions of the C library that kernels call.
 

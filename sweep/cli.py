@@ -15,7 +15,9 @@ from typing import Annotated
 import typer
 
 from sweep.commands import check, inspect, process, run, simulate
+from sweep.commands.terminal import say
 from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
+from sweep.notices import listen
 from sweep.platforms import check_memory, check_system
 from sweep.version import __version__
 
@@ -81,6 +83,7 @@ def _run() -> None:
     ignore_matplotlibrc()
     ignore_ncrc()
     process.tell_warnings()
+    listen(say)
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
     app(prog_name="eulerdisk")

@@ -85,7 +85,7 @@ def check_memory(words: Sequence[str]) -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit == resource.RLIM_INFINITY:
         return
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    processors = _processors()
     if _only_reads(words):
         needed = _READING_BYTES + _READING_THREAD_BYTES * processors
     else:
@@ -109,8 +109,8 @@ def _only_reads(words: Sequence[str]) -> bool:
 
 
 @lru_cache
-def check_numba() -> None:
-    """Refuse settings of Numba with which it cannot be imported, or cannot run a kernel in parallel.
+def check_settings() -> None:
+    """Refuse settings of Numba with which kernels cannot be compiled, or their code would end the process.
 
     Raises
     ------
@@ -123,26 +123,45 @@ def check_numba() -> None:
     elif threads is not None and not re.fullmatch(_THREADS, threads):
         raise _refused_setting("NUMBA_NUM_THREADS", f"must be a number from 1 to 9999; got {threads!r}")
     _check_target_processor()
+
+
+@lru_cache
+def check_numba() -> None:
+    """Import Numba; refuse settings with which it cannot be imported.
+
+    Raises
+    ------
+    RequestError
+    """
+    check_settings()
     with warnings.catch_warnings():
         # what Numba cannot read it ignores, with a traceback
         warnings.filterwarnings("error", message="(?s)Environment variable 'NUMBA_")
         try:
-            import numba
+            import numba  # noqa: F401 - whether it can be imported
         except (ImportError, ValueError, RuntimeError, Warning) as problem:
             named = re.search(r"NUMBA_\w+", str(problem))
             reason = str(problem).strip().partition("\n")[0]
             raise _refused_setting(
                 named[0] if named else "NUMBA_*", f"keeps Numba from starting: {reason}"
             ) from problem
-    try:
-        # starts the threads: where no threading layer can be loaded, it says so
-        numba.get_num_threads()
-    except ValueError as problem:
-        reason = str(problem).strip().partition("\n")[0]
-        # the layers that may be chosen from, where none of them is named
-        names = ("NUMBA_THREADING_LAYER", "NUMBA_THREADING_LAYER_PRIORITY")
-        name = next((each for each in names if os.environ.get(each)), names[0])
-        raise _refused_setting(name, f"has the value {os.environ.get(name, '')!r}: {reason}") from problem
+
+
+def most_threads() -> int:
+    """Return how many threads kernels may run in: NUMBA_NUM_THREADS, or as many as there are processors.
+
+    Raises
+    ------
+    RequestError
+        If the variable is no number.
+    """
+    check_settings()
+    return int(os.environ.get("NUMBA_NUM_THREADS") or _processors())
+
+
+def _processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _check_target_processor() -> None:

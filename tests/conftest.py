@@ -21,6 +21,8 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
 os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 
 # Commands and tests share one cache of compiled kernels, apart from the user's, that lasts to the next run.
+# which command compiles a kernel depends on the tests before: none of them says so
+os.environ["EULERDISK_NOTICES"] = "no"
 os.environ.setdefault("EULERDISK_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "kernels"))
 
 

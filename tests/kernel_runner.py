@@ -6,7 +6,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import numba
 import numpy as np
 import referee
 from referee import FALL_TILT
@@ -25,6 +24,7 @@ from kernels.disk.arrays import (
     TILT_MAX,
     TILT_MIN,
 )
+from kernels.native import workers
 from sweep.engine.grid import whole
 from sweep.model.disk.model import DISK
 from sweep.request.axes import Range
@@ -77,15 +77,14 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     """Integrate starts, float64[len(PARAMETERS), n]; with all threads unless told otherwise."""
     n = starts.shape[1]
     measures, counts = unwritten(n)
-    most = numba.config.NUMBA_NUM_THREADS
-    before = numba.get_num_threads()
-    numba.set_num_threads(most if threads is None else threads)
+    workers.use(workers.processors() if threads is None else threads)
     try:
         # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
         with np.errstate(all="ignore"):
-            DISK.integrate.load()(starts, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
+            given = np.ascontiguousarray(starts)
+            DISK.integrate.load()(given, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
     finally:
-        numba.set_num_threads(before)
+        workers.use(None)
     return Results.of(measures, counts)
 
 

@@ -20,6 +20,10 @@ CONTRACTS = {contract["id"]: contract for contract in read_configuration(PYPROJE
 SOURCES = sorted(
     path for folder in ("kernels", "sweep", "scripts", "tests") for path in (CHECKOUT / folder).rglob("*.py")
 )
+#: The modules that are compiled; `kernels.native` is the Python around them.
+COMPILED = sorted(
+    path for path in (CHECKOUT / "kernels").rglob("*.py") if path.parent != CHECKOUT / "kernels" / "native"
+)
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
 #: Paths and dotted names of the project, as pages and docstrings spell them.
 PATH_NAME = re.compile(r"(?<![\w./-])((?:kernels|sweep|scripts|tests|docs)/[\w./-]*\w)(?:::(\w+))?")
@@ -101,13 +105,14 @@ def test_no_room_looks_up_to_the_face_of_the_package() -> None:
     assert graph.find_modules_that_directly_import("sweep") == set()
 
 
-@pytest.mark.parametrize("path", sorted((CHECKOUT / "kernels").rglob("*.py")), ids=named)
+@pytest.mark.parametrize("path", COMPILED, ids=named)
 def test_kernels_import_arithmetic_only(path: Path) -> None:
-    """A kernel module imports math, numpy, numba, typing (named tuples) and other kernels, nothing else."""
-    assert set(top_level_imports(path)) <= {"math", "numpy", "numba", "typing", "kernels"}
+    """A kernel module imports math, numpy, typing (named tuples) and other kernels, nothing else; so it loads light."""
+    inside = {"numba"} if path.name in ("cuda.py", "intrinsics.py") else set()
+    assert set(top_level_imports(path)) <= {"math", "numpy", "typing", "kernels"} | inside
 
 
-@pytest.mark.parametrize("path", sorted((CHECKOUT / "kernels").rglob("*.py")), ids=named)
+@pytest.mark.parametrize("path", COMPILED, ids=named)
 def test_kernels_never_raise(path: Path) -> None:
     """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten."""
     nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
@@ -146,6 +151,13 @@ def test_a_preset_is_read_light() -> None:
     read = f"from sweep.request.spec import SweepSpec; {spec}.fingerprint()"
     hashed = f"from sweep.engine.compute import arithmetic_hash; arithmetic_hash({spec})"
     assert loaded_after(f"{read}; {hashed}") & HEAVY == set()
+
+
+def test_kernels_load_light() -> None:
+    """Entry points are imported without the compiler: a process whose machine code is kept needs none."""
+    names = sorted(str(path.relative_to(CHECKOUT).with_suffix("")).replace("/", ".") for path in COMPILED)
+    modules = [name for name in names if not name.endswith(("__init__", ".cuda"))]
+    assert loaded_after(f"import {', '.join(modules)}") & (HEAVY | {"llvmlite"}) == set()
 
 
 def test_command_line_loads_light() -> None:

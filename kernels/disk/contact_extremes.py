@@ -10,7 +10,6 @@ image in the positive one, so that mirror images have the same bits.
 import math
 
 import numpy as np
-from numba import prange
 
 from kernels.disk import tilt_series as at
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
@@ -49,7 +48,11 @@ from kernels.disk.tilt_series import (
     TAN,
     TERMS,
 )
-from kernels.jit import internal, parallel
+from kernels.jit import internal
+from kernels.native.entry import parallel
+
+#: Cells that a thread takes at a time.
+_CHUNK = 128
 
 #: A value is known where the bound of its error is below this times 1 + |value|; promised is 1e-6.
 _KNOWN = 2.5e-7
@@ -277,12 +280,32 @@ def _judge(kept):
     return least, most, PRESSES
 
 
-@parallel
-def contact_extremes(starts, extents, endings, fall_tilt, extremes, states):
+def _memory_of_thread(*_):
+    return np.empty((at.ROWS, TERMS)), np.empty(MOST_ROOTS), np.empty(_KEPT)
+
+
+@parallel(
+    _CHUNK,
+    _memory_of_thread,
+    starts="float64[:, ::1]",
+    extents="float64[:, ::1]",
+    endings="int64[::1]",
+    fall_tilt="float64",
+    extremes="float64[:, ::1]",
+    states="int64[::1]",
+    series="float64[:, ::1]",
+    found="float64[::1]",
+    kept="float64[::1]",
+)
+def contact_extremes(start, stop, starts, extents, endings, fall_tilt, extremes, states, series, found, kept):
     """Find the extremes of the contact forces that rolling without slip needs along the motion of every cell.
+
+    Python calls it without `start`, `stop` and what follows `states`.
 
     Parameters
     ----------
+    start, stop : int
+        The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
     extents : float64[len(EXTENT), n]
         Least and greatest tilt [rad] of the motion, NaN where there is none, and their estimated error [rad].
@@ -296,6 +319,8 @@ def contact_extremes(starts, extents, endings, fall_tilt, extremes, states):
         of 1e-6 (1 + |value|).
     states : int64[n], written
         `NO_MOTION`, `PRESSES`, `LIFTS_OFF` or `UNRESOLVED_FORCES` of `kernels.disk.motion_arrays`.
+    series, found, kept : arrays
+        Memory of a thread: series of a panel, their roots, numbers that are kept along a motion.
 
     Notes
     -----
@@ -303,20 +328,18 @@ def contact_extremes(starts, extents, endings, fall_tilt, extremes, states):
     within its error, over which the forces of a fast motion can change by more than 1e-6. Where the two are far apart,
     nothing is known.
     """
-    for cell in prange(starts.shape[1]):
+    for cell in range(start, stop):
         least, greatest = extents[EXTENT_TILT_MIN, cell], extents[EXTENT_TILT_MAX, cell]
         normal, friction, state = math.nan, math.nan, NO_MOTION
         if least <= greatest:
-            start = starts[:, cell]
-            unit = math.sqrt(start[RADIUS] / start[GRAVITY])
-            scaled = scaled_state(
-                start[TILT], start[TILT_RATE], start[PRECESSION_RATE], start[ROLL_RATE], unit
-            )
-            series, found, kept = np.zeros((at.ROWS, TERMS)), np.empty(MOST_ROOTS), np.zeros(_KEPT)
+            own = starts[:, cell]
+            unit = math.sqrt(own[RADIUS] / own[GRAVITY])
+            scaled = scaled_state(own[TILT], own[TILT_RATE], own[PRECESSION_RATE], own[ROLL_RATE], unit)
+            series[:], kept[:] = 0.0, 0.0
             kept[:_MOST] = math.inf
             state = UNRESOLVED_FORCES
             if _search(
-                start, scaled, least, greatest, extents[EXTENT_TILT_ERROR, cell], endings[cell], fall_tilt,
+                own, scaled, least, greatest, extents[EXTENT_TILT_ERROR, cell], endings[cell], fall_tilt,
                 series, found, kept,
             ):  # fmt: skip
                 normal, friction, state = _judge(kept)

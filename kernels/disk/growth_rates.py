@@ -2,17 +2,18 @@
 
 import math
 
-from numba import prange
-
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.rk4 import step
-from kernels.jit import internal, parallel
+from kernels.jit import internal
+from kernels.native.entry import parallel
 
 #: Kick [1] over the fastest rate of the cell: the part of the response that is odd in it is linear to its square.
 _KICK = 1e-5
 #: RK4 steps for one unit of time, that of the fastest rate.
 _STEPS = 64
+#: Cells that a thread takes at a time.
+_CHUNK = 256
 
 
 @internal
@@ -43,12 +44,16 @@ def _coefficient(starts, cell):
     return -rate * rate if cosine > 1.0 else rate * rate
 
 
-@parallel
-def coefficients(starts, found):
+@parallel(_CHUNK, starts="float64[:, ::1]", found="float64[::1]")
+def coefficients(start, stop, starts, found):
     """Measure the coefficient k of small oscillations d'' + k d = 0 about steady motions.
+
+    Python calls it without `start` and `stop`.
 
     Parameters
     ----------
+    start, stop : int
+        The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
         Each a steady motion. Their tilt rates are not read.
     found : float64[n], written
@@ -60,5 +65,5 @@ def coefficients(starts, found):
     the kick up to its square. d(2t)/(2 d(t)) is cos(sqrt(k) t) or cosh(sqrt(-k) t): neither the size of the kick
     nor any theory of k enters.
     """
-    for cell in prange(found.size):
+    for cell in range(start, stop):
         found[cell] = _coefficient(starts, cell)

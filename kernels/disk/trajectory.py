@@ -29,7 +29,8 @@ from kernels.disk.motion_arrays import (
     TRAJECTORY_STEP,
 )
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
-from kernels.jit import internal, kernel
+from kernels.jit import internal
+from kernels.native.entry import entry
 
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 100_000_000
@@ -105,7 +106,7 @@ def _scaled_column(states, i, unit):
     )
 
 
-@kernel
+@entry(start="float64[::1]", settings="float64[::1]", times="float64[::1]", samples="float64[:, ::1]")
 def trajectory(start, settings, times, samples):
     """Integrate one start and record it at the given times.
 
@@ -163,7 +164,7 @@ def trajectory(start, settings, times, samples):
     return HORIZON, len(times), times[-1], steps
 
 
-@kernel
+@entry(start="float64[::1]", states="float64[:, ::1]", results="float64[:, ::1]")
 def derived(start, states, results):
     """Compute what follows from sampled states, by whatever method they were integrated.
 

@@ -1,18 +1,11 @@
 """One compiled entry point for each model, from the one schedule and the functions of the model.
 
 The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions
-that use such a global, and the copies see the model's functions under these names. A closure over the model's functions
-would compute the same, as fast, but Numba cannot keep closures in its disk cache (second process: 32.6 s, not 2.0 s).
-Numba's cache key ignores globals: each model needs a cache folder of its own. A copy bears the name of its model, too:
-Numba names machine code after the function and a number that counts in each process. Code that one process has kept on
-disk may have the names of what another process compiles, and of two pieces with one name the linker takes the first:
-without it a process ended with a damaged heap where one model was loaded and the other compiled.
+that use such a global, and the copies see the model's functions under these names. A copy bears the name of its model,
+too: Numba names machine code after the function and a number that counts in each process.
 """
 
-from numba import jit
-
 from kernels.lanes import interface, schedule
-from kernels.vector_width import PreferredWidth
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
 _FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout"))
@@ -27,10 +20,12 @@ def bind(model):
 
     Returns
     -------
-    callable
+    kernels.native.entry.ParallelEntry
         `kernels.lanes.schedule.integrate`, which calls the functions of the model.
     """
-    return rebound(schedule.integrate, replacements(model), lambda *given: _recompiled(model, *given), {})
+    replaced = replacements(model)
+    found = rebound(schedule.integrate, replaced, lambda *given: _recompiled(model, *given), {})
+    return found.copied(found.py_func, copied(model, schedule.memory_of_thread, replaced))
 
 
 def replacements(model):
@@ -45,7 +40,6 @@ def rebound(kernel, replaced, recompiled, made):
     Parameters
     ----------
     kernel : compiled function
-        Or a plain one, where NUMBA_DISABLE_JIT is set.
     replaced : dict
         Name -> what it stands for, in functions of `kernels.lanes`.
     recompiled : callable
@@ -87,16 +81,11 @@ def copied(model, kernel, different):
 
 
 def _is_kernel(value):
-    # where NUMBA_DISABLE_JIT is set kernels are plain functions
+    # those of `kernels.lanes.cuda` are plain functions
     return hasattr(value, "py_func") or (
         isinstance(value, type(plain)) and value.__module__.startswith("kernels.")
     )
 
 
 def _recompiled(model, kernel, different):
-    if not different:
-        return kernel
-    copy = copied(model, kernel, different)
-    if not hasattr(kernel, "targetoptions"):
-        return copy
-    return jit(pipeline_class=PreferredWidth, **kernel.targetoptions)(copy)
+    return kernel.copied(copied(model, kernel, different)) if different else kernel

@@ -15,7 +15,8 @@ Two kinds of functions
     they call. So that the loop over lanes becomes full-width vector code they have no branch that cannot become a
     selection and load before they store: one call that is left when the loop is first compiled keeps it scalar, seven
     times as slow. They run for an idle lane too: its numbers have no meaning, and no result is written.
-    Those marked *scalar* run for one cell at a time (`kernels.jit.internal` or `simd`). No function raises.
+    Those marked *scalar* run for one cell at a time (`kernels.jit.internal` or `simd`). No function raises, makes an
+    array or returns a part of one.
 
 Arguments
     cell : int

@@ -6,7 +6,7 @@ compiler prove that no lane accesses another one's numbers; with two dimensions 
 lane loop stays scalar (30 times slower).
 """
 
-from kernels.jit import internal
+import numpy as np
 
 #: Four AVX-512 or eight AVX2 vectors: enough independent chains to hide latency. With 16 a run takes 6 % longer, with
 #: 48 it takes 3 % less where there are cells enough, but more lanes idle while the last long cell of a chunk ends.
@@ -33,11 +33,11 @@ def offsets(first, stop, lanes=LANES):
     return tuple(row * lanes for row in range(first, stop))
 
 
-@internal
-def aligned(memory, size):
-    """The first `size` numbers of float64[:] `memory` that begin with a cache line: it holds CACHE_LINE more.
+def aligned(size):
+    """Uninitialised memory for `size` numbers (float64) that begins with a cache line.
 
     Full vectors that cross a cache line cost a quarter of the speed.
     """
+    memory = np.empty(size + CACHE_LINE)
     first = -(memory.ctypes.data // 8) % CACHE_LINE
     return memory[first : first + size]

@@ -15,9 +15,8 @@ Words of bits
 """
 
 import numpy as np
-from numba import prange
 
-from kernels.jit import internal, parallel, simd
+from kernels.jit import internal, simd
 from kernels.lanes.interface import (
     RETURNED,
     SIZE,
@@ -33,9 +32,9 @@ from kernels.lanes.interface import (
     read_start,
     set_off,
 )
-from kernels.lanes.intrinsics import count_trailing_zeros, without_refcount
-from kernels.lanes.layout import CACHE_LINE, LANES, aligned
-from kernels.lanes.stride import coprime_stride
+from kernels.lanes.intrinsics import count_trailing_zeros
+from kernels.lanes.layout import LANES, aligned
+from kernels.native.entry import parallel
 
 #: Cells that one task of the parallel loop processes: so many that filling and draining the lanes costs little.
 CHUNK = 2048
@@ -138,11 +137,6 @@ def _end(first, legs, run, block, measures, counts):
 
 
 @internal
-def _block(number, memory):
-    return memory[STEPPING + number * SIZE : STEPPING + (number + 1) * SIZE]
-
-
-@internal
 def _let_wait(lanes, number, notes):
     """Let lanes of a block wait to be stepped; returns the word of the block, 0 if there are none."""
     notes[_LEG, number], notes[_LEFT, number], notes[_WAITING, number] = lanes, lanes, lanes
@@ -180,9 +174,6 @@ def _store(events, steps, memory, notes):
 @internal
 def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
     """Integrate the cells from `start` to `stop`; `memory` holds the stepping lanes, all zero, then the blocks."""
-    # The caller holds counted references until this call returns. If the caller dropped the counts itself, this call
-    # could be the last use of the arrays, and they would be freed before it.
-    memory, notes = without_refcount(memory), without_refcount(notes)
     following, total = start, 0
     # words of stepping lanes: without a cell, with an event that is not handled yet
     idle, pending = _ALL, 0
@@ -198,7 +189,8 @@ def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
             else:
                 number = count_trailing_zeros(spare)
                 notes[_FIRST, number] = following
-                legs = _begin(following, stop, starts, run, _block(number, memory), measures, counts)
+                first = STEPPING + number * SIZE
+                legs = _begin(following, stop, starts, run, memory[first : first + SIZE], measures, counts)
                 waiting = _let_wait(legs, number, notes)
                 spare &= ~waiting
                 following += LANES
@@ -213,51 +205,50 @@ def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
             number = count_trailing_zeros(ended)
             ended &= ended - 1
             first, legs = notes[_FIRST, number], notes[_LEG, number]
-            legs = _end(first, legs, run, _block(number, memory), measures, counts)
+            place = STEPPING + number * SIZE
+            legs = _end(first, legs, run, memory[place : place + SIZE], measures, counts)
             again = _let_wait(legs, number, notes)
             waiting |= again
             spare |= (1 << number) & ~again
 
 
-@internal
-def _integrate_chunk(start, stop, starts, settings, measures, counts):
-    size = STEPPING + LANES * SIZE
-    memory = np.empty(size + CACHE_LINE)
-    lanes = aligned(memory, size)
-    lanes[:STEPPING] = 0.0
-    notes = np.zeros((_NOTE_ROWS, LANES), np.int64)
-    run = prepared_settings(settings)
-    _integrate_all(start, stop, starts, run, lanes, notes, measures, counts)
+def memory_of_thread(*_):
+    """Memory of a thread: the stepping lanes and all blocks, and notes."""
+    return aligned(STEPPING + LANES * SIZE), np.empty((_NOTE_ROWS, LANES), np.int64)
 
 
-@parallel
-def integrate(starts, settings, measures, counts):
+@parallel(
+    CHUNK,
+    memory_of_thread,
+    starts="float64[:, ::1]",
+    settings="float64[::1]",
+    measures="float64[:, ::1]",
+    counts="int32[:, ::1]",
+    memory="float64[::1]",
+    notes="int64[:, ::1]",
+)
+def integrate(start, stop, starts, settings, measures, counts, memory, notes):
     """Integrate every cell until its ending is known; a template that `kernels.lanes.binding.bind` completes.
+
+    Python calls it without `start`, `stop` and what follows `counts`.
 
     Parameters
     ----------
+    start, stop : int
+        The cells of one chunk.
     starts : float64[parameters, n]
         One cell per column; the model says which rows there are.
     settings : float64[:]
         Settings of the run, as the model's `prepared_settings` reads them.
     measures : float64[measures, n], written
     counts : int32[counts, n], written
+    memory, notes : arrays
+        `memory_of_thread`.
 
     Notes
     -----
     Never raises.
     """
-    n = starts.shape[1]
-    chunks = (n + CHUNK - 1) // CHUNK
-    stride = coprime_stride(chunks)
-    for place in prange(chunks):
-        chunk = place * stride % chunks
-        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
-        _integrate_chunk(
-            start,
-            stop,
-            without_refcount(starts),
-            without_refcount(settings),
-            without_refcount(measures),
-            without_refcount(counts),
-        )
+    memory[:STEPPING] = 0.0
+    notes[:] = 0
+    _integrate_all(start, stop, starts, prepared_settings(settings), memory, notes, measures, counts)

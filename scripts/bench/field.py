@@ -4,11 +4,10 @@ import statistics
 import sys
 from typing import Any
 
-import numba
 import numpy as np
 
 from bench import libraries, loops, taylor
-from bench.problem import TARGET, TASK, Array, Contender, Solve, peaks, some, starts
+from bench.problem import TARGET, TASK, Array, Contender, Solve, peaks, some, starts, use_threads
 
 #: What is faster than this [s] is run a second time before it counts: the first run compiled or loaded something.
 _BRIEF = 3.0
@@ -38,7 +37,7 @@ def _spread(values: list[float]) -> dict[str, float]:
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
     """Return the table of the field, one thread each; contenders that are not installed are absent."""
-    numba.set_num_threads(1)
+    use_threads(1)
     grid = starts()
     rows: list[dict[str, Any]] = []
     base: tuple[Solve, Array, float] | None = None

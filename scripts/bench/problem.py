@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -25,6 +26,7 @@ from kernels.disk.arrays import (
     TILT_RATE,
 )
 from kernels.disk.exact.arrays import EXACT_NUTATION_PERIOD, EXACT_TILT_MAX, EXACT_TILT_MIN
+from sweep.engine import compute
 from sweep.engine.grid import whole
 from sweep.model.disk.exact import EXTREMES
 
@@ -67,6 +69,12 @@ def some(given: Array, count: int) -> Array:
     # an odd stride visits every tilt and every rate
     stride = max(1, given.shape[1] // count) | 1
     return np.ascontiguousarray(given[:, ::stride][:, :count])
+
+
+def use_threads(threads: int) -> None:
+    """Let this program's kernels use so many threads, and Numba's parallel loops too."""
+    compute.use_threads(threads)
+    numba.set_num_threads(threads)
 
 
 def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:

@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 
 import sweep
-from bench.problem import FALL_TILT
+from bench.problem import FALL_TILT, use_threads
 from sweep.engine.grid import whole
 from sweep.model.disk.exact import EXTREMES
+from sweep.platforms import most_threads
 
 
 def _median(work: Callable[[], object], repeats: int) -> float:
@@ -32,12 +32,11 @@ def measure(quick: bool, repeats: int) -> dict[str, Any]:
     words = [f"roll_rate=2:4:{side}", f"tilt=0.001deg:5deg:{side}:log"]
     spec = sweep.SweepSpec.from_words("rolling", words)
     starts = np.stack(list(whole(spec).values()))
-    threads = int(numba.config.NUMBA_NUM_THREADS)
-    numba.set_num_threads(threads)
+    threads = most_threads()
+    use_threads(threads)
 
     def reduce(with_period: bool) -> None:
-        with numba.parallel_chunksize(1):
-            EXTREMES.load()(starts, FALL_TILT, with_period)
+        EXTREMES.load()(starts, FALL_TILT, with_period)
 
     found = {
         "cells": spec.size,

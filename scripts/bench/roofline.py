@@ -9,13 +9,14 @@ import numba
 import numpy as np
 
 from bench.loops import equal_steps
-from bench.problem import FALL_TILT, results, starts
+from bench.problem import FALL_TILT, results, starts, use_threads
 from kernels.disk import equations as disk
 from kernels.disk import rk4
 from kernels.disk.arrays import STATE, STEPS
-from kernels.vector_width import PreferredWidth, prefer
+from kernels.native.pipeline import KernelCompiler, prefer
 from sweep.model.disk.model import DISK
 from sweep.model.vector_width import FULL, HALF, bits
+from sweep.platforms import most_threads
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
 _STEPS = (0.01, 0.001)
@@ -74,7 +75,7 @@ def _probe(width: int) -> Callable[..., None]:
     scope: dict[str, Any] = {}
     exec("\n".join(lines), scope)
     # not in the parallel loop itself, whose body Numba compiles in its own way
-    chains = numba.njit(pipeline_class=PreferredWidth, fastmath={"contract"}, error_model="numpy")(
+    chains = numba.njit(pipeline_class=KernelCompiler, fastmath={"contract"}, error_model="numpy")(
         scope["chains"]
     )
 
@@ -106,12 +107,12 @@ def measure(quick: bool, repeats: int) -> list[dict[str, Any]]:
 
     A row for each step and for one thread and all.
     """
-    most = int(numba.config.NUMBA_NUM_THREADS)
+    most = most_threads()
     return [_measure(quick, repeats, threads, step) for threads in sorted({1, most}) for step in _STEPS]
 
 
 def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, Any]:
-    numba.set_num_threads(threads)
+    use_threads(threads)
     along, across = (120, 80) if quick else (300, 200)
     given = starts((f"roll_rate=2:4:{along}", f"tilt=0.001deg:5deg:{across}:log"))
     n = given.shape[1]

@@ -5,13 +5,13 @@ import sys
 import time
 from typing import Any
 
-import numba
 import numpy as np
 
 import sweep
-from bench.problem import FALL_TILT, results
+from bench.problem import FALL_TILT, results, use_threads
 from sweep.engine.grid import blocks, starts_of
 from sweep.model.disk.model import DISK
+from sweep.platforms import most_threads
 
 
 def grid(count: int) -> list[str]:
@@ -22,7 +22,7 @@ def grid(count: int) -> list[str]:
 
 def kernel_seconds(count: int, threads: int) -> float:
     """Return the seconds in the kernel, block by block as a run does it."""
-    numba.set_num_threads(threads)
+    use_threads(threads)
     spec = sweep.SweepSpec.from_words("rolling", grid(count))
     settings = np.array([spec.duration, 0.0, FALL_TILT, spec.tolerance])
     taken = 0.0
@@ -37,7 +37,7 @@ def kernel_seconds(count: int, threads: int) -> float:
 
 def measure(quick: bool, repeats: int) -> list[dict[str, Any]]:
     """Return the time per cell [us] for numbers of cells, with one thread and with all, in turn."""
-    most = int(numba.config.NUMBA_NUM_THREADS)
+    most = most_threads()
     rows: list[dict[str, Any]] = []
     for power in range(3, 6 if quick else 8):
         count = 10**power

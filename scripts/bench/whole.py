@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import netCDF4
-import numba
 import numpy as np
 
 import sweep
@@ -17,6 +16,7 @@ from bench.problem import FALL_TILT
 from bench.scaling import grid, kernel_seconds
 from sweep.engine.grid import blocks, chunks, starts_of
 from sweep.model.disk.exact import EXTREMES
+from sweep.platforms import most_threads
 
 #: Starts a command and prints the most memory [kB] that it had: what a child of this process had is not told apart.
 _RUNNER = (
@@ -29,7 +29,7 @@ def measure(quick: bool) -> dict[str, dict[str, Any]]:
     """Return seconds, memory and the least possible seconds of `run`, `verify` and `compare`, with all threads."""
     count = 10**6 if quick else 10**7
     spec = sweep.SweepSpec.from_words("rolling", grid(count))
-    threads = int(numba.config.NUMBA_NUM_THREADS)
+    threads = most_threads()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "atlas.nc"
         program = (sys.executable, "-m", "sweep")

@@ -15,7 +15,7 @@ from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import Quantity
-from sweep.platforms import check_numba
+from sweep.platforms import most_threads
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import AUTOMATIC
@@ -248,9 +248,7 @@ def use_threads(threads: int | None) -> None:
     RequestError
         If `threads` is out of range.
     """
-    import numba
-
-    numba.set_num_threads(usable_threads(threads))
+    import_module("kernels.native.workers").use(usable_threads(threads))
 
 
 def usable_threads(threads: int | None) -> int:
@@ -261,10 +259,7 @@ def usable_threads(threads: int | None) -> int:
     RequestError
         If `threads` is out of range.
     """
-    check_numba()
-    import numba
-
-    most = int(numba.config.NUMBA_NUM_THREADS)
+    most = most_threads()
     wanted = min(available_threads(), most) if threads is None else threads
     if not 1 <= wanted <= most:
         raise RequestError(

@@ -19,7 +19,7 @@ from sweep.platforms import check_features
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
-_PROBE = Kernel("kernels.rounding", "probe")
+_PROBE = Kernel("kernels.rounding", "probe", seconds=1.0)
 
 #: Rows and columns of the results of the probe; cells at each end of the grid whose starts are compared.
 _ROWS, _COLUMNS, _CELLS = 12, 4000, 256

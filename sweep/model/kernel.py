@@ -1,9 +1,8 @@
 """The compiled functions of models: imported when first used, and kept on disk under a key made of their code.
 
-Numba's own key for a cached function sees only the file of the function itself. After an edit in another file, or for
-another model that is bound to the same schedule, it would go on running the old code. So the folder of the cache is
-named after the code of every module that the function is made of, comments and docstrings aside. What is in it is
-checked before it is loaded (`sweep.model.kernel_cache`).
+The folder of the cache is named after the code of every module that a function is made of, comments and docstrings
+aside: after an edit of any of them the old code is not found. What is in it is checked before it is loaded
+(`sweep.model.kernel_cache`).
 """
 
 import hashlib
@@ -11,9 +10,10 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.machinery import ModuleSpec
+from importlib.metadata import version
 from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,8 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.model import vector_width
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
-from sweep.platforms import check_numba, warn_of_processor
+from sweep.notices import notice
+from sweep.platforms import check_settings, warn_of_processor
 
 #: What may hold a quote or a hash sign that means nothing: strings and comments.
 _STRING_OR_COMMENT = re.compile(
@@ -48,13 +49,16 @@ class Kernel:
     module, function : str
         Where it stands.
     cached : tuple of str, optional
-        The compiled functions that are kept on disk, each as ``module:function``; the function itself if none is named.
-        A function that is plain Python and calls compiled ones names those.
+        The entry points (`kernels.native.entry`) that are kept on disk, each as ``module:function``; the function
+        itself if none is named. A function that is plain Python and calls compiled ones names those.
+    seconds : float, optional
+        About how long compiling all of them takes, for the notice of it.
     """
 
     module: str
     function: str
     cached: tuple[str, ...] = ()
+    seconds: float = 5.0
 
     def load(self) -> Callable[..., Any]:
         """Return the function, kept on disk where the cache folder can be written."""
@@ -63,26 +67,24 @@ class Kernel:
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
-    check_numba()
+    check_settings()
     warn_of_processor()
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
-    folder = usable_folder(cache_root(), cache_folder([kernel.module]).name)
-    width = _prefer_width(folder)
+    root = cache_root()
+    # one notice for all entry points of the kernel
+    announce = lru_cache(partial(_announce, kernel, root))
     for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
         module, _, name = each.partition(":")
-        _cache_on_disk(getattr(import_module(module), name), folder, width)
+        folder = usable_folder(root, cache_folder([module]).name)
+        width = partial(vector_width.bits, root if folder else None)
+        getattr(import_module(module), name).source = KernelCache(folder, width, announce).machine_code
     return found
 
 
-def _prefer_width(folder: Path | None) -> int:
-    """Let the kernels be compiled with vectors of the width that suits this processor; return that [bits]."""
-    import numba
-
-    if numba.config.DISABLE_JIT:
-        return 0
-    width = vector_width.bits(folder.parent if folder else None)
-    import_module("kernels.vector_width").prefer(width)
-    return width
+def _announce(kernel: Kernel, root: Path) -> None:
+    notice(
+        f"compiling {kernel.module} for this processor takes about {kernel.seconds:.0f} s; to be kept in {root}"
+    )
 
 
 def chunk_cells() -> int:
@@ -191,10 +193,8 @@ def cache_root() -> Path:
 
 def cache_folder(modules: Iterable[str]) -> Path:
     """Return the folder of the compiled functions that are made of these modules."""
-    import llvmlite
-    import numba
-
-    key = f"{code_hash(modules)[:16]}-numba{numba.__version__}-llvmlite{llvmlite.__version__}"
+    versions = "-".join(f"{name}{version(name)}" for name in ("numba", "llvmlite"))
+    key = f"{code_hash(modules)[:16]}-{versions}"
     return cache_root() / key
 
 
@@ -212,10 +212,3 @@ def check_cache(kernels: Iterable[Kernel]) -> None:
             hint="Set EULERDISK_CACHE_DIR to a folder that can be written.",
             where="cache",
         )
-
-
-def _cache_on_disk(compiled: Any, folder: Path | None, width: int) -> None:
-    import numba
-
-    if folder is not None and not numba.config.DISABLE_JIT:
-        compiled._cache = KernelCache(compiled.py_func, folder, width)

@@ -1,67 +1,87 @@
 """The files that keep compiled functions: checked before they are loaded, and compiled again where they are damaged.
 
-What is loaded is a pickle with machine code, so whoever can write such a file decides what runs here. A folder or file
+What is loaded is machine code, so whoever can write such a file decides what runs here. A folder or file
 that others can write is not used. Numba's own cache has neither check: a damaged file of it ends the process.
 """
 
 import hashlib
+import json
 import os
-import pickle
 import re
 import stat
 import warnings
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from sweep.atomic import publish_bytes
+from sweep.platforms import check_numba, host_features, processor
+
+#: The form in which kernels are loaded.
+_MACHINE_CODE = "kernels.native.machine_code"
 
 #: End of the name of a file, and how many bytes at its begin are the checksum of the rest.
 ENDING, _CHECKSUM_BYTES = ".nbc", 32
 
 
+#: Settings of Numba that change the code it makes.
+_SETTINGS = ("CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
+
+
 class KernelCache:
-    """The compiled forms of one function on disk, one file each; has the methods that a dispatcher of Numba calls.
+    """The machine code of entry points on disk, one file each.
 
     Parameters
     ----------
-    function : function
-        The Python function that is compiled.
-    folder : Path
-        Where the files are; see `usable_folder`.
-    width : int
-        Width of vectors [bits] that the function is compiled with, 0 if LLVM chooses.
+    folder : Path or None
+        Where the files are, see `usable_folder`; None if nothing can be kept.
+    width : callable, optional
+        Returns the width of vectors [bits] that is preferred, 0 if LLVM chooses. Called when it is needed.
+    announce : callable, optional
+        Called before a function is compiled.
     """
 
-    def __init__(self, function: Any, folder: Path, width: int = 0) -> None:
-        self._function, self._folder, self._width = function, folder, width
+    def __init__(
+        self,
+        folder: Path | None,
+        width: Callable[[], int] = lambda: 0,
+        announce: Callable[[], object] = lambda: None,
+    ) -> None:
+        self._folder, self._width, self._announce = folder, width, announce
 
-    @property
-    def cache_path(self) -> str:
-        """The folder of the files."""
-        return str(self._folder)
+    def machine_code(self, entry: Any) -> Any:
+        """Return the `kernels.native.machine_code.MachineCode` of an entry point, kept or compiled."""
+        width = self._width()
+        key = _key(entry, width)
+        found = self._kept(entry, key)
+        if found is None:
+            self._announce()
+            found = _compiled(entry, width)
+            self._keep(entry, key, found)
+        return found
 
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the compiled form for a signature and a target; None if there is none that is whole."""
-        from numba.core.compiler import CompileResult
-
-        target.refresh()
-        key = self._key(signature, target.codegen())
-        content = read_own(self._path(key))
+    def _kept(self, entry: Any, key: str) -> Any:
+        """Return the machine code that is kept, None if there is none that is whole and can be loaded."""
+        if self._folder is None:
+            return None
+        content = read_own(self._path(entry, key))
         payload = content[_CHECKSUM_BYTES:]
         if content[:_CHECKSUM_BYTES] != _checksum(key, payload):
             return None
-        return CompileResult._rebuild(target, *pickle.loads(payload))
+        head, _, code = payload.partition(b"\n")
+        name, results, needed = json.loads(head)
+        found = import_module(_MACHINE_CODE).MachineCode(name, tuple(results), tuple(needed), code)
+        return found if found.is_lasting() else None
 
-    def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a compiled form, if it can be kept; a file system that refuses costs the next compilation."""
-        from numba.core.serialize import dumps
-
-        if compiled.library.has_dynamic_globals or any(not each.can_cache for each in compiled.lifted):
+    def _keep(self, entry: Any, key: str, found: Any) -> None:
+        """Keep machine code, if it can be kept; a file system that refuses costs the next compilation."""
+        if self._folder is None or not found.is_lasting():
             return
-        key, payload = self._key(signature, compiled.codegen), dumps(compiled._reduce())
+        payload = json.dumps([found.name, found.results, found.needed]).encode() + b"\n" + found.code
         try:
             # not by the umask alone: see `usable_folder`
-            publish_bytes(self._path(key), _checksum(key, payload) + payload, mode=0o644)
+            publish_bytes(self._path(entry, key), _checksum(key, payload) + payload, mode=0o644)
         except OSError as problem:
             warnings.warn(
                 f"A compiled kernel could not be kept in {self._folder}, and will be compiled again: {problem}. Set "
@@ -70,21 +90,31 @@ class KernelCache:
                 stacklevel=2,
             )
 
-    def flush(self) -> None:
-        """Forget nothing: a compiled form is kept under all that it depends on."""
-
-    def _key(self, signature: Any, codegen: Any) -> str:
-        """Return what a compiled form depends on beside the folder: types, target, width, bytecode."""
-        code = self._function.__code__
-        place = f"{self._function.__module__}.{self._function.__qualname__}:{code.co_firstlineno}"
-        return "\0".join(
-            [place, str(signature), *map(str, codegen.magic_tuple()), str(self._width), code.co_code.hex()]
-        )
-
-    def _path(self, key: str) -> Path:
+    def _path(self, entry: Any, key: str) -> Path:
+        assert self._folder is not None
         digest = hashlib.sha256(key.encode()).hexdigest()[:24]
-        name = re.sub(r"\W+", "_", self._function.__qualname__)
+        name = re.sub(r"\W+", "_", entry.__qualname__)
         return self._folder / f"{name}-{digest}{ENDING}"
+
+
+def _key(entry: Any, width: int) -> str:
+    """Return what machine code depends on beside the folder: function, types, processor, settings, width of vectors."""
+    from llvmlite import binding
+
+    types = " ".join(f"{each.name}:{each.element}{each.dimensions}" for each in entry.arguments)
+    settings = (f"{name}={os.environ.get(f'NUMBA_{name}')}" for name in _SETTINGS)
+    target = binding.get_process_triple(), processor(), str(sorted(host_features().items()))
+    return "\0".join([entry.__module__, entry.__qualname__, types, *target, *settings, str(width)])
+
+
+def _compiled(entry: Any, width: int) -> Any:
+    check_numba()
+    pipeline = import_module("kernels.native.pipeline")
+    pipeline.prefer(width)
+    try:
+        return entry.compiled()
+    finally:
+        pipeline.prefer(0)
 
 
 def usable_folder(root: Path, name: str) -> Path | None:

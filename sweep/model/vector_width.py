@@ -20,7 +20,8 @@ import numpy as np
 
 from sweep.atomic import publish_bytes
 from sweep.model.kernel_cache import read_own
-from sweep.platforms import host_features, processor
+from sweep.notices import notice
+from sweep.platforms import check_numba, host_features, processor
 
 #: Half and full width [bits] of AVX-512.
 HALF, FULL = 256, 512
@@ -57,6 +58,8 @@ def _chosen(root: Path | None) -> int:
     remembered = _remembered(place)
     if remembered:
         return remembered
+    notice("measuring how wide the vectors of compiled code should be on this processor takes about 2 s")
+    check_numba()
     found = faster(measured())
     if place is not None:
         # where it cannot be kept, the next process measures again
@@ -84,16 +87,14 @@ def faster(rates: dict[int, float]) -> int:
 
 
 def _probe(width: int) -> Any:
-    from numba import jit
-
-    vector_width = import_module("kernels.vector_width")
+    pipeline = import_module("kernels.native.pipeline")
     kernel = import_module("kernels.multiply_add").multiply_add
-    vector_width.prefer(width)
+    probe = kernel.copied(kernel.py_func)
+    pipeline.prefer(width)
     try:
-        probe = jit(pipeline_class=vector_width.PreferredWidth, **kernel.targetoptions)(kernel.py_func)
         probe(np.zeros(_NUMBERS), 1, 0.5, 0.25)
     finally:
-        vector_width.prefer(0)
+        pipeline.prefer(0)
     return probe
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sweep.engine.compute import available_threads, measure_block, use_threads
+from sweep.engine.compute import measure_block, usable_threads, use_threads
 from sweep.errors import FailedBlocksError, RequestError
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, no_op
 from sweep.runs.journal import Journal
@@ -48,7 +48,6 @@ def compute_block(folder: str, fingerprint: str, number: int) -> None:
     `folder` is the path of the run's folder on the worker, and `fingerprint` that of the run's manifest. A RequestError
     says that the folder holds another run, or that this program computes other bits than the program that began it.
     """
-    import numba
     from distributed import get_worker
 
     journal = Journal.at(Path(folder))
@@ -60,7 +59,7 @@ def compute_block(folder: str, fingerprint: str, number: int) -> None:
             where=folder,
         )
     # as many as dask lets this worker have, so that several of them share a machine
-    threads = min(int(get_worker().state.nthreads), available_threads(), int(numba.config.NUMBA_NUM_THREADS))
+    threads = min(int(get_worker().state.nthreads), usable_threads(None))
     with _KERNELS:
         use_threads(threads)
         measured = measure_block(journal.spec, journal.spans[number])

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numba
 import pytest
 
 from sweep import cli, platforms
@@ -76,7 +75,7 @@ def test_a_number_of_threads_that_cannot_be(monkeypatch, setting, value):
     """It is refused before Numba reads it, with the variable to unset."""
     monkeypatch.setenv(setting, value)
     with pytest.raises(RequestError, match=rf"must be a number from 1 to 9999.*unset {setting}"):
-        platforms.check_numba.__wrapped__()
+        platforms.check_settings.__wrapped__()
 
 
 @pytest.mark.parametrize(
@@ -109,16 +108,16 @@ def test_a_processor_that_is_not_this_one(monkeypatch, settings, told):
     for name, value in settings.items():
         monkeypatch.setenv(f"NUMBA_CPU_{name}", value)
     if not told:
-        platforms.check_numba.__wrapped__()
+        platforms.check_settings.__wrapped__()
         return
     with pytest.raises(RequestError, match=f"NUMBA_CPU_{told}"):
-        platforms.check_numba.__wrapped__()
+        platforms.check_settings.__wrapped__()
 
 
 def test_an_empty_number_of_threads_is_none(monkeypatch):
     """A script passes an empty text on where a variable is not set."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "")
-    platforms.check_numba.__wrapped__()
+    platforms.check_settings.__wrapped__()
     assert "NUMBA_NUM_THREADS" not in os.environ
 
 
@@ -132,37 +131,6 @@ def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
     status, _, err = command(SMALL)
     assert (status, "\x1b" in err) == (70, False)
     assert "\nValueError: \\x1b[31mred\nnext\n" in err
-
-
-def test_a_threading_layer_that_is_not_there(monkeypatch):
-    """What Numba says of it when threads are started becomes a wrong request, with the variable to unset."""
-
-    def fail():
-        raise ValueError(
-            "No threading layer could be loaded.\nHINT:\nIntel TBB is required, try:\n$ pip install tbb"
-        )
-
-    monkeypatch.setattr(numba, "get_num_threads", fail)
-    monkeypatch.setenv("NUMBA_THREADING_LAYER", "tbb")
-    with pytest.raises(
-        RequestError, match=r"value 'tbb': No threading layer could be loaded\. Run `unset NUMBA_T"
-    ):
-        platforms.check_numba.__wrapped__()
-
-
-def test_the_order_of_threading_layers_is_named(monkeypatch):
-    """Where the layers to choose from are set and no layer is, it is their variable that is to be unset."""
-
-    def fail():
-        raise ValueError("No threading layer could be loaded.")
-
-    monkeypatch.setattr(numba, "get_num_threads", fail)
-    monkeypatch.delenv("NUMBA_THREADING_LAYER", raising=False)
-    monkeypatch.setenv("NUMBA_THREADING_LAYER_PRIORITY", "tbb")
-    with pytest.raises(
-        RequestError, match=r"LAYER_PRIORITY has the value 'tbb'.*unset NUMBA_THREADING_LAYER_PRI"
-    ):
-        platforms.check_numba.__wrapped__()
 
 
 def test_a_window_system_is_not_asked_for(atlas):

@@ -167,6 +167,18 @@ def test_warmup_fills_the_cache(tmp_path):
 
 
 @pytest.mark.compiled
+def test_a_command_that_compiles_says_so(tmp_path):
+    """The first one says before it begins what takes how long and where it is kept; the second has nothing to say."""
+    where = {"EULERDISK_CACHE_DIR": str(tmp_path / "cache"), "EULERDISK_NOTICES": "yes"}
+    words = ["simulate", "tilt=0.1", "duration=0.1", "--overwrite", "-o", "a.nc"]
+    told, again = (run(tmp_path, *words, **where).stderr.splitlines() for _ in range(2))
+    of = [line for line in told if "compiling kernels.disk.trajectory for this processor takes about" in line]
+    assert of
+    assert all(str(tmp_path / "cache") in line for line in of)
+    assert not [line for line in again if "compiling" in line or "measuring" in line]
+
+
+@pytest.mark.compiled
 def test_warmup_leaves_out_what_cannot_be_loaded(tmp_path):
     """A broken model of another distribution is reported under its name; the kernels of the others are ready."""
     metadata = tmp_path / "site" / "aaa-1.0.dist-info"

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 from kernel_runner import process
@@ -50,7 +49,7 @@ def test_a_block_holds_every_variable():
 def test_bits_depend_on_the_cell_alone(spec):
     """Neither threads nor blocks nor the cells computed with it change a bit of a cell."""
     whole = bits(spec, threads=1)
-    for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": numba.config.NUMBA_NUM_THREADS}):
+    for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": compute.usable_threads(None)}):
         assert bits(spec, **how) == whole
     alone = compute.compute(spec, starts_of(spec, Span(30, 37)))
     assert {name: column.tobytes() for name, column in alone.items()} == {

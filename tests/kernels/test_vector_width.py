@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from numba import jit, njit
+from numba import njit
 
-from kernels import vector_width
 from kernels.multiply_add import LINKS, multiply_add
+from kernels.native import pipeline
 
 pytestmark = pytest.mark.compiled
 
@@ -15,15 +15,14 @@ def compiled():
     """Return a function that compiles `multiply_add` with a preferred width [bits]."""
 
     def with_width(bits):
-        vector_width.prefer(bits)
-        options = {"pipeline_class": vector_width.PreferredWidth, **multiply_add.targetoptions}
-        found = jit(**options)(multiply_add.py_func)
+        pipeline.prefer(bits)
+        found = multiply_add.copied(multiply_add.py_func).compiled
         found(np.zeros(8), 1, 0.5, 0.25)
         return found
 
-    before = vector_width._preferred
+    before = pipeline._preferred
     yield with_width
-    vector_width.prefer(before)
+    pipeline.prefer(before)
 
 
 def llvm(function):

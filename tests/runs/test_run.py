@@ -6,9 +6,9 @@ import os
 from collections import namedtuple
 
 import netCDF4
-import numba
 import pytest
 
+from kernels.native import workers
 from sweep.engine import estimate
 from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError, StorageError
@@ -267,7 +267,7 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     used = []
 
     def searched(spec, stability):
-        used.append(numba.get_num_threads())
+        used.append(workers.used())
         return boundaries(spec, stability)
 
     boundaries = run.boundaries

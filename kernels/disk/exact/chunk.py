@@ -11,8 +11,7 @@ from kernels.disk.exact.legendre import PANELS
 from kernels.disk.exact.period_layout import CLASSES
 from kernels.disk.exact.wide_panels import CENTRES
 from kernels.jit import internal
-from kernels.lanes.intrinsics import without_refcount
-from kernels.lanes.layout import CACHE_LINE, aligned
+from kernels.lanes.layout import aligned
 
 #: Columns of a search for a turning point beyond the expansion about the start: its bracket, and a guess of the root.
 INNER, OUTER, GUESS = range(3)
@@ -64,11 +63,10 @@ class Chunk(NamedTuple):
     blocks: Any
 
 
-@internal
 def memory(size, tables):
-    """Arrays for a chunk of `size` cells; they have to outlive the `Chunk` that `chunk_in` makes of them."""
+    """Arrays for chunks of `size` cells at most: what `chunk_in` makes a `Chunk` of."""
     return (
-        np.empty(at.SIZE + CACHE_LINE),
+        aligned(at.SIZE),
         np.empty((size, of.COLUMNS)),
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
@@ -77,18 +75,19 @@ def memory(size, tables):
     )
 
 
+#: The types of these arrays, by their names in `kernels.disk.exact.extremes.reduce`.
+MEMORY_TYPES = {
+    "lanes": "float64[::1]",
+    "motions": "float64[:, ::1]",
+    "searches": "float64[:, ::1]",
+    "numbers": "int64[:, ::1]",
+    "ends": "int64[::1]",
+    "blocks": "int64[:, ::1]",
+}
+
+
 @internal
 def chunk_in(arrays):
-    """The `Chunk` in the arrays of `memory`: views without reference counts (`kernels.lanes.intrinsics`)."""
+    """The `Chunk` in the arrays of `memory`."""
     lanes, motions, searches, numbers, ends, blocks = arrays
-    return Chunk(
-        without_refcount(aligned(lanes, at.SIZE)),
-        without_refcount(motions),
-        without_refcount(numbers[0]),
-        without_refcount(searches),
-        without_refcount(numbers[1]),
-        without_refcount(numbers[2]),
-        without_refcount(numbers[3]),
-        without_refcount(ends),
-        without_refcount(blocks),
-    )
+    return Chunk(lanes, motions, numbers[0], searches, numbers[1], numbers[2], numbers[3], ends, blocks)

@@ -7,17 +7,14 @@ exceed its energy h; the ends of the interval are the turning points (`kernels.d
 import math
 
 import numpy as np
-from numba import prange
 
 from kernels.disk.arrays import ALPHA
 from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
-from kernels.disk.exact.chunk import Tables, memory
+from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk
 from kernels.disk.exact.wide_panels import wide_panels
-from kernels.jit import parallel
-from kernels.lanes.intrinsics import without_refcount
-from kernels.lanes.stride import coprime_stride
+from kernels.native.entry import parallel
 
 #: Cells that one task of the parallel loop processes.
 CHUNK = 2048
@@ -25,12 +22,37 @@ CHUNK = 2048
 TABLES = 128
 
 
-@parallel
-def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, measures, counts):
+def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
+    return memory(min(CHUNK, starts.shape[1]), alphas.size)
+
+
+@parallel(
+    CHUNK,
+    _memory_of_thread,
+    starts="float64[:, ::1]",
+    fall_tilt="float64",
+    with_period="boolean",
+    alphas="float64[::1]",
+    which="int64[::1]",
+    panels="float64[:, :, ::1]",
+    nodes="float64[:, ::1]",
+    wide="float64[:, :, ::1]",
+    measures="float64[:, ::1]",
+    counts="int32[:, ::1]",
+    **MEMORY_TYPES,
+)
+def reduce(
+    start, stop, starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, measures, counts,
+    lanes, motions, searches, numbers, ends, blocks,
+):  # fmt: skip
     """Find the extremes of every cell for all time.
+
+    Python calls it without `start`, `stop` and what follows `counts`.
 
     Parameters
     ----------
+    start, stop : int
+        The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
         Rows as in `kernels.disk.arrays`; alpha is not read.
     fall_tilt : float
@@ -49,6 +71,8 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, m
         Separatrix is the saddle of the potential minus the energy: positive for a motion trapped in one of two wells,
         negative for one that passes over the saddle, NaN for one well.
     counts : int32[len(EXACT_COUNTS), n], written
+    lanes ... blocks : arrays
+        `kernels.disk.exact.chunk.memory`.
 
     Notes
     -----
@@ -56,23 +80,12 @@ def reduce(starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, m
     Steady: at rest on an equilibrium, to rounding. Unresolved: on a separatrix to rounding (the period is infinite and
     it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
-    n = which.size
-    chunks = (n + CHUNK - 1) // CHUNK
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
-    step = coprime_stride(chunks)
-    for place in prange(chunks):
-        chunk = place * step % chunks
-        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
-        own = Tables(
-            without_refcount(alphas),
-            without_refcount(panels),
-            without_refcount(nodes),
-            without_refcount(wide),
-        )
-        reduce_chunk(
-            start, stop, without_refcount(starts), fall_tilt, y_fall, with_period, without_refcount(which), own,
-            memory(stop - start, alphas.size), without_refcount(measures), without_refcount(counts),
-        )  # fmt: skip
+    arrays = lanes, motions, searches, numbers, ends, blocks
+    reduce_chunk(
+        start, stop, starts, fall_tilt, y_fall, with_period, which, Tables(alphas, panels, nodes, wide), arrays, measures,
+        counts,
+    )  # fmt: skip
 
 
 def extremes(starts, fall_tilt, with_period=False):

@@ -9,7 +9,6 @@ with the whole.
 import math
 
 import numpy as np
-from numba import prange
 
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.exact.legendre import (
@@ -31,12 +30,15 @@ from kernels.disk.exact.legendre import (
     stretched,
     tables,
 )
-from kernels.jit import internal, parallel
+from kernels.jit import internal
+from kernels.native.entry import parallel
 
 #: Nodes and weights of Gauss and Legendre on [-1, 1].
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 #: An interval agrees with its halves to this share of the whole time; so many intervals at most, half of them waiting.
 _AGREEMENT, _MOST, _WAITING = 1e-8, 2000, 60
+#: Cells that a thread takes at a time.
+_CHUNK = 64
 #: Share of the way to the fall over which the force at the start is measured.
 _NEAR = 1e-3
 
@@ -146,12 +148,26 @@ def _fall_time(panels, nodes, tilt, w, s, o, alpha, least, greatest, fall_tilt, 
     return factor * time
 
 
-@parallel
-def integrate_falls(starts, tilts, fall_tilt, panels, nodes, times):
+@parallel(
+    _CHUNK,
+    lambda *_: (np.empty((_WAITING, 3)),),
+    starts="float64[:, ::1]",
+    tilts="float64[:, ::1]",
+    fall_tilt="float64",
+    panels="float64[:, :, ::1]",
+    nodes="float64[:, ::1]",
+    times="float64[::1]",
+    waiting="float64[:, ::1]",
+)
+def integrate_falls(start, stop, starts, tilts, fall_tilt, panels, nodes, times, waiting):
     """Find the fall times of cells of one alpha.
+
+    Python calls it without `start`, `stop` and `waiting`.
 
     Parameters
     ----------
+    start, stop : int
+        The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
         Rows as in `kernels.disk.arrays`.
     tilts : float64[2, n]
@@ -162,13 +178,14 @@ def integrate_falls(starts, tilts, fall_tilt, panels, nodes, times):
         `kernels.disk.exact.legendre.tables` of the alpha.
     times : float64[n], written
         Fall times [s]; NaN for a cell that does not fall, and where the quadrature does not converge.
+    waiting : float64[_WAITING, 3]
+        Memory for `_integral`.
 
     Notes
     -----
     Never raises.
     """
-    for cell in prange(times.size):
-        waiting = np.empty((_WAITING, 3))
+    for cell in range(start, stop):
         unit = math.sqrt(starts[RADIUS, cell] / starts[GRAVITY, cell])
         tilt = starts[TILT, cell]
         turning = starts[PRECESSION_RATE, cell] * unit

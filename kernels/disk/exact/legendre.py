@@ -14,7 +14,8 @@ import math
 
 import numpy as np
 
-from kernels.jit import internal, kernel, simd
+from kernels.jit import internal, simd
+from kernels.native.entry import entry
 
 PANEL = 0.125  # spacing of the panel centres in y; a power of two, so that every centre is exact
 REACH = 57  # panels on each side of upright
@@ -155,8 +156,8 @@ def _mirror(panels, nodes, panel, node):
             nodes[node - i, column] = sign * nodes[node + i, column]
 
 
-@kernel
-def build_tables(alphas, panels, nodes):
+@entry(alphas="float64[::1]", panels="float64[:, :, ::1]", nodes="float64[:, ::1]", work="float64[:, ::1]")
+def build_tables(alphas, panels, nodes, work):
     """Fill the tables of several values of alpha, one after the other.
 
     Parameters
@@ -167,8 +168,9 @@ def build_tables(alphas, panels, nodes):
         Taylor polynomials on panels of the stretched tilt.
     nodes : (m*NODES, COLUMNS) float64, out
         The motion's deviation from its upright values at every half panel.
+    work : (4, TERMS) float64
+        Memory for intermediate results.
     """
-    work = np.empty((4, TERMS))
     for a in range(alphas.size):
         panel, node = a * PANELS + REACH, a * NODES + 2 * REACH
         nodes[node] = 0.0
@@ -188,7 +190,7 @@ def tables(alphas):
     alphas = np.ascontiguousarray(alphas, dtype=np.float64)
     panels = np.empty((alphas.size * PANELS, ROWS, TERMS))
     nodes = np.empty((alphas.size * NODES, COLUMNS))
-    build_tables(alphas, panels, nodes)
+    build_tables(alphas, panels, nodes, np.empty((4, TERMS)))
     return panels, nodes
 
 

@@ -15,7 +15,8 @@ import math
 import numpy as np
 
 from kernels.disk.exact.legendre import PANEL, REACH
-from kernels.jit import internal, kernel
+from kernels.jit import internal
+from kernels.native.entry import entry
 
 #: Panels of `kernels.disk.exact.legendre` from centre to centre, and the distance in y.
 STRIDE = 4
@@ -71,8 +72,8 @@ def _wide_panel(alpha, y, panel, work):
         one[n] = (constant - 2.0 * sinh * _before(one, n - 1)) / cosh - _before(one, n - 2)
 
 
-@kernel
-def build_wide_panels(alphas, wide):
+@entry(alphas="float64[::1]", wide="float64[:, :, ::1]", work="float64[:, ::1]")
+def build_wide_panels(alphas, wide, work):
     """Fill the wide panels of several values of alpha, one after the other.
 
     Parameters
@@ -81,8 +82,9 @@ def build_wide_panels(alphas, wide):
         Mass distribution, in (0, 1].
     wide : (m*CENTRES, WIDE_ROWS, WIDE_TERMS) float64, out
         Taylor polynomials in w on panels whose centres are multiples of SPACING.
+    work : (3, WIDE_TERMS) float64
+        Memory for intermediate results.
     """
-    work = np.empty((3, WIDE_TERMS))
     for a in range(alphas.size):
         for k in range(-SIDE, SIDE + 1):
             _wide_panel(alphas[a], k * SPACING, wide[a * CENTRES + SIDE + k], work)
@@ -91,5 +93,5 @@ def build_wide_panels(alphas, wide):
 def wide_panels(alphas):
     """Wide panels of several values of alpha, each in (0, 1], as `build_wide_panels` fills them."""
     wide = np.empty((alphas.size * CENTRES, WIDE_ROWS, WIDE_TERMS))
-    build_wide_panels(alphas, wide)
+    build_wide_panels(alphas, wide, np.empty((3, WIDE_TERMS)))
     return wide

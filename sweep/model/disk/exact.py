@@ -22,12 +22,14 @@ EXTREMES = Kernel(
         "kernels.disk.exact.wide_panels:build_wide_panels",
         "kernels.disk.exact.extremes:reduce",
     ),
+    seconds=8.0,
 )
 
 FALL_TIMES = Kernel(
     "kernels.disk.exact.fall_time",
     "fall_times",
     ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.fall_time:integrate_falls"),
+    seconds=2.0,
 )
 
 #: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.

@@ -1,6 +1,5 @@
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 import referee
@@ -17,6 +16,7 @@ from kernels.disk.exact.arrays import (
     EXACT_WELLS,
 )
 from kernels.disk.exact.extremes import extremes
+from kernels.native import workers
 
 # uncompiled, the tables alone take minutes
 pytestmark = pytest.mark.compiled
@@ -116,12 +116,11 @@ def test_periods(reduced):
 def test_bits_do_not_depend_on_neighbours(reduced):
     """Threads, order and company change no bit; nor does asking for the period."""
     order = np.random.default_rng(0).permutation(KINDS.size)
-    threads = numba.get_num_threads()
+    workers.use(1)
     try:
-        numba.set_num_threads(1)
         measures, counts = extremes(STARTS[:, order], 89.9 * DEGREE, True)
     finally:
-        numba.set_num_threads(threads)
+        workers.use(None)
     np.testing.assert_array_equal(measures, reduced[0][:, order])
     np.testing.assert_array_equal(counts, reduced[1][:, order])
     without, _ = extremes(STARTS, 89.9 * DEGREE)

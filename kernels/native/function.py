@@ -1,0 +1,63 @@
+"""Functions that Numba compiles when they are first needed: a module of kernels is imported without Numba.
+
+Importing Numba and what its first use loads takes longer than a small run (0.6 s, twice as long as NumPy and netCDF4
+together). A process whose entry points are kept on disk (`kernels.native.entry`) needs none of it.
+"""
+
+import os
+from functools import cached_property, update_wrapper
+
+#: Whether kernels run as plain Python, for measuring coverage: the variable of the environment that Numba obeys too.
+PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "").strip() not in ("", "0")
+
+
+class LazyFunction:
+    """A function for kernels and for Python, compiled for the types that it is called with.
+
+    Parameters
+    ----------
+    py_func : function
+        What it does, in Python.
+    make : callable
+        Called with `py_func` when the compiled function is first needed; returns it.
+    """
+
+    def __init__(self, py_func, make):
+        self.py_func, self._make = py_func, make
+        update_wrapper(self, py_func)
+
+    @cached_property
+    def compiled(self):
+        """Numba's function of the same name; the plain one where NUMBA_DISABLE_JIT is set."""
+        return self.py_func if PLAIN else self._make(self.py_func)
+
+    @property
+    def _numba_type_(self):
+        # Numba asks a value that it does not know for its type
+        return self.compiled._numba_type_
+
+    @property
+    def targetoptions(self):
+        """The options of the compiled function, where Numba looks for `inline`."""
+        return self.compiled.targetoptions
+
+    def __call__(self, *arguments):
+        """Call the compiled function."""
+        return self.compiled(*arguments)
+
+    def copied(self, py_func):
+        """Return a function that does what `py_func` does, compiled in the same way."""
+        return LazyFunction(py_func, self._make)
+
+
+def lazy(**options):
+    """Return a decorator of functions that Numba compiles with these options."""
+
+    def make(function):
+        from numba import njit
+
+        from kernels.native.pipeline import KernelCompiler
+
+        return njit(pipeline_class=KernelCompiler, **options)(function)
+
+    return lambda function: LazyFunction(function, make)

@@ -1,0 +1,95 @@
+"""Numba's compiler with two changes, for these kernels alone: the width of vectors, and no machine code for parts.
+
+Width
+    For most Intel processors with AVX-512 LLVM prefers vectors of half their width, because the early ones ran slower
+    for a while after a wide instruction; on later ones loops over lanes lose a third of their speed by it. The
+    preference can be changed for a single function, with an attribute of LLVM; Numba's settings would change it for
+    whatever a program compiles. The width changes no bit of a result: lanes never exchange a number.
+
+Parts
+    Numba makes machine code of every function, also of those that only other kernels call and that are part of these
+    kernels' code too. Here only what Python calls becomes machine code.
+"""
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering
+
+_preferred = 0
+
+
+def prefer(bits):
+    """Let kernels that are compiled from now on prefer vectors of so many bits; 0 leaves the choice to LLVM."""
+    global _preferred
+    _preferred = bits
+
+
+class _Lower(Lower):
+    def setup_function(self, fndesc):
+        super().setup_function(fndesc)
+        if _preferred:
+            # llvmlite knows attributes without a value only, and its own `add` refuses others
+            set.add(self.function.attributes, f'"prefer-vector-width"="{_preferred}"')
+
+
+class _PartLibrary(JITCodeLibrary):
+    """The code of a function that is linked into its callers, in the language of LLVM."""
+
+    def _optimize_final_module(self):
+        # What Numba does first, to have small functions inlined. All the rest can wait for the whole: it would be done
+        # again for every caller.
+        self._run_passes(loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap")
+
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def _run_passes(self, **options):
+        passes, builder = self._codegen._module_pass_manager(**options)
+        passes.run(self._final_module, builder)
+
+    def object_code(self):
+        """Optimise all that is linked together; returns the module of LLVM and the object file made of it."""
+        self._ensure_finalized()
+        self._run_passes()
+        return self._final_module, self._codegen._tm.emit_object(self._final_module)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):
+    _name = "lowering_of_kernels"
+
+    @property
+    def lowering_class(self):
+        return _Lower
+
+    def run_pass(self, state):
+        if not state.flags.no_cpython_wrapper:
+            return super().run_pass(state)
+        state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        # Numba knows a function by the object that Python would call; nobody calls this one
+        stand_in = [].append
+        state.targetctx.insert_user_function(stand_in, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=stand_in)
+        return True
+
+
+class KernelCompiler(Compiler):
+    """Numba's own compiler, but for the last pass, which writes the language of LLVM."""
+
+    def define_pipelines(self):
+        """Return Numba's passes, with another last one."""
+        return [_with_own_lowering(each) for each in super().define_pipelines()]
+
+
+def _with_own_lowering(passes):
+    found = PassManager(passes.pipeline_name)
+    for each, description in passes.passes:
+        found.add_pass(_Lowering if each is NativeLowering else each, description)
+    found.finalize()
+    return found

@@ -1,0 +1,44 @@
+"""The threads that kernels run in."""
+
+import os
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+
+_chosen = threading.local()
+
+
+def use(threads):
+    """Let kernels that this Python thread calls run in so many threads, itself among them."""
+    _chosen.threads = threads
+
+
+def used():
+    """Return how many threads the kernels use that this Python thread calls: those that were chosen, or all."""
+    return getattr(_chosen, "threads", 0) or processors()
+
+
+def processors():
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def run(work, most):
+    """Call `work` in as many threads as were chosen, `most` at most, at once; returns when all have returned.
+
+    The threads are made anew each time: those of a pool would be missing in a process that was forked.
+    """
+    others = min(used(), most) - 1
+    if others < 1:
+        work()
+        return
+    with ThreadPoolExecutor(others) as pool:
+        started: list[Future[None]] = []
+        for _ in range(others):
+            try:
+                started.append(pool.submit(work))
+            except RuntimeError:
+                # the system has no more threads: those that there are do all the work
+                break
+        work()
+        for each in started:
+            each.result()

@@ -1,0 +1,232 @@
+"""Entry points: what is passed to compiled code arrives there, and what it cannot take is refused in Python."""
+
+import ctypes
+import os
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+from kernels.native import machine_code, workers
+from kernels.native.arguments import Argument
+from kernels.native.entry import entry, parallel
+from kernels.rounding import probe
+
+CHUNK = 8
+
+
+@entry(rows="float64[:, ::1]", factor="float64", flag="boolean", whole="int32[::1]", cube="int64[:, :, ::1]")
+def mixed(rows, factor, flag, whole, cube):
+    """Use every type of argument, and return numbers of both types."""
+    total = 0
+    for i in range(rows.shape[0]):
+        for j in range(rows.shape[1]):
+            rows[i, j] = factor * rows[i, j] if flag else -rows[i, j]
+    for i in range(whole.size):
+        total += whole[i]
+    for i in range(cube.shape[0]):
+        total += cube[i, 1, 2]
+    return total, factor, rows.shape[1]
+
+
+@entry(number="float64")
+def half(number):
+    """Return one number."""
+    return 0.5 * number
+
+
+@parallel(
+    CHUNK,
+    lambda *_: (np.empty(CHUNK),),
+    starts="float64[:, ::1]",
+    found="float64[::1]",
+    taken="int64[::1]",
+    memory="float64[::1]",
+)
+def squares(start, stop, starts, found, taken, memory):
+    """Square numbers by way of the memory of the thread; count how often each cell is treated."""
+    for cell in range(start, stop):
+        memory[cell - start] = starts[0, cell]
+    for cell in range(start, stop):
+        found[cell] = memory[cell - start] * memory[cell - start]
+        taken[cell] += 1
+
+
+@entry(numbers="float64[::1]")
+def raising(numbers):
+    """Do what no kernel may."""
+    if numbers[0] > 0.0:
+        raise ValueError
+    numbers[0] = 1.0
+
+
+@pytest.fixture
+def threads():
+    """Return a function that chooses the number of threads, until the test ends."""
+    yield workers.use
+    workers.use(None)
+
+
+@pytest.mark.parametrize("flag", [True, False])
+def test_every_type_of_argument_arrives(flag):
+    """Numbers, flags and arrays of several types and dimensions; the referee is the function itself."""
+    rows, whole, cube = (
+        np.arange(6.0).reshape(2, 3),
+        np.arange(4, dtype=np.int32),
+        np.arange(24).reshape(2, 3, 4),
+    )
+    expected = rows.copy()
+    assert mixed(rows, 2.5, flag, whole, cube) == mixed.py_func(expected, 2.5, flag, whole, cube)
+    np.testing.assert_array_equal(rows, expected)
+    assert half(3.0) == 1.5
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.zeros((2, 3), np.float32),
+        np.zeros((3, 2)).T,
+        np.zeros((2, 6))[:, ::2],
+        np.zeros(6),
+        np.zeros((2, 3), np.int64),
+    ],
+)
+@pytest.mark.compiled
+def test_an_array_of_another_type_is_refused(wrong):
+    """Compiled code would read other memory than that of the array."""
+    with pytest.raises(TypeError, match="rows must be an array of float64 with 2 dimensions in C order"):
+        mixed(wrong, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
+
+
+@pytest.mark.parametrize("text", ["float64", "float64[::1]", "int32[:, ::1]", "int64[:, :, ::1]"])
+@pytest.mark.compiled
+def test_types_are_those_that_numba_writes(text):
+    """The dimensions and elements of a text are those that Numba reads from it."""
+    from numba import float64, int32, int64
+
+    names = {"float64": float64, "int32": int32, "int64": int64}
+    assert Argument.of("a", text).numba_type() == eval(text, names)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("n", [0, 1, CHUNK, CHUNK + 1, 10 * CHUNK - 1])
+def test_every_cell_is_treated_once(threads, n, count):
+    """Whatever the number of cells and threads, also more than there are processors or chunks."""
+    threads(count)
+    starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
+    squares(starts, found, taken)
+    np.testing.assert_array_equal(found, starts[0] ** 2)
+    assert (taken == 1).all()
+
+
+def test_several_python_threads_may_call_at_once(threads):
+    """Each call has chunks and memory of its own; the number of threads is that of the caller."""
+    n, used = 500 * CHUNK, []
+
+    def call(results, factor):
+        workers.use(2)
+        used.append(workers.used())
+        starts = factor * np.arange(1.0 * n)[None, :]
+        for _ in range(5):
+            squares(starts, results, np.zeros(n, np.int64))
+
+    threads(1)
+    all_results = [np.zeros(n) for _ in range(4)]
+    callers = [threading.Thread(target=call, args=(each, 1.0 + i)) for i, each in enumerate(all_results)]
+    for each in callers:
+        each.start()
+    for each in callers:
+        each.join()
+    for i, each in enumerate(all_results):
+        np.testing.assert_array_equal(each, ((1.0 + i) * np.arange(1.0 * n)) ** 2)
+    assert used == [2] * 4
+    assert workers.used() == 1
+
+
+def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
+    """Where the system refuses a thread, the others treat its cells."""
+
+    def refuse(_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    threads(3)
+    n = 20 * CHUNK
+    starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
+    squares(starts, found, taken)
+    np.testing.assert_array_equal(found, starts[0] ** 2)
+
+
+def test_a_failure_in_any_thread_is_told(threads):
+    """An exception of the work is raised where it was called."""
+    threads(2)
+    caller = threading.get_ident()
+
+    def work():
+        if threading.get_ident() != caller:
+            raise MemoryError("no memory for a thread")
+
+    with pytest.raises(MemoryError, match="no memory for a thread"):
+        workers.run(work, 2)
+
+
+@pytest.mark.compiled
+def test_a_kernel_that_raises_is_told():
+    """No kernel may, but a model of another distribution could: its results are not taken for whole."""
+    numbers = np.array([-1.0])
+    raising(numbers)
+    assert numbers[0] == 1.0
+    with pytest.raises(RuntimeError, match="raising raised an exception"):
+        raising(numbers)
+
+
+@pytest.mark.compiled
+def test_arguments_that_numba_passes_otherwise_are_refused(monkeypatch):
+    """A version of Numba that passes other numbers would end the process at the first call."""
+    monkeypatch.setattr(Argument, "c_types", lambda self: [ctypes.c_double])
+    with pytest.raises(RuntimeError, match="This version of Numba passes arguments as"):
+        probe.compiled()
+
+
+@pytest.mark.compiled
+def test_what_the_process_lacks_is_not_linked():
+    """LLVM would end the process."""
+    made = machine_code.MachineCode("name", (), ("sin", "no_such_function"), b"")
+    assert not made.is_lasting()
+    assert made._replace(needed=("sin", "asinh")).is_lasting()
+    with pytest.raises(RuntimeError, match="needs no_such_function, which"):
+        machine_code.load(made)
+
+
+_CHILD = """
+import os, sys, numpy as np
+from kernels.native import workers
+from sweep.model.kernel import Kernel
+workers.use(2)
+def run():
+    values, results = 1.0 + np.zeros((3, 9)), np.zeros((12, 9))
+    Kernel("kernels.rounding", "probe").load()(values, results)
+    return results[1, 0]
+before = run()
+child = os.fork()
+if child == 0:
+    os._exit(0 if run() == before else 1)
+print(os.waitpid(child, 0)[1], "numba" in sys.modules, "llvmlite" in sys.modules)
+"""
+
+
+@pytest.mark.compiled
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
+def test_kept_code_needs_no_numba_and_works_after_a_fork():
+    """A process that finds its machine code on disk never imports Numba, and its child computes too."""
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", _CHILD],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert done.stdout.split() == ["0", "False", "True"], done.stderr
