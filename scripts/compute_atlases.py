@@ -10,7 +10,7 @@ from plot_regimes import save_regimes
 
 import sweep
 from sweep.checks.verify import findings
-from sweep.commands.report import audit_line
+from sweep.commands.audit_report import audit_line
 from sweep.commands.terminal import reporting, stoppable
 from sweep.figures import plots
 

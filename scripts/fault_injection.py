@@ -23,8 +23,8 @@ from journal_cost import large
 import sweep
 from sweep.errors import StoppedError
 from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
+from sweep.runs.names import directory_of
 from sweep.runs.run import run_to_file
-from sweep.runs.run_directory import directory_of
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from sweep.atlas.reclassify import refine as refine
     from sweep.checks.verify import verify as verify
     from sweep.errors import RequestError as RequestError
-    from sweep.files.netcdf import open_atlas as open_atlas
     from sweep.files.netcdf import save as save
+    from sweep.files.reading import open_atlas as open_atlas
     from sweep.motion.request import TrajectorySpec as TrajectorySpec
     from sweep.motion.trajectory import simulate as simulate
     from sweep.request.axes import Range as Range
@@ -42,7 +42,7 @@ _HOME = {
     "SweepSpec": "sweep.request.spec",
     "TrajectorySpec": "sweep.motion.request",
     "Values": "sweep.request.axes",
-    "open_atlas": "sweep.files.netcdf",
+    "open_atlas": "sweep.files.reading",
     "reclassify": "sweep.atlas.reclassify",
     "refine": "sweep.atlas.reclassify",
     "run": "sweep.atlas.dataset",

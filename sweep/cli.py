@@ -10,51 +10,64 @@ refused before numba or xarray is loaded.
 import os
 import sys
 import warnings
+from collections.abc import Sequence
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
-from sweep.commands import check, inspect, process, run, simulate
+from sweep.commands import process
 from sweep.commands.terminal import say
 from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
 from sweep.notices import listen
 from sweep.platforms import check_memory, check_system
 from sweep.version import __version__
 
-app = typer.Typer(
-    name="eulerdisk",
-    help="Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?\n\n"
+_HELP = (
+    "Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?\n\n"
     "Exit status: 0 done; 1 the check failed, or too many cells could not be computed; 2 the request was wrong, "
     "nothing was touched; 3 the system takes no more (file, output or memory); 70 a defect of the program, please "
-    "report it; 130, 143 interrupted.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
+    "report it; 130, 143 interrupted."
 )
 
-_COMMANDS = (
-    run.run,
-    run.plan,
-    inspect.plot,
-    inspect.info,
-    inspect.boundary,
-    check.verify,
-    check.compare,
-    check.explain,
-    simulate.simulate,
-    inspect.export,
-    run.prepare,
-    run.block,
-    run.assemble,
-    run.warmup,
-)
-
-for _command in _COMMANDS:
-    app.command()(_command)
+#: The commands in the order of --help, and the module of each: its function has the same name.
+_COMMANDS = {
+    "run": "run",
+    "plan": "run",
+    "plot": "inspect",
+    "info": "inspect",
+    "boundary": "inspect",
+    "verify": "check",
+    "compare": "check",
+    "explain": "check",
+    "simulate": "simulate",
+    "export": "inspect",
+    "prepare": "run",
+    "block": "run",
+    "assemble": "run",
+    "warmup": "run",
+}
 
 
-@app.callback(invoke_without_command=True)
+def parser(words: Sequence[str]) -> typer.Typer:
+    """Return the parser of a command line: with the command that its first word names, with all if it names none.
+
+    Building all commands takes as long as reading a small file.
+    """
+    app = typer.Typer(
+        name="eulerdisk",
+        help=_HELP,
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    app.callback(invoke_without_command=True)(_options)
+    for name in words[:1] if words and words[0] in _COMMANDS else _COMMANDS:
+        app.command()(getattr(import_module(f"sweep.commands.{_COMMANDS[name]}"), name))
+    return app
+
+
 def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
@@ -86,4 +99,4 @@ def _run() -> None:
     listen(say)
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
-    app(prog_name="eulerdisk")
+    parser(sys.argv[1:])(prog_name="eulerdisk")

@@ -4,7 +4,6 @@ import importlib.util
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
@@ -26,8 +25,11 @@ def when_imported(name: str, action: Callable[[], object], around: Around = lamb
         sys.meta_path.insert(0, _Finder(name, action, around))
 
 
-class _Finder(MetaPathFinder):
-    """A finder that lets the others find one module, and calls the action at the end of its execution."""
+class _Finder:
+    """A finder that lets the others find one module, and calls the action at the end of its execution.
+
+    Not derived from `importlib.abc.MetaPathFinder`, which adds nothing that is used, and takes 6 ms to import.
+    """
 
     def __init__(self, name: str, action: Callable[[], object], around: Around) -> None:
         self.name = name

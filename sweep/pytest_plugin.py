@@ -49,7 +49,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
         from sweep.checks.compare import compare
         from sweep.checks.comparison_report import in_words
         from sweep.errors import RequestError
-        from sweep.files.netcdf import open_atlas
+        from sweep.files.reading import open_atlas
         from sweep.request.spec import SweepSpec
         from sweep.runs.run import run_to_file
 

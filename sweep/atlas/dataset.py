@@ -1,6 +1,6 @@
 """An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
     status_name,
 )
+from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.row_search import row_status
 from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
 from sweep.engine.compute import Block, run_blocks
@@ -61,7 +62,7 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
     )
 
 
-def spec_named(dataset: "xr.Dataset") -> SweepSpec:
+def spec_named(dataset: Atlas) -> SweepSpec:
     """Return the spec that an atlas states, of which it may be a selection.
 
     Raises
@@ -75,7 +76,7 @@ def spec_named(dataset: "xr.Dataset") -> SweepSpec:
         raise error.at(place_of(dataset)) from None
 
 
-def spec_of(dataset: "xr.Dataset") -> SweepSpec:
+def spec_of(dataset: Atlas) -> SweepSpec:
     """Return the spec that an atlas was made from.
 
     Raises
@@ -84,7 +85,10 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
         If the spec cannot be read, or the atlas is only a part of what it asks for.
     """
     spec = spec_named(dataset)
-    sizes, whole = dict(dataset["ending"].sizes), dict(zip(spec.axes, spec.shape, strict=True))
+    ending = dataset["ending"]
+    sizes, whole = (
+        dict(zip(*each, strict=True)) for each in ((ending.dims, ending.shape), (spec.axes, spec.shape))
+    )
     if sizes != whole:
         raise RequestError(
             f"This is not the whole atlas: its dimensions must be the axes of its spec, {whole}; got {sizes}.",
@@ -101,7 +105,7 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     return spec
 
 
-def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = None) -> None:
+def require(dataset: Atlas, names: Iterable[str], place: str | None = None) -> None:
     """Refuse an atlas that lacks some variables.
 
     Raises
@@ -118,17 +122,25 @@ def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = Non
         )
 
 
-def place_of(dataset: "xr.Dataset") -> str:
+def place_of(dataset: Atlas) -> str:
     """Return what messages call an atlas: its file, if it has one."""
     return str(dataset.encoding.get("source", "atlas"))
 
 
-def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
+def found_edges(dataset: Atlas, spec: SweepSpec) -> Iterator[tuple[str, str]]:
     """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
     yield from ((axis, edge) for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] in dataset)
 
 
-def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
+def in_order(variable: Variable, dims: Sequence[Any]) -> npt.NDArray[Any]:
+    """Return the values of a variable with its dimensions in the given order, those of one value left out."""
+    held = [name for name in dims if name in variable.dims]
+    rest = [name for name in variable.dims if name not in held]
+    values = variable.values.transpose([variable.dims.index(name) for name in (*held, *rest)])
+    return values.reshape(values.shape[: len(held)])
+
+
+def edge_status(dataset: Atlas, axis: str, edge: str) -> npt.NDArray[np.int8]:
     """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_search.row_status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
@@ -149,7 +161,7 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
                 where=place_of(dataset),
             )
         return stored.astype(np.int8)
-    return row_status(dataset["stability"].transpose(*dataset[measured].dims, axis).values, edge)
+    return row_status(in_order(dataset["stability"], (*dataset[measured].dims, axis)), edge)
 
 
 def boundaries(

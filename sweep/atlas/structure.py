@@ -6,7 +6,7 @@ coordinates. A selection from an atlas is one too: an axis may be shorter, or a 
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,12 +20,10 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     status_name,
 )
+from sweep.atlas.contents import Atlas, Variable
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Global attributes that are text, if they are there.
 _TEXTS = (
@@ -47,13 +45,13 @@ _PACKED = ("scale_factor", "add_offset", "missing_value")
 _MOST_NAMED = 3
 
 
-def check_structure(dataset: "xr.Dataset", spec: SweepSpec, place: str) -> None:
-    """Refuse a dataset that is not built as the atlas of a spec, or as a selection from it.
+def check_structure(dataset: Atlas, spec: SweepSpec, place: str) -> None:
+    """Refuse what is not built as the atlas of a spec, or as a selection from it.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        With the variables ``ending`` and ``stability``.
+    dataset : Atlas
+        With the variables ``ending`` and ``stability``, and none that no atlas has.
     spec : SweepSpec
         That which the dataset states.
     place : str
@@ -77,7 +75,7 @@ def check_structure(dataset: "xr.Dataset", spec: SweepSpec, place: str) -> None:
         )
 
 
-def _grid_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _grid_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     dims = dataset["ending"].dims
     if len(set(dims)) < len(dims) or not set(dims) <= set(spec.axes):
         yield f"the dimensions of ending must be axes, of {_listed(spec.axes)}; got {_listed(dims)}"
@@ -92,7 +90,7 @@ def _grid_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"the coordinate {name} {problem}"
 
 
-def _coordinate_problem(found: "xr.DataArray", dims: tuple[str, ...]) -> str:
+def _coordinate_problem(found: Variable, dims: tuple[str, ...]) -> str:
     if found.dims != dims:
         return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
     if found.dtype.kind != "f":
@@ -111,12 +109,12 @@ def known_names(spec: SweepSpec) -> set[str]:
     return {each.name for group in groups for each in group} | {*spec.model.parameters}
 
 
-def strangers(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, str]:
+def strangers(dataset: Atlas, spec: SweepSpec) -> dict[str, str]:
     """Return the variables that no atlas has and that cannot stand beside its cells: name -> what is wrong with it.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
+    dataset : Atlas
         With the variable ``ending``.
     spec : SweepSpec
         That which the dataset states.
@@ -134,7 +132,7 @@ def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
     return [*edges, curve_declarations(spec)]
 
 
-def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _variable_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     grid = dataset["ending"].dims
     declared = {each.name: each for each in cell_declarations(spec)}
     # atlases of version 0.1 have no row status; it is derived for them
@@ -146,16 +144,14 @@ def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         if any(present) and not all(present):
             yield f"{names[present.index(False)]} is missing beside {names[present.index(True)]}"
     for name, found in dataset.variables.items():
-        if name in spec.model.parameters and name not in declared:
-            continue
-        problem = _unlike(found, declared[str(name)], grid, spec) if name in declared else _stray(found, grid)
-        if problem:
-            yield f"{shown(printable(str(name)))} {problem}"
+        # all others are parameters, which are coordinates
+        if name in declared and (problem := _unlike(found, declared[name], grid, spec)):
+            yield f"{name} {problem}"
     if "curve_point_count" in dataset:
         yield from _curve_problems(dataset)
 
 
-def _unlike(found: "xr.Variable", declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec) -> str:
+def _unlike(found: Variable, declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec) -> str:
     """Return how a variable differs from what is declared of it; empty if it does not."""
     # a selection has lost the dimensions of axes of which it took one value
     dims = {name for name in declared.dims if name in grid or name not in spec.axes}
@@ -171,7 +167,7 @@ def _unlike(found: "xr.Variable", declared: Declaration, grid: tuple[Any, ...], 
     return _flag_problem(found, "flag_values" in declared.attributes)
 
 
-def _stray(found: "xr.Variable", grid: tuple[Any, ...]) -> str:
+def _stray(found: Variable, grid: tuple[Any, ...]) -> str:
     """Return why a variable that no atlas has cannot stand beside its cells; empty if it can."""
     if len(set(found.dims)) < len(found.dims) or not set(found.dims) <= {*grid, CURVES, POINTS}:
         return f"has dimensions that are no axes of the cells: {_listed(found.dims)}"
@@ -180,7 +176,7 @@ def _stray(found: "xr.Variable", grid: tuple[Any, ...]) -> str:
     return _flag_problem(found, False)
 
 
-def _flag_problem(found: "xr.Variable", needed: bool) -> str:
+def _flag_problem(found: Variable, needed: bool) -> str:
     meanings, values = found.attrs.get("flag_meanings"), found.attrs.get("flag_values")
     if meanings is None and values is None and not needed:
         return ""
@@ -191,7 +187,7 @@ def _flag_problem(found: "xr.Variable", needed: bool) -> str:
     return "must have flag_values, whole numbers, and as many words in flag_meanings"
 
 
-def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
+def _curve_problems(dataset: Atlas) -> Iterator[str]:
     counts = dataset["curve_point_count"]
     points = dataset.sizes.get(POINTS, 0)
     if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
@@ -200,7 +196,7 @@ def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
             yield f"curve_point_count must add up to the {points} points of the curves"
 
 
-def _attribute_problems(dataset: "xr.Dataset") -> Iterator[str]:
+def _attribute_problems(dataset: Atlas) -> Iterator[str]:
     for name in _TEXTS:
         found = dataset.attrs.get(name, "")
         if not isinstance(found, str):

@@ -7,11 +7,12 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import found_edges, require, spec_of
 from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -23,9 +24,6 @@ from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
 from sweep.request.words import unknown_word
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _WIDTH = 118
 
@@ -50,13 +48,13 @@ class Explanation:
     confirmed: bool
 
 
-def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
+def explain(dataset: Atlas, given: Mapping[str, object]) -> Explanation:
     """Explain the cell nearest to given values.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        A whole atlas.
+    dataset : Atlas
+        A whole one.
     given : mapping of str to number or text
         A value for every axis, as in `nearest_cell`.
 
@@ -74,10 +72,10 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     measures = model.cell_variables(spec)
     require(dataset, ("stability", *spec.criterion.needs(model)))
     table = {**measures, **model.parameters}
-    cell = dataset[[name for name in table if name in dataset.data_vars]].isel(place).load()
     # an older file has no measure that was added later
+    cell = {name: _value_at(dataset, name, place) for name in (*measures, *spec.computed) if name in dataset}
     stored = dict.fromkeys(measures, np.nan)
-    stored |= {str(name): float(values) for name, values in cell.data_vars.items()}
+    stored |= {name: float(value) for name, value in cell.items()}
     exact = {}
     if model.exact is not None:
         exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
@@ -122,19 +120,28 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     )
 
 
+def _value_at(dataset: Atlas, name: str, place: Mapping[str, int]) -> Any:
+    """Return the value of a variable in one cell, or in its row, as a scalar of numpy."""
+    variable = dataset.variables[name]
+    return np.asarray(variable[tuple(place[dim] for dim in variable.dims)])[()]
+
+
 def _repeat(
-    spec: SweepSpec, span: Span, cell: "xr.Dataset", table: Mapping[str, Quantity]
+    spec: SweepSpec, span: Span, cell: Mapping[str, Any], table: Mapping[str, Quantity]
 ) -> tuple[list[str], list[str]]:
-    """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance."""
+    """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance.
+
+    `cell` holds the stored values in their types.
+    """
     differing, beyond = [], []
     starts = starts_of(spec, span)
     columns = compute(spec, starts)
-    stored = {str(name): np.atleast_1d(values) for name, values in cell.data_vars.items()}
+    stored = {name: np.atleast_1d(value) for name, value in cell.items()}
     both = Stated(spec, columns), Stated(spec, stored)
     for name, column in columns.items():
         if name not in cell:
             continue
-        new, old = column[0], cell[name].values[()]
+        new, old = column[0], cell[name]
         if new.tobytes() == old.tobytes() or (np.isnan(new) and np.isnan(old)):
             continue
         differing.append(name)
@@ -237,13 +244,12 @@ def _in_time(
 
 
 def _lines(
-    dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
+    dataset: Atlas, spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
     for axis, edge in found_edges(dataset, spec):
-        row = {name: i for name, i in place.items() if name != axis}
         measured, halfwidth, predicted, critical = (
-            float(dataset[name].isel(row)) for name in edge_names(axis, edge)
+            float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
         units = spec.model.parameters[axis].units
         width = f" +- {halfwidth:.2g}" if np.isfinite(halfwidth) else ""

@@ -120,7 +120,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         )
     from sweep.atlas.dataset import spec_of
     from sweep.engine.compute import arithmetic_hash
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened
 
     with opened(source) as dataset:
         made_from = spec_of(dataset)
@@ -141,10 +141,11 @@ def enter_baseline(baseline: str | None, folder: Path) -> None:
     only when the process starts.
     """
     from sweep.engine.machine import environment
-    from sweep.runs.journal import Journal
-    from sweep.runs.manifest import MANIFEST
+    from sweep.runs.names import MANIFEST
 
     if baseline is None and os.path.isfile(folder / MANIFEST):
+        from sweep.runs.journal import Journal
+
         baseline = Journal.at(folder).manifest.baseline
     variables = environment(baseline or "")
     if any(os.environ.get(name) != value for name, value in variables.items()):

@@ -23,9 +23,10 @@ def verify(
     from sweep.atlas.dataset import spec_named
     from sweep.checks.verify import findings
     from sweep.checks.verify import verify as audited
-    from sweep.commands.report import audit_text
-    from sweep.files.netcdf import opened, save
+    from sweep.commands.audit_report import audit_text
+    from sweep.files.netcdf import save
     from sweep.files.paths import check_apart, check_target
+    from sweep.files.reading import opened
 
     with opened(atlas) as dataset:
         if write is not None:
@@ -73,9 +74,9 @@ def compare(
 
     from sweep.checks.compare import compare as compared
     from sweep.checks.comparison_report import in_words, to_junit
-    from sweep.files.netcdf import opened
     from sweep.files.paths import check_apart, check_atlas, check_target
     from sweep.files.publish import published
+    from sweep.files.reading import opened
     from sweep.request.words import pairs
 
     given = pairs(tolerance or [])
@@ -128,9 +129,9 @@ def explain(
         check_format(plot)
         check_target(plot, True)
     from sweep.checks.explain import explain as explained
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened_file
 
-    with opened(atlas) as dataset:
+    with opened_file(atlas) as dataset:
         explanation = explained(dataset, given)
     show(explanation.text)
     if plot is not None:

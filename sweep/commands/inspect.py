@@ -11,7 +11,7 @@ from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from sweep.atlas.contents import Atlas
 
 
 def info(
@@ -23,10 +23,7 @@ def info(
     ] = None,
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
-    from sweep.commands.report import describe
-    from sweep.files.netcdf import opened
-    from sweep.runs.partial import describe as describe_run
-    from sweep.runs.partial import unfinished, write_partial
+    from sweep.runs.names import unfinished
 
     folder = unfinished(atlas)
     if folder is None and partial is not None:
@@ -35,24 +32,35 @@ def info(
             "Leave --partial out, or give the output file of an unfinished run.",
             str(atlas),
         )
-    if folder is not None and partial is not None:
+    if folder is not None:
+        _tell_run(folder, partial)
+    if folder is None or atlas.is_file():
+        from sweep.commands.report import describe
+        from sweep.files.reading import opened_file
+
+        with opened_file(atlas) as file:
+            show(describe(file))
+            _warn(file)
+
+
+def _tell_run(folder: Path, partial: Path | None) -> None:
+    """Say how far an unfinished run is, or write its finished blocks as an atlas."""
+    from sweep.runs.partial import describe, write_partial
+
+    if partial is not None:
         enter_baseline(None, folder)
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
-    elif folder is not None:
-        show(describe_run(folder))
-    if folder is None or atlas.is_file():
-        with opened(atlas) as dataset:
-            show(describe(dataset))
-            _warn(dataset)
+    else:
+        show(describe(folder))
 
 
-def _warn(dataset: "xr.Dataset") -> None:
+def _warn(file: "Atlas") -> None:
     """Say if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
 
-    for warning in one_sided(spec_of(dataset), dataset):
+    for warning in one_sided(spec_of(file), file):
         say(f"warning: {warning}")
 
 
@@ -76,10 +84,16 @@ def boundary(
     overwrite: Overwrite = False,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table."""
+    from sweep.commands.report import boundary_table
+    from sweep.files.reading import opened, opened_file
+
+    if criterion is None and refine is None and output is None:
+        with opened_file(atlas) as file:
+            show(boundary_table(file))
+        return
     from sweep.atlas.reclassify import reclassify
     from sweep.atlas.reclassify import refine as refined
-    from sweep.commands.report import boundary_table
-    from sweep.files.netcdf import opened, save
+    from sweep.files.netcdf import save
     from sweep.files.paths import check_target
 
     with opened(atlas) as dataset:
@@ -131,13 +145,17 @@ def plot(
         )
     for atlas in atlases:
         check_atlas(atlas)
-    from sweep.atlas.reclassify import reclassify
     from sweep.figures import plots
-    from sweep.files.netcdf import opened
+    from sweep.files.reading import opened, opened_file
 
     with ExitStack() as stack:
+        if criterion is None and friction is None and not regimes:
+            plots.save(plots.figure([stack.enter_context(opened_file(path)) for path in atlases]), output)
+            return
         datasets = [stack.enter_context(opened(path)) for path in atlases]
         if criterion is not None:
+            from sweep.atlas.reclassify import reclassify
+
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         plots.save(plots.regimes(datasets) if regimes else plots.figure(datasets, friction), output)
 
@@ -154,8 +172,8 @@ def export(
 ) -> None:
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
-    from sweep.files.netcdf import opened
     from sweep.files.paths import check_apart
+    from sweep.files.reading import opened
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened(atlas) as dataset:

@@ -1,22 +1,16 @@
 """An atlas in words and tables, for a person to read."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 
 from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.checks.statement import Statement
-from sweep.checks.verify import Findings
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Characters of a line, and lines, of an attribute that are shown.
 _MOST_SHOWN, _MOST_LINES = 300, 30
@@ -24,11 +18,8 @@ _MOST_SHOWN, _MOST_LINES = 300, 30
 #: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 
-#: Number of wrong variables and attributes that the last line of an audit names.
-_MOST_WRONG = 6
 
-
-def describe(dataset: "xr.Dataset") -> str:
+def describe(dataset: Atlas) -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
@@ -64,7 +55,7 @@ def _cut(text: str) -> str:
     return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
-def boundary_table(dataset: "xr.Dataset") -> str:
+def boundary_table(dataset: Atlas) -> str:
     """Return the measured boundary beside the lines of theory, one row per value of the other axes.
 
     Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
@@ -80,86 +71,6 @@ def boundary_table(dataset: "xr.Dataset") -> str:
     return f"This atlas has no boundary: {_no_control(spec)}."
 
 
-def audit_text(found: Findings, spec: SweepSpec) -> str:
-    """Return what an audit found: counts, the distribution of the difference, and the cells to look at."""
-    counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
-    lines = [
-        f"cells        {counted}",
-        f"{found.coordinate + 's':<12} the extremes differ from the exact ones by {_spread(found.extremes)} "
-        f"{found.units}",
-        f"periods      differ from the exact ones by {_spread(found.period)} of them; "
-        f"largest {found.period_share:.2g} of what the tolerance allows",
-        f"tolerance    {found.tolerance:.1e} {found.units}",
-    ]
-    head = "wrong" if found.disagreeing else "worst cell"
-    lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
-    if found.disagreeing > len(found.named):
-        lines.append(f"             and {found.disagreeing - len(found.named)} more")
-    if found.method == "exact":
-        lines.append(
-            "note         made by the reduction itself: only the file has been checked, not the method"
-        )
-    if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
-        lines.append(f"note         method={found.method} knows {unknown}: there is nothing to check")
-    return "\n".join([*lines, "", *_statement_lines(found.statements), "", audit_line(found)])
-
-
-def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
-    """Yield a table of the variables, then what is wrong among the attributes, then what was not checked."""
-    variables = [each for each in statements if each.checked and _is_variable(each)]
-    width = max((len(each.name) for each in variables), default=0)
-    yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  held against"
-    for each in variables:
-        allowed = f"{_small(each.allowed)} {each.units}".removesuffix(" 1")
-        yield f"{each.name:<{width}}  {_small(each.difference):<10}  {allowed:<17}  {each.against}"
-        yield from _named(each)
-    attributes = [each for each in statements if each.checked and not _is_variable(each)]
-    judged, wrong = sum(each.judged for each in attributes), sum(each.wrong for each in attributes)
-    yield f"attributes: {judged - wrong} of {judged} are what the spec, the tables of the model and this version say"
-    for each in attributes:
-        if each.wrong:
-            yield f"    wrong: {each.name}, held against {each.against}: {'; '.join(each.named)}"
-    for each in statements:
-        if not each.checked and not each.name.endswith(":"):
-            yield f"not checked: {each.name}, {each.against}"
-
-
-def _is_variable(statement: Statement) -> bool:
-    """Whether a statement is one of the values of a variable, not of an attribute."""
-    return not math.isnan(statement.allowed) and ":" not in statement.name
-
-
-def _named(statement: Statement) -> Iterator[str]:
-    if statement.wrong:
-        more = f", and {statement.wrong - len(statement.named)} more" * (
-            statement.wrong > len(statement.named)
-        )
-        yield f"    wrong in {statement.wrong} of {statement.judged}: {'; '.join(statement.named)}{more}"
-
-
-def _small(value: float) -> str:
-    if math.isnan(value):
-        return "missing"
-    return f"{value:.1e}" if value else "0"
-
-
-def audit_line(found: Findings) -> str:
-    """Return the outcome of an audit in one line."""
-    if found.passed and not np.isfinite(found.extremes[2]):
-        cells = f"{found.agreeing} of {found.cells} cells"
-        return f"verified: {cells}; none has extremes that could be held against exact ones"
-    if found.passed:
-        return (
-            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "
-            f"largest difference {found.extremes[2]:.1e} {found.units}"
-        )
-    names = [each.name for each in found.wrong]
-    wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
-    more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""
-    counted = f"{found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
-    return f"NOT verified: {counted}{wrong}{more}"
-
-
 def _no_control(spec: SweepSpec) -> str:
     controls = spec.model.controls(spec.model.parameters)
     if len(controls) == 1:
@@ -171,7 +82,7 @@ def _head(spec: SweepSpec, name: str) -> str:
     return f"{name} [{spec.model.parameters[name].shown_units}]".removesuffix(" []")
 
 
-def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
+def _edge_rows(dataset: Atlas, spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
     names = edge_names(axis, edge)
     others = [str(name) for name in dataset[names[0]].dims]
     units = dataset[names[0]].attrs["units"]
@@ -179,7 +90,7 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> 
     yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3], "row"])
     stacked = [dataset[name].values.reshape(-1) for name in names]
     reasons = [row_status.name(code) for code in edge_status(dataset, axis, edge).reshape(-1).tolist()]
-    places = np.indices(dataset[names[0]].shape).reshape(len(others), dataset[names[0]].size).T
+    places = np.indices(dataset[names[0]].shape).reshape(len(others), len(reasons)).T
     for reason, place, *values in zip(reasons, places, *stacked, strict=True):
         at = [
             f"{dataset[name].values[i] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
@@ -188,7 +99,7 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> 
         yield "  ".join([*at, *(_number(value, values[1]) for value in values), reason])
 
 
-def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _curve_rows(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     yield "  ".join(["curve", *(word for name in spec.axes for word in (_head(spec, name), "+-"))])
     closed = dataset["curve_closed"].values
     columns = []
@@ -231,12 +142,12 @@ def _axis_lines(spec: SweepSpec) -> Iterator[str]:
         yield f"  {name:<17} {ends}, {len(axis)} values, {spacing}"
 
 
-def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
+def _fixed(dataset: Atlas, spec: SweepSpec) -> str:
     parameters = spec.model.parameters
     fixed = [
-        f"{name} {parameters[name].spell(float(dataset[name]), 6)}"
+        f"{name} {parameters[name].spell(float(dataset[name].values), 6)}"
         for name in spec.fixed
-        if name in dataset.coords
+        if name in dataset
     ]
     return ", ".join(
         [*fixed, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
@@ -259,21 +170,21 @@ def _settings(spec: SweepSpec) -> str:
     return ", ".join(words)
 
 
-def _counts(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Iterator[str]:
+def _counts(dataset: Atlas, spec: SweepSpec, name: str) -> Iterator[str]:
     codes = dataset[name].values
     flags = spec.model.variables[name].flags or {}
     found = [(int((codes == code).sum()), word) for code, word in flags.items()]
     yield f"{name:<12}" + ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
 
 
-def _range(values: "xr.DataArray", quantity: Quantity) -> str:
+def _range(values: Variable, quantity: Quantity) -> str:
     known = values.values[np.isfinite(values.values)] * quantity.plot_scale
     return (
         f"{known.min():.6g} to {known.max():.6g} {quantity.shown_units}" if known.size else "no cell has one"
     )
 
 
-def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _errors(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
     yield f"extreme {spec.model.coordinate.replace('_', ' ')}s within {_most(dataset[error.name])} {error.units}"
     for name, quantity in spec.model.variables.items():
@@ -281,12 +192,12 @@ def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
 
 
-def _most(values: "xr.DataArray", form: str = ".1e") -> str:
+def _most(values: Variable, form: str = ".1e") -> str:
     known = values.values[np.isfinite(values.values)]
     return f"{known.max():{form}}" if known.size else "-"
 
 
-def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _boundary_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
         found = dataset[measured].values
@@ -310,12 +221,3 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             f"curves      {counts.size} of the boundary through {counts.sum()} points, {closed} closed, in planes of "
             f"{' and '.join(spec.axes[-2:])}; bisected to {spec.boundary_width:g} in SI"
         )
-
-
-def _spread(distribution: tuple[float, float, float]) -> str:
-    return "{:.1e} (median), {:.1e} (99 %), {:.1e} (largest)".format(*distribution)
-
-
-def _cell(place: Mapping[str, float], spec: SweepSpec) -> str:
-    words = [f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items()]
-    return ", ".join(words) or "the one cell"

@@ -58,8 +58,8 @@ def run(
     eulerdisk run --from rolling.nc -o again.nc
     """
     request = read_request(spec, words or [], source)
+    from sweep.runs.names import directory_of, resolved
     from sweep.runs.run import run_to_file
-    from sweep.runs.run_directory import directory_of, resolved
 
     enter_baseline(baseline, directory_of(resolved(output)))
 
@@ -103,7 +103,7 @@ def prepare(
     """
     request = read_request(spec, words or [], None)
     from sweep.runs import array_jobs
-    from sweep.runs.run_directory import directory_of, resolved
+    from sweep.runs.names import directory_of, resolved
 
     enter_baseline(baseline, directory_of(resolved(output)))
     command = shlex.join(["eulerdisk", "run", spec, *(words or [])])

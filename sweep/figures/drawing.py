@@ -17,8 +17,8 @@ from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
-from scipy.ndimage import distance_transform_edt
 
+from sweep.figures.distance import distance_to_outside
 from sweep.figures.panels import Panel
 from sweep.figures.scales import SQUEEZED, add_scaled_axis, set_log_ticks, set_scale
 from sweep.model.quantity import Array, Quantity, Truths
@@ -271,7 +271,7 @@ def name_regions(
     column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
     for name, cells in regions:
         region = np.pad(cells[row, column].reshape(_RASTER, _RASTER) & free, 1)
-        room = distance_transform_edt(region, sampling=(1.0 / lines, 1.0 / width))[1:-1, 1:-1]
+        room = distance_to_outside(region, (1.0 / lines, 1.0 / width))[1:-1, 1:-1]
         if room.max() >= _ROOM:
             place = np.unravel_index(np.argmax(room), room.shape)
             axes.text(

@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.curves import without_curves
-from sweep.atlas.dataset import edge_status, require, spec_named
+from sweep.atlas.contents import Atlas
+from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
 from sweep.figures.scales import Scale, scale
@@ -102,12 +102,12 @@ class Panel:
         )
 
 
-def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
+def panel(dataset: Atlas, marked: "xr.DataArray | None" = None) -> Panel:
     """Return what is drawn of an atlas.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
+    dataset : Atlas
         An atlas, or a selection from one; axes of a single value are left out.
     marked : xarray.DataArray of bool, optional
         Cells to be hatched, on the dimensions of the atlas; its name says what they are.
@@ -121,13 +121,12 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
     RequestError
         If the atlas has no axis or more than two.
     """
-    dataset = without_curves(dataset).squeeze()
     spec = drawn_spec(dataset)
     model = spec.model
     require(dataset, (model.peak, "stability"))
     control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
     joined = model.joined_edges(spec)
-    dims = [str(name) for name in dataset["ending"].dims]
+    dims = _drawn_dims(dataset)
     # y is the control that has a boundary, else the first axis of the atlas
     y_name = (control or dims[0]) if len(dims) > 1 else None
     x_name = next(name for name in dims if name != y_name)
@@ -138,9 +137,11 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
 
     x, y = axis(x_name, joined is not None and x_name == model.coordinate), axis(y_name) if y_name else None
     order = tuple(filter(None, (y_name, x_name)))
-    cells = dataset[[model.peak, "stability", "ending"]].transpose(*order).load()
-    quantity, ending = model.variables[model.peak], cells["ending"].values
-    peak = _drawable(cells[model.peak].values) * quantity.plot_scale
+    quantity = model.variables[model.peak]
+    values, stability, ending = (
+        in_order(dataset[name], order) for name in (model.peak, "stability", "ending")
+    )
+    peak = _drawable(values) * quantity.plot_scale
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
@@ -159,19 +160,19 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None) -> Panel:
         y=y,
         peak=peak,
         peak_quantity=quantity,
-        stability=cells["stability"].values,
+        stability=stability,
         no_result=np.isin(ending, [each.code for each in lost]) | ~np.isfinite(peak),
         lost=", ".join(each.name for each in lost).replace("_", " ") or "no peak",
         edges=tuple(_edges(dataset, spec, control, up, across)) if control else (),
         unit=model.scaled_square(spec, control) if control and up.squared else None,
         joined=joined if whole_curve else None,
         method={"rk4": "RK4"}.get(spec.method, spec.method),
-        marked=np.zeros(ending.shape, bool) if marked is None else marked.squeeze().transpose(*order).values,
+        marked=np.zeros(ending.shape, bool) if marked is None else in_order(marked, order),
         marking="" if marked is None else str(marked.name),
     )
 
 
-def _row_notes(dataset: "xr.Dataset", control: str) -> list[str]:
+def _row_notes(dataset: Atlas, control: str) -> list[str]:
     """Return why columns have no boundary; once if both edges are missing for the same reasons."""
     found = {
         edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
@@ -190,7 +191,13 @@ def _line(spec: SweepSpec, control: str | None, up: Scale) -> str:
     return f"${up.quantity.symbol}^2 = {label}$".replace("_0", "")
 
 
-def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
+def _drawn_dims(dataset: Atlas) -> list[str]:
+    """Return the dimensions of the cells along which there is more than one."""
+    ending = dataset["ending"]
+    return [name for name, count in zip(ending.dims, ending.shape, strict=True) if count > 1]
+
+
+def drawn_spec(dataset: Atlas) -> SweepSpec:
     """Return the spec of an atlas or of a selection from one.
 
     Raises
@@ -198,7 +205,7 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     RequestError
         If it has no axis or more than two.
     """
-    dims = [str(name) for name in dataset["ending"].dims]
+    dims = _drawn_dims(dataset)
     if len(dims) > 2:
         raise RequestError(
             f"A figure shows an atlas of one axis or two; this one has {len(dims)}: {', '.join(dims)}.",
@@ -210,24 +217,23 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
             hint="Give a parameter a range, start:stop:count.",
         )
     spec = spec_named(dataset)
-    return spec.replace(**{name: float(dataset[name]) for name in spec.axes if name not in dims})
+    return spec.replace(**{name: dataset[name].values.item() for name in spec.axes if name not in dims})
 
 
-def _edges(
-    dataset: "xr.Dataset", spec: SweepSpec, control: str, up: Scale, across: Scale | None
-) -> list[Edge]:
+def _edges(dataset: Atlas, spec: SweepSpec, control: str, up: Scale, across: Scale | None) -> list[Edge]:
     """Return the edges of the unstable band along a control, which is the scale `up`."""
     fine = _fine(dataset, across) if across else np.zeros(1)
     smooth = spec.replace(**{across.quantity.name: Values(tuple(fine))}) if across else spec
     lines = theory_lines(smooth, control)
     nothing = np.full(fine.shape, np.nan)
+    kept = (across.quantity.name,) if across else ()
     edges = []
     for name in EDGES:
         measured_name, halfwidth_name, _, critical_name = edge_names(control, name)
         if measured_name not in dataset:
             continue
         measured, half, analytic = (
-            np.atleast_1d(_drawable(dataset[each].values))
+            np.atleast_1d(_drawable(in_order(dataset[each], kept)))
             for each in (measured_name, halfwidth_name, critical_name)
         )
         has = np.isfinite(measured) & np.isfinite(half)
@@ -266,7 +272,7 @@ def _spread(low: Array, middle: Array, high: Array) -> Array:
         return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
 
 
-def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
+def _fine(dataset: Atlas, across: Scale) -> Array:
     start, stop = dataset[across.quantity.name].values[[0, -1]]
     if across.log:
         return np.geomspace(start, stop, _FINE)

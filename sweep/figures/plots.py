@@ -13,6 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
 from sweep.figures.drawing import COLOURS, add_legend, draw_map, draw_profile, draw_ratio, sheet, styled
@@ -46,13 +47,13 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 }
 
 
-def figure(datasets: "Sequence[xr.Dataset]", friction: float | None = None) -> Figure:
+def figure(datasets: Sequence[Atlas], friction: float | None = None) -> Figure:
     """Draw atlases side by side.
 
     Parameters
     ----------
-    datasets : sequence of xarray.Dataset
-        Atlases of one axis or two, or selections from atlases, one panel each.
+    datasets : sequence of Atlas
+        Atlases of one axis or two, or selections from atlases, one panel each. Friction needs them as xarray.Dataset.
     friction : float, optional
         Friction coefficient: cells where the disk would need more, or would lift off, are hatched.
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sweep.atlas.curves import without_curves
 from sweep.errors import RequestError, shown
-from sweep.files.netcdf import damage_named, loaded
 from sweep.files.paths import check_target
 from sweep.files.publish import published, published_folder
+from sweep.files.reading import damage_named, loaded
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,8 +12,9 @@ from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Progress, Say, Stopping, local, no_op
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
+from sweep.runs.names import SUFFIX, resolved
 from sweep.runs.run import Failures, publish_from_journal
-from sweep.runs.run_directory import SUFFIX, begin_or_resume, check_kinds, check_same_run, claimed, resolved
+from sweep.runs.run_directory import begin_or_resume, check_kinds, check_same_run, claimed
 
 
 def prepare(

@@ -27,7 +27,8 @@ from sweep.engine.compute import measured_quantities
 from sweep.engine.estimate import journal_bytes
 from sweep.errors import RequestError, shown
 from sweep.request.regular_files import read_regular
-from sweep.runs.manifest import MANIFEST, Manifest
+from sweep.runs.manifest import Manifest
+from sweep.runs.names import MANIFEST
 
 #: The measured columns of a block: name -> array with one value per cell.
 Columns = Mapping[str, npt.NDArray[Any]]

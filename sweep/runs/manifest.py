@@ -20,9 +20,6 @@ from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 
-#: Name of the file in the folder of a run.
-MANIFEST = "manifest.json"
-
 #: Bytes of a manifest at most: its spec may hold a long list.
 _MOST_BYTES = 2**24
 

@@ -1,7 +1,6 @@
 """An unfinished run: how far it is, and an atlas of its finished blocks."""
 
 import contextlib
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,17 +12,8 @@ from sweep.engine.compute import Block, derive_block
 from sweep.files.paths import check_target
 from sweep.files.publish import published
 from sweep.runs.journal import DamagedBlockError, Journal
-from sweep.runs.manifest import MANIFEST
 from sweep.runs.run import attributes_of, write_atlas
-from sweep.runs.run_directory import check_same_run, directory_of
-
-
-def unfinished(path: Path) -> Path | None:
-    """Return the folder of the unfinished run that makes a file, or that is given itself; None if there is none."""
-    for folder in (path, directory_of(path)):
-        if os.path.isfile(folder / MANIFEST):
-            return folder
-    return None
+from sweep.runs.run_directory import check_same_run
 
 
 def describe(folder: Path) -> str:

@@ -25,6 +25,7 @@ from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Progress, Say, Stopping, local, no_op, prefetch
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
+from sweep.runs.names import resolved
 
 #: How many failed cells are listed.
 _LISTED = 10
@@ -153,7 +154,7 @@ def run_to_file(
     StoppedError
         If `stopping` returned true; finished blocks are kept.
     """
-    path = run_directory.resolved(path)
+    path = resolved(path)
     with run_directory.claimed(path, overwrite) as folder:
         if run_directory.has_published(folder, path, spec):
             # an earlier run was killed between publishing its file and removing its folder

@@ -21,26 +21,14 @@ from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
-from sweep.runs.manifest import MANIFEST, Manifest, discard
-
-#: Suffix of the name of the folder, after the name of the output.
-SUFFIX = ".run"
+from sweep.runs.manifest import Manifest, discard
+from sweep.runs.names import MANIFEST, SUFFIX, directory_of
 
 #: The file while it is written, and the record of the file that was published.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
 
 #: All files that a run makes in its folder; in that of its blocks it makes blocks. In both it makes temporary files.
 _NAMES = (MANIFEST, UNFINISHED, PUBLISHED, LOCK, OWNER)
-
-
-def resolved(path: str | Path) -> Path:
-    """Return where a file will be: a symbolic link is followed, so that two names of one output share one lock."""
-    return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
-
-
-def directory_of(path: Path) -> Path:
-    """Return the folder of the run that makes a file."""
-    return path.parent / (path.name + SUFFIX)
 
 
 @contextlib.contextmanager

@@ -6,7 +6,8 @@ import xarray as xr
 
 import sweep
 from sweep.errors import RequestError
-from sweep.files.netcdf import open_atlas, save
+from sweep.files.netcdf import save
+from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import VARIABLES
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.request.criterion import Departure

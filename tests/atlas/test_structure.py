@@ -8,7 +8,7 @@ import xarray as xr
 import sweep
 from sweep.atlas.structure import check_structure
 from sweep.errors import LeftOutWarning, RequestError
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(
     roll_rate="2:4:7", tilt="1deg,2deg,4deg", contact="yes", boundary="refined:1e-3"

@@ -6,7 +6,7 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, mo
 
 import sweep
 from sweep.checks.verify import findings, verify
-from sweep.commands.report import audit_line
+from sweep.commands.audit_report import audit_line
 from sweep.errors import RequestError
 from sweep.model.disk.tables import PARAMETERS
 from sweep.request.criterion import Criterion

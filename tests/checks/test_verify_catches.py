@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import sweep
 from sweep.checks.verify import findings, verify
-from sweep.commands.report import audit_text
+from sweep.commands.audit_report import audit_text
 from sweep.model.disk.tables import PARAMETERS
 from sweep.request.spec import SweepSpec
 

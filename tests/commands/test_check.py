@@ -10,7 +10,8 @@ import xarray as xr
 
 import sweep
 from sweep.checks.verify import verify
-from sweep.files.netcdf import open_atlas, save
+from sweep.files.netcdf import save
+from sweep.files.reading import open_atlas
 from sweep.model.disk.audit import AUDIT
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import FILL

@@ -10,7 +10,7 @@ import pytest
 import sweep
 from sweep.atlas.reclassify import reclassify
 from sweep.commands.report import boundary_table, describe
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 
 CHECKOUT = Path(__file__).parents[2]
 SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]

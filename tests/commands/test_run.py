@@ -11,7 +11,7 @@ import xarray as xr
 
 import sweep
 from sweep.engine import estimate
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.model.kernel import cache_root
 
 CHECKOUT = Path(__file__).parents[2]

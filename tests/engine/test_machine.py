@@ -15,7 +15,8 @@ from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs
 from sweep.runs.journal import Journal
-from sweep.runs.manifest import MANIFEST, Manifest
+from sweep.runs.manifest import Manifest
+from sweep.runs.names import MANIFEST
 from sweep.runs.run import run_to_file
 from sweep.runs.run_directory import check_same_run
 

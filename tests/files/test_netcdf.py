@@ -11,7 +11,8 @@ import sweep
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape
 from sweep.errors import RequestError
-from sweep.files.netcdf import open_atlas, regroup, save
+from sweep.files.netcdf import regroup, save
+from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec

@@ -5,7 +5,7 @@ import pytest
 
 from sweep.atlas.cf_metadata import FORMAT
 from sweep.errors import RequestError
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 

@@ -16,11 +16,12 @@ import pytest
 
 from sweep.engine import machine
 from sweep.errors import StoppedError
-from sweep.files.netcdf import AtlasWriter, open_atlas
+from sweep.files.netcdf import AtlasWriter
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, executor
 from sweep.runs.locks import locked
-from sweep.runs.partial import unfinished
+from sweep.runs.names import unfinished
 from sweep.runs.run import run_to_file
 
 WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"

@@ -6,7 +6,7 @@ import pytest
 from sweep.engine.compute import compute, measure_block
 from sweep.engine.grid import starts_of
 from sweep.errors import RequestError
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, manifest
 from sweep.runs.partial import describe, write_partial

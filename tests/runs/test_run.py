@@ -13,7 +13,8 @@ from sweep.engine import estimate
 from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError, StorageError
 from sweep.files import paths, publish
-from sweep.files.netcdf import open_atlas, save
+from sweep.files.netcdf import save
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor, run
 from sweep.runs.run import run_to_file

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import RequestError
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs
 from sweep.runs.run import run_to_file

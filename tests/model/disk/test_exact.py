@@ -8,7 +8,7 @@ from auditing import ENDINGS, PRESETS, atlas, coarse
 
 import sweep
 from sweep.figures import plots
-from sweep.files.netcdf import open_atlas
+from sweep.files.reading import open_atlas
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS, REDUCTION, VARIABLES
 from sweep.request.spec import SweepSpec

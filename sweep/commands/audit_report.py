@@ -1,0 +1,102 @@
+"""What `verify` has found, in words and tables."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from sweep.checks.statement import Statement
+from sweep.checks.verify import Findings
+from sweep.request.spec import SweepSpec
+
+#: Number of wrong variables and attributes that the last line of an audit names.
+_MOST_WRONG = 6
+
+
+def audit_text(found: Findings, spec: SweepSpec) -> str:
+    """Return what an audit found: counts, the distribution of the difference, and the cells to look at."""
+    counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
+    lines = [
+        f"cells        {counted}",
+        f"{found.coordinate + 's':<12} the extremes differ from the exact ones by {_spread(found.extremes)} "
+        f"{found.units}",
+        f"periods      differ from the exact ones by {_spread(found.period)} of them; "
+        f"largest {found.period_share:.2g} of what the tolerance allows",
+        f"tolerance    {found.tolerance:.1e} {found.units}",
+    ]
+    head = "wrong" if found.disagreeing else "worst cell"
+    lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
+    if found.disagreeing > len(found.named):
+        lines.append(f"             and {found.disagreeing - len(found.named)} more")
+    if found.method == "exact":
+        lines.append(
+            "note         made by the reduction itself: only the file has been checked, not the method"
+        )
+    if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
+        lines.append(f"note         method={found.method} knows {unknown}: there is nothing to check")
+    return "\n".join([*lines, "", *_statement_lines(found.statements), "", audit_line(found)])
+
+
+def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
+    """Yield a table of the variables, then what is wrong among the attributes, then what was not checked."""
+    variables = [each for each in statements if each.checked and _is_variable(each)]
+    width = max((len(each.name) for each in variables), default=0)
+    yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  held against"
+    for each in variables:
+        allowed = f"{_small(each.allowed)} {each.units}".removesuffix(" 1")
+        yield f"{each.name:<{width}}  {_small(each.difference):<10}  {allowed:<17}  {each.against}"
+        yield from _named(each)
+    attributes = [each for each in statements if each.checked and not _is_variable(each)]
+    judged, wrong = sum(each.judged for each in attributes), sum(each.wrong for each in attributes)
+    yield f"attributes: {judged - wrong} of {judged} are what the spec, the tables of the model and this version say"
+    for each in attributes:
+        if each.wrong:
+            yield f"    wrong: {each.name}, held against {each.against}: {'; '.join(each.named)}"
+    for each in statements:
+        if not each.checked and not each.name.endswith(":"):
+            yield f"not checked: {each.name}, {each.against}"
+
+
+def _is_variable(statement: Statement) -> bool:
+    """Whether a statement is one of the values of a variable, not of an attribute."""
+    return not math.isnan(statement.allowed) and ":" not in statement.name
+
+
+def _named(statement: Statement) -> Iterator[str]:
+    if statement.wrong:
+        more = f", and {statement.wrong - len(statement.named)} more" * (
+            statement.wrong > len(statement.named)
+        )
+        yield f"    wrong in {statement.wrong} of {statement.judged}: {'; '.join(statement.named)}{more}"
+
+
+def _small(value: float) -> str:
+    if math.isnan(value):
+        return "missing"
+    return f"{value:.1e}" if value else "0"
+
+
+def audit_line(found: Findings) -> str:
+    """Return the outcome of an audit in one line."""
+    if found.passed and not np.isfinite(found.extremes[2]):
+        cells = f"{found.agreeing} of {found.cells} cells"
+        return f"verified: {cells}; none has extremes that could be held against exact ones"
+    if found.passed:
+        return (
+            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "
+            f"largest difference {found.extremes[2]:.1e} {found.units}"
+        )
+    names = [each.name for each in found.wrong]
+    wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
+    more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""
+    counted = f"{found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
+    return f"NOT verified: {counted}{wrong}{more}"
+
+
+def _spread(distribution: tuple[float, float, float]) -> str:
+    return "{:.1e} (median), {:.1e} (99 %), {:.1e} (largest)".format(*distribution)
+
+
+def _cell(place: Mapping[str, float], spec: SweepSpec) -> str:
+    words = [f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items()]
+    return ", ".join(words) or "the one cell"

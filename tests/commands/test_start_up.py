@@ -1,0 +1,69 @@
+"""Commands load what they need for their answer and nothing more: most of the time of a short command is imports."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sweep
+
+CHECKOUT = Path(__file__).parents[2]
+
+#: Libraries that take a tenth of a second or more to load, some through others.
+HEAVY = {
+    "numba", "llvmlite", "scipy", "xarray", "pandas", "pyarrow", "dask", "pint", "matplotlib", "netCDF4", "numpy",
+    "pydantic", "rich",
+}  # fmt: skip
+
+_COMMAND, _FILE, _KERNEL = {"numpy", "pydantic"}, {"netCDF4"}, {"numba", "llvmlite", "scipy"}
+
+#: Command line -> those of `HEAVY` that it may load: pydantic is the parser's.
+COMMANDS = {
+    "--help": set(),
+    "--version": {"pydantic"},
+    "info a.nc": _COMMAND | _FILE,
+    "boundary a.nc": _COMMAND | _FILE,
+    "plan rolling --no-calibrate": _COMMAND,
+    "plan rolling": _COMMAND | _KERNEL,
+    "plot a.nc -o a.png": _COMMAND | _FILE | {"matplotlib"},
+    "explain a.nc roll_rate=3 tilt=1deg": _COMMAND | _FILE | _KERNEL,
+    "run rolling roll_rate=2:4:4 tilt=1deg -o b.nc": _COMMAND | _FILE | _KERNEL,
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with an atlas."""
+    folder = tmp_path_factory.mktemp("start_up")
+    sweep.run_to_file(sweep.SweepSpec(roll_rate="2:4:9", tilt="1deg:5deg:8"), folder / "a.nc")
+    return folder
+
+
+def loaded_by(line, folder):
+    """Run a command line in a fresh process; return the modules that it holds at its end."""
+    code = (
+        "import sys; from sweep.cli import main\ntry: main()\nfinally: print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *shlex.split(line)],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(CHECKOUT)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stderr.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_a_command_loads_what_it_needs(folder, line):
+    """No other heavy library is loaded, by whatever way, and never pyplot, which looks for windows."""
+    modules = loaded_by(line, folder)
+    assert "sweep.cli" in modules
+    assert {name.partition(".")[0] for name in modules} & HEAVY <= COMMANDS[line]
+    assert "matplotlib.pyplot" not in modules
