@@ -8,8 +8,7 @@ from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
 from kernels.disk.exact.legendre import PANELS
-from kernels.disk.exact.period_layout import CLASSES
-from kernels.disk.exact.wide_panels import CENTRES
+from kernels.disk.exact.period_layout import PERIOD_KEYS, PERIOD_SIZE
 from kernels.jit import internal
 from kernels.lanes.layout import aligned
 
@@ -66,11 +65,11 @@ class Chunk(NamedTuple):
 def memory(size, tables):
     """Arrays for chunks of `size` cells at most: what `chunk_in` makes a `Chunk` of."""
     return (
-        aligned(at.SIZE),
+        aligned(max(at.SIZE, PERIOD_SIZE)),
         np.empty((size, of.COLUMNS)),
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
-        np.empty(tables * max(PANELS, CENTRES * CLASSES), np.int64),
+        np.empty(tables * max(PANELS, PERIOD_KEYS), np.int64),
         np.empty((BLOCK_ROWS, 2 * size), np.int64),
     )
 

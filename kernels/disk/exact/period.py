@@ -19,7 +19,7 @@ from kernels.disk.exact import period_layout as at
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
 from kernels.disk.exact.potential import rise, rise_at
-from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS, WIDE_TERMS
+from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS
 from kernels.jit import internal, simd
 from kernels.simd_math import exp_minus_one, logarithm
 
@@ -29,8 +29,11 @@ PIECE_STRIDE = 3
 PIECE = PIECE_STRIDE * SPACING
 ALONE = 0.8
 _ALONE = math.tanh(0.5 * ALONE)
-#: Coefficients that are added in one loop over lanes.
-_AT_ONCE = 8
+#: Groups of coefficients of Q that are enough for w up to 0.1 and 0.2: what is left out is below 2e-16.
+SHORT, LONG = 2, 3
+SHORT_REACH, LONG_REACH = 2.0 * math.atanh(0.1), 2.0 * math.atanh(0.2)
+#: Share of an interval by which a place may be said to lie elsewhere.
+_SLACK = 0.01
 
 
 @simd
@@ -112,7 +115,7 @@ def _substitute_saddle(block, cosh, sinh):
 
 
 @internal
-def _expand(block, alpha, table, nodes, wide, centre, w_shift):
+def _expand(block, alpha, table, nodes, wide, centre, w_shift, groups):
     """Expand the excess on the wide panel of this number: Q, A_0 and A_1.
 
     `w_shift` is the place of its centre, LOW and HIGH are where it counts.
@@ -126,7 +129,7 @@ def _expand(block, alpha, table, nodes, wide, centre, w_shift):
         block[at.ROOT + lane] = (w_0 - w_shift) / (1.0 - w_0 * w_shift) if about else 0.0
         block[at.S_HERE + lane] = c1 + (ds1 * c1 + ds2 * c2)
         block[at.P_HERE + lane] = c2 + (dp1 * c1 + dp2 * c2)
-    _divide(block, wide, panel)
+    _divide(block, wide, panel, groups)
     there = rise_at(nodes, node)
     for lane in range(LANES):
         about, root = block[at.ABOUT + lane] > 0.0, block[at.ROOT + lane]
@@ -139,11 +142,11 @@ def _expand(block, alpha, table, nodes, wide, centre, w_shift):
 
 
 @internal
-def _divide(block, wide, panel):
-    """Divide V on a wide panel twice by the distance from ROOT, by synthetic division, into Q."""
+def _divide(block, wide, panel, groups):
+    """Divide V on a wide panel twice by the distance from ROOT, by synthetic division, into so many groups of Q."""
     for lane in range(LANES):
         block[at.ONCE + lane] = block[at.TWICE + lane] = 0.0
-    for n in range(WIDE_TERMS - 1, 1, -1):
+    for n in range(groups * at.GROUP + 1, 1, -1):
         ss, sp, pp, one = (
             wide[panel, W_SS, n],
             wide[panel, W_SP, n],
@@ -183,14 +186,6 @@ def _place_saddle(block, cos, sin, half_cos, half_sin):
         block[at.STRETCH + lane] = abs(width) * half * stretch
 
 
-@simd
-def _quotient(block, first, lane, w, value):
-    """Continue Horner's rule with the coefficients from `first` on, highest last."""
-    for n in range(_AT_ONCE - 1, -1, -1):
-        value = value * w + block[first + n * LANES + lane]
-    return value
-
-
 @internal
 def _locate(block, shift):
     """PLACE on the present wide panel, and AWAY_THERE: the distance from the start or from the panel's centre."""
@@ -211,17 +206,29 @@ def _locate(block, shift):
         block[at.AWAY_THERE + lane] = from_start if block[at.ABOUT + lane] > 0.0 else place
 
 
+@simd
+def _continue(block, group, lane, value):
+    """Continue Horner's rule for Q at PLACE with the coefficients of a group."""
+    for n in range((group + 1) * at.GROUP - 1, group * at.GROUP - 1, -1):
+        value = value * block[at.PLACE + lane] + block[at.Q + n * LANES + lane]
+    return value
+
+
 @internal
-def _add(block, row, cosh, sinh):
+def _add(block, row, cosh, sinh, groups):
     """Add the integrand at the places that lie on the present wide panel to the sums in a row."""
     for lane in range(LANES):
-        distance, place, away = block[at.DISTANCE + lane], block[at.PLACE + lane], block[at.AWAY_THERE + lane]
+        block[at.PART + lane] = 0.0
+    if groups > LONG:
+        for lane in range(LANES):
+            block[at.PART + lane] = _continue(block, 3, lane, _continue(block, 4, lane, 0.0))
+    if groups > SHORT:
+        for lane in range(LANES):
+            block[at.PART + lane] = _continue(block, 2, lane, block[at.PART + lane])
+    for lane in range(LANES):
+        distance, away = block[at.DISTANCE + lane], block[at.AWAY_THERE + lane]
         w = block[at.W_0 + lane] + distance
-        value = _continue(block, at.Q + 4 * _AT_ONCE * LANES, lane, place, 0.0)
-        value = _continue(block, at.Q + 3 * _AT_ONCE * LANES, lane, place, value)
-        value = _continue(block, at.Q + 2 * _AT_ONCE * LANES, lane, place, value)
-        value = _continue(block, at.Q + _AT_ONCE * LANES, lane, place, value)
-        value = _continue(block, at.Q, lane, place, value)
+        value = _continue(block, 0, lane, _continue(block, 1, lane, block[at.PART + lane]))
         kinetic = -(block[at.A_0 + lane] + away * (block[at.A_1 + lane] + away * value))
         square = cosh * (1.0 + w * w) + 2.0 * sinh * w
         square *= square
@@ -236,14 +243,6 @@ def _add(block, row, cosh, sinh):
         block[at.ERROR + lane] += part * (square * inverse) * error if here else 0.0
     for lane in range(LANES):
         block[row + lane] += block[at.PART + lane]
-
-
-@simd
-def _continue(block, first, lane, w, value):
-    """Continue Horner's rule with the next coefficients, which stand from `first` on."""
-    for n in range(_AT_ONCE - 1, -1, -1):
-        value = value * w + block[first + n * LANES + lane]
-    return value
 
 
 @internal
@@ -263,38 +262,68 @@ def _enter(block, piece):
     return some != 0
 
 
+@simd
+def _cosine(block, lane, w, saddle):
+    """Cosine of the angle (of half of it, in the second substitution near a separatrix) at which w is passed."""
+    away = block[at.W_0 + lane] + block[at.ANCHOR + lane] if saddle else block[at.W_0 + lane]
+    u = w - away
+    if saddle:
+        u /= block[at.WIDTH + lane]
+        passes = block[at.PASSES + lane] > 0.0
+        u = u if passes or u > 0.0 else 0.0
+        size = abs(u)
+        root = math.sqrt(size * size + 1.0 if passes else size * (size + 2.0))
+        u = math.copysign(logarithm(root + (size if passes else size + 1.0)), u)
+    return (u - block[at.MIDDLE + lane]) / block[at.HALF + lane]
+
+
 @internal
-def _any_here(block):
-    """Whether any place lies on the present wide panel."""
-    some = 0
+def _first_and_last(block, saddle, intervals):
+    """Numbers of the first and the last place that may lie on the present wide panel, in any motion."""
     for lane in range(LANES):
-        w = block[at.W_0 + lane] + block[at.DISTANCE + lane]
-        some |= int((w > block[at.LOW + lane]) & (w <= block[at.HIGH + lane]))
-    return some != 0
+        block[at.COS_LOW + lane] = _cosine(block, lane, block[at.LOW + lane], saddle)
+        block[at.COS_HIGH + lane] = _cosine(block, lane, block[at.HIGH + lane], saddle)
+    first, last = math.pi, 0.0
+    most_1, least_1, most_2, least_2 = -1.0, 1.0, 0.0, 1.0
+    for lane in range(LANES):
+        low, high = block[at.COS_LOW + lane], block[at.COS_HIGH + lane]
+        low, high = (low, high) if low < high else (high, low)
+        if saddle and block[at.PASSES + lane] == 0.0:
+            if low <= 1.0 and high >= 0.0:
+                most_2, least_2 = max(most_2, min(1.0, high)), min(least_2, max(0.0, low))
+        elif low <= 1.0 and high >= -1.0:
+            most_1, least_1 = max(most_1, min(1.0, high)), min(least_1, max(-1.0, low))
+    if most_1 >= least_1:
+        first, last = math.acos(most_1), math.acos(least_1)
+    if most_2 >= least_2:
+        first, last = min(first, 2.0 * math.acos(most_2)), max(last, 2.0 * math.acos(least_2))
+    # next to an end of the interval the cosine keeps half of the digits of the angle
+    step = math.pi / intervals
+    return max(1, math.floor(first / step - _SLACK)), min(intervals - 1, math.ceil(last / step + _SLACK))
 
 
 @internal
-def _add_places(block, saddle, fresh, intervals, cosh, sinh, shift, alone):
-    """Add the places that lie on the present wide panel: all of them if `fresh`, else every second one."""
+def _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift, groups):
+    """Add places on the present wide panel, from the first one to the last, all or `every` second one."""
     step = math.pi / intervals
-    for i in range(1, intervals, 1 if fresh else 2):
+    for i in range(first, last + 1, every):
         half_cos, half_sin = math.cos(0.5 * i * step), math.sin(0.5 * i * step)
         cos, sin = 1.0 - 2.0 * half_sin * half_sin, 2.0 * half_sin * half_cos
         if saddle:
             _place_saddle(block, cos, sin, half_cos, half_sin)
         else:
             _place(block, cos, sin)
-        if alone or _any_here(block):
-            row = at.SUM_1 if i % 2 == 1 else (at.SUM_2 if i % 4 == 2 else at.SUM_4)
-            _locate(block, shift)
-            _add(block, row, cosh, sinh)
+        _locate(block, shift)
+        row = at.SUM_1 if i % 2 == 1 else (at.SUM_2 if i % 4 == 2 else at.SUM_4)
+        _add(block, row, cosh, sinh, groups)
 
 
 @internal
-def integrate(block, alpha, table, nodes, wide, number, saddle, fresh, intervals):
+def integrate(block, alpha, table, nodes, wide, number, groups, saddle, fresh, intervals):
     """Sum the integrand of a block over all wide panels; `number` is that of the one in which the places are given.
 
-    `fresh` sums begin with all places of so many intervals, others with every second one.
+    `groups` of coefficients are enough. `fresh` sums begin with all places of so many intervals, others with every
+    second one.
     """
     centre = number * SPACING
     cosh, sinh = math.cosh(centre), math.sinh(centre)
@@ -307,8 +336,11 @@ def integrate(block, alpha, table, nodes, wide, number, saddle, fresh, intervals
         piece = 0 if side > 0 else -1
         while abs(number + PIECE_STRIDE * piece) <= SIDE and _enter(block, piece):
             shift = math.tanh(0.5 * PIECE * piece)
-            _expand(block, alpha, table, nodes, wide, number + PIECE_STRIDE * piece, shift)
-            _add_places(block, saddle, fresh, intervals, cosh, sinh, shift, alone)
+            _expand(block, alpha, table, nodes, wide, number + PIECE_STRIDE * piece, shift, groups)
+            first, last = (1, intervals - 1) if alone else _first_and_last(block, saddle, intervals)
+            # every second place is one of odd number
+            first, every = (first, 1) if fresh else (first | 1, 2)
+            _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift, groups)
             if alone:
                 return
             piece += side

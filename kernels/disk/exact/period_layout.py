@@ -5,8 +5,8 @@ The block takes the memory of `kernels.disk.exact.layout`. All its motions share
 their digits however small the swing is.
 """
 
-from kernels.disk.exact.layout import LANES, SIZE
-from kernels.disk.exact.wide_panels import WIDE_TERMS
+from kernels.disk.exact.layout import LANES
+from kernels.disk.exact.wide_panels import CENTRES, WIDE_TERMS
 from kernels.lanes.layout import offsets
 
 # The start: its place, the force, the kinetic energy and the sizes of the terms of the excess there
@@ -39,11 +39,18 @@ ABOUT, ROOT, A_0, A_1, ONCE, TWICE = offsets(28, 34, LANES)
 # by rounding; what is added
 ENDS, SUM_4, SUM_2, SUM_1, ERROR, PART = offsets(34, 40, LANES)
 
+# Cosines of the angles of a motion where a wide panel begins to count and where it ends
+COS_LOW, COS_HIGH = offsets(40, 42, LANES)
+
 #: Classes of motions, by the intervals of their first sums (`kernels.disk.exact.period_pass`).
 CLASSES = 5
 
-#: Coefficients of Q.
+#: Coefficients of Q; they are used in groups of so many, the shorter a swing is the fewer.
 Q_TERMS = WIDE_TERMS - 2
-Q = 40 * LANES
-
-assert Q + Q_TERMS * LANES <= SIZE
+GROUP = 8
+GROUPS = Q_TERMS // GROUP
+Q = 42 * LANES
+#: Keys of a table: a block has one class, one number of groups and one wide panel.
+PERIOD_KEYS = CLASSES * (GROUPS + 1) * CENTRES
+#: Numbers of a block.
+PERIOD_SIZE = Q + Q_TERMS * LANES

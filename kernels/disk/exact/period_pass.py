@@ -9,7 +9,7 @@ from kernels.disk.exact.arrays import EXACT_ENDING, EXACT_NUTATION_PERIOD
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.near_turning_points import TERM_ERROR
-from kernels.disk.exact.period import ALONE, PIECE, integrate
+from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHORT_REACH, integrate
 from kernels.disk.exact.period_layout import CLASSES
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
 from kernels.jit import internal
@@ -86,15 +86,26 @@ def _centre(motion):
 
 
 @internal
+def _groups(motion, number):
+    """How many groups of coefficients of Q are enough for a swing that lies this far from its wide panel's centre."""
+    ahead, behind, _, _ = _turns(motion)
+    away = motion[of.Y_0] - number * SPACING
+    reach = max(abs(away + ahead), abs(away + behind))
+    return SHORT if reach <= SHORT_REACH else (LONG if reach <= LONG_REACH else at.GROUPS)
+
+
+@internal
 def _collect(n, chunk, measures, counts):
-    """List the bounded motions, with their tables, classes and wide panels; returns their number."""
+    """List the bounded motions, with their tables, classes, sizes and wide panels; returns their number."""
     count = 0
     for i in range(n):
         motion = chunk.motions[i]
         if counts[EXACT_ENDING, chunk.cells[i]] == BOUNDED:
             chunk.sought[count] = i
+            number = _centre(motion)
             key = int(motion[of.TABLE]) * CLASSES + _class(motion)
-            chunk.keys[count] = key * CENTRES + SIDE + _centre(motion)
+            key = key * (at.GROUPS + 1) + _groups(motion, number)
+            chunk.keys[count] = key * CENTRES + SIDE + number
             motion[of.ROUNDING] = 0.0
             count += 1
     return count
@@ -183,13 +194,14 @@ def find_periods(n, tables, chunk, measures, counts):
     while count > 0 and times * _FIRST <= _MOST:
         for b in range(blocks_of(chunk.keys, count, LANES, chunk.order, chunk.ends, chunk.blocks)):
             key, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
-            class_, number = key // CENTRES % CLASSES, key % CENTRES - SIDE
-            table = key // (CENTRES * CLASSES)
+            number, groups = key % CENTRES - SIDE, key // CENTRES % (at.GROUPS + 1)
+            key //= CENTRES * (at.GROUPS + 1)
+            class_, table = key % CLASSES, key // CLASSES
             alpha, at_saddle = tables.alphas[table], class_ > 0
             intervals = times * (_MORE * class_ if at_saddle else _FIRST)
             _load(chunk, at_saddle, first, last)
             integrate(
-                chunk.block, alpha, table, tables.nodes, tables.wide, number, at_saddle, times == 1, intervals
+                chunk.block, alpha, table, tables.nodes, tables.wide, number, groups, at_saddle, times == 1, intervals
             )
             _store(chunk, alpha, at_saddle, times == 1, intervals, first, last, measures)
         count = _drop_ended(count, chunk)
