@@ -81,11 +81,8 @@ def reduce(
     it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
-    arrays = lanes, motions, searches, numbers, ends, blocks
-    reduce_chunk(
-        start, stop, starts, fall_tilt, y_fall, with_period, which, Tables(alphas, panels, nodes, wide), arrays, measures,
-        counts,
-    )  # fmt: skip
+    own, arrays = Tables(alphas, panels, nodes, wide), (lanes, motions, searches, numbers, ends, blocks)
+    reduce_chunk(start, stop, starts, fall_tilt, y_fall, with_period, which, own, arrays, measures, counts)
 
 
 def extremes(starts, fall_tilt, with_period=False):

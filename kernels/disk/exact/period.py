@@ -16,8 +16,8 @@ The rows of a block are those of `kernels.disk.exact.period_layout`; w and q are
 import math
 
 from kernels.disk.exact import period_layout as at
-from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
+from kernels.disk.exact.period_layout import LANES
 from kernels.disk.exact.potential import rise, rise_at
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS
 from kernels.jit import internal, simd

@@ -7,10 +7,9 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact import period_layout as at
 from kernels.disk.exact.arrays import EXACT_ENDING, EXACT_NUTATION_PERIOD
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
-from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.near_turning_points import TERM_ERROR
 from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHORT_REACH, integrate
-from kernels.disk.exact.period_layout import CLASSES
+from kernels.disk.exact.period_layout import CLASSES, LANES
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
 from kernels.jit import internal
 
@@ -201,7 +200,16 @@ def find_periods(n, tables, chunk, measures, counts):
             intervals = times * (_MORE * class_ if at_saddle else _FIRST)
             _load(chunk, at_saddle, first, last)
             integrate(
-                chunk.block, alpha, table, tables.nodes, tables.wide, number, groups, at_saddle, times == 1, intervals
+                chunk.block,
+                alpha,
+                table,
+                tables.nodes,
+                tables.wide,
+                number,
+                groups,
+                at_saddle,
+                times == 1,
+                intervals,
             )
             _store(chunk, alpha, at_saddle, times == 1, intervals, first, last, measures)
         count = _drop_ended(count, chunk)
