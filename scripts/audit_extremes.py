@@ -269,13 +269,15 @@ def starts_with_periods(kind: str, n: int, rng: np.random.Generator) -> Array:
     if kind == "beside separatrices":
         return separatrices(max(1, n // 160), rng)
     if kind != "small alpha":
-        return np.asarray(random_starts(kind, n, rng))
+        given: Array = random_starts(kind, n, rng)
+        return given
     still = rng.random((3, n)) < 0.5
-    return referee.starts(
+    given = referee.starts(
         tilt=spread(rng, n, -9, 0), tilt_rate=spread(rng, n, -9, 0) * still[0], alpha=10.0 ** rng.uniform(-6, -3, n),
         precession_rate=spread(rng, n, -3, 1) * still[1], roll_rate=spread(rng, n, -3, 1) * still[2],
         radius=1.0, gravity=1.0,
     )  # fmt: skip
+    return given
 
 
 def audit_periods(count: int, rng: np.random.Generator) -> bool:

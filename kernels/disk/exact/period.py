@@ -299,7 +299,7 @@ def _first_and_last(block, saddle, intervals):
         first, last = min(first, 2.0 * math.acos(most_2)), max(last, 2.0 * math.acos(least_2))
     # next to an end of the interval the cosine keeps half of the digits of the angle
     step = math.pi / intervals
-    return max(1, math.floor(first / step - _SLACK)), min(intervals - 1, math.ceil(last / step + _SLACK))
+    return max(1, math.ceil(first / step - _SLACK)), min(intervals - 1, math.floor(last / step + _SLACK))
 
 
 @internal
