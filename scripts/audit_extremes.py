@@ -1,9 +1,10 @@
-"""Hold the extreme tilts of many cells, their stated errors and refined boundaries against the exact reduction.
+"""Hold extreme tilts of many cells, their stated errors, refined boundaries and periods against the exact reduction.
 
     python scripts/audit_extremes.py errors [CELLS] [SEED]        stated against true errors, six kinds of random starts
     python scripts/audit_extremes.py separatrices [COUNT] [SEED]  starts beside separatrices: nothing wrong is bounded
     python scripts/audit_extremes.py tiny [CELLS] [SEED]          tilts and kicks below 1e-8: few steps
     python scripts/audit_extremes.py brackets [ROWS] [SEED]       refined boundaries: both ends of each bracket
+    python scripts/audit_extremes.py periods [COUNT] [SEED]       periods of the reduction against 50-digit quadratures
 
 The reduction in double precision is itself held against 50 digits (tests/turning_reference.py, which imports nothing of
 the project): a sample of every kind, all cells that double precision leaves open, and all brackets. Exit status 1 if
@@ -43,6 +44,10 @@ MOST_BEYOND, MOST_CAUTION = 1e-3, 30.0
 #: Promised: share of random cells that may be unresolved; steps of a tiny start.
 MOST_UNRESOLVED, MOST_STEPS = 1e-2, 1e5
 
+#: Promised: relative error of a period of the reduction; share of bounded cells of one kind that may have none, which
+#: lie next to separatrices.
+PERIOD_ERROR, MOST_WITHOUT = 1e-9, {"beside separatrices": 0.7}
+
 #: True errors below this [rad] are those of the reference.
 NOISE = 1e-13
 
@@ -79,9 +84,9 @@ def random_starts(kind: str, n: int, rng: np.random.Generator) -> Any:
 KINDS = ("six decades", "moderate", "fast", "slow", "nearly upright", "nearly flat")
 
 
-def exact(given: Array, fall: float = FALL) -> dict[str, Any]:
+def exact(given: Array, fall: float = FALL, with_period: bool = False) -> dict[str, Any]:
     """Measures and counts of the exact reduction by name."""
-    measures, counts = EXTREMES.load()(given, fall, False)
+    measures, counts = EXTREMES.load()(given, fall, with_period)
     names = (*EXACT_MEASURES, *EXACT_COUNTS)
     return dict(zip(names, (*measures, *counts), strict=True))
 
@@ -259,11 +264,50 @@ def audit_brackets(rows: int, rng: np.random.Generator) -> bool:
     return missed == 0
 
 
+def starts_with_periods(kind: str, n: int, rng: np.random.Generator) -> Array:
+    """Starts of one kind: those of `random_starts`, of nearly massless rims, or beside separatrices."""
+    if kind == "beside separatrices":
+        return separatrices(max(1, n // 160), rng)
+    if kind != "small alpha":
+        given: Array = random_starts(kind, n, rng)
+        return given
+    still = rng.random((3, n)) < 0.5
+    given = referee.starts(
+        tilt=spread(rng, n, -9, 0), tilt_rate=spread(rng, n, -9, 0) * still[0], alpha=10.0 ** rng.uniform(-6, -3, n),
+        precession_rate=spread(rng, n, -3, 1) * still[1], roll_rate=spread(rng, n, -3, 1) * still[2],
+        radius=1.0, gravity=1.0,
+    )  # fmt: skip
+    return given
+
+
+def audit_periods(count: int, rng: np.random.Generator) -> bool:
+    """Periods of the reduction are right or missing."""
+    kinds, fine = (*KINDS, "small alpha", "beside separatrices"), True
+    digits.mp.dps = 50
+    print("kind                  bounded  without period  of 50 digits  worst relative error")
+    for kind in kinds:
+        given = starts_with_periods(kind, 20_000, rng)
+        found = exact(given, with_period=True)
+        bounded, periods = found["ending"] == BOUNDED, found["nutation_period"]
+        without = np.isnan(periods[bounded]).mean()
+        worst, held = 0.0, 0
+        # narrower swings are beyond the first step of the search for turning points in 50 digits
+        known = np.flatnonzero(np.isfinite(periods) & (found["tilt_max"] - found["tilt_min"] > 1e-8))
+        for cell in rng.permutation(known)[: max(1, count // len(kinds))]:
+            truth, doubt = digits.period([float(x) for x in given[:, cell]], FALL)
+            if doubt < 0.1 * PERIOD_ERROR:
+                worst, held = max(worst, abs(float(periods[cell] / truth - 1))), held + 1
+        fine &= worst <= PERIOD_ERROR and without <= MOST_WITHOUT.get(kind, 1e-3)
+        print(f"{kind:20s} {bounded.sum():8d} {without:15.4%} {held:13d} {worst:21.1e}")
+    return fine
+
+
 PARTS: dict[str, tuple[Callable[[int, np.random.Generator], bool], int]] = {
     "errors": (audit_errors, 1_000_000),
     "separatrices": (audit_separatrices, 400),
     "tiny": (audit_tiny, 20_000),
     "brackets": (audit_brackets, 500),
+    "periods": (audit_periods, 400),
 }
 
 

@@ -15,7 +15,28 @@ import random
 from functools import lru_cache
 from pathlib import Path
 
-from mpmath import asin, atan, cos, gamma, hyp2f1, log, mp, mpf, nan, nstr, pi, psi, quad, re, sin, sinh, sqrt
+from mpmath import (
+    asin,
+    asinh,
+    atan,
+    cos,
+    gamma,
+    hyp2f1,
+    log,
+    mp,
+    mpf,
+    nan,
+    nstr,
+    pi,
+    psi,
+    quad,
+    re,
+    sech,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+)  # fmt: skip
 
 mp.dps = 40
 TABLE = Path(__file__).with_name("turning_reference.csv")
@@ -216,6 +237,44 @@ def nutation_period(start, motion, low, high, summit):
     if error > 1e-13 * value:
         return nan
     return sqrt(2 + motion[0]) * value * sqrt(mpf(start[5]) / mpf(start[6]))
+
+
+def graded(place, width):
+    """Angles about a place where an integrand varies over `width`: their distances grow by a factor of three."""
+    cuts = [place]
+    while width < 2:
+        cuts += [place - width, place + width]
+        width *= 3
+    return [cut for cut in cuts if abs(cut) < pi / 2]
+
+
+def period(start, last):
+    """Period [s] of a start that turns before `last` on both sides, and the relative error of the quadrature.
+
+    For any start, and slower than `nutation_period`: the pieces of the quadrature are graded towards the saddles, and
+    their places are those of y = asinh(tan(tilt)), in which nothing is steep next to flat.
+    """
+    motion, w = reduce(start)
+    low, high = (first_turn(motion, w, mpf(start[0]), side, mpf(last)) for side in (-1, 1))
+    least, most = asinh(tan(low)), asinh(tan(high))
+    middle, half = (least + most) / 2, (most - least) / 2
+
+    def integrand(a):
+        y = middle + half * sin(a)
+        return half * cos(a) * sech(y) / sqrt(motion[3] - potential(motion, atan(sinh(y))))
+
+    pieces, small = max(1, int(2 * half)), mpf(10) ** -8
+    cuts = {-pi / 2 + pi * n / pieces for n in range(pieces + 1)}
+    for top in (tilt for tilt, is_top in critical(motion, mpf(start[0])) if is_top):
+        near = min(max(top, low), high)
+        bend = abs(slope(motion, top + small) - slope(motion, top - small)) / (2 * small)
+        width = max(sqrt(2 * abs(potential(motion, top) - motion[3]) / bend), abs(near - top)) / half
+        place = re(asin((asinh(tan(near)) - middle) / half))
+        # next to a turning point the tilt goes like the square of the angle
+        cuts.update(graded(place, width if low < top < high else sqrt(width)))
+    value, error = quad(integrand, sorted(cuts), maxdegree=4, method="gauss-legendre", error=True)
+    unit = sqrt(mpf(start[5]) / mpf(start[6]))
+    return sqrt(2 + motion[0]) * re(value) * unit, abs(error / value)
 
 
 def row(kind, start, with_period):

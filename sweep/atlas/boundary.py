@@ -141,7 +141,7 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
     Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
-    model, found = spec.model, compute(spec, starts)
+    model, found = spec.model, compute(spec, starts, verdicts_only=True)
     error = PROMISED * model.error(found) + _ROUNDING
     low, high = (np.asarray(found[name], np.float64) for name in model.extremes)
     wide, narrow = (

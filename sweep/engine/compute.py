@@ -65,7 +65,7 @@ def run_blocks(
         yield Block(span, compute(spec, starts_of(spec, span)))
 
 
-def compute(spec: SweepSpec, starts: Starts) -> Columns:
+def compute(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> Columns:
     """Compute cells anywhere, on the grid of the spec or not.
 
     Parameters
@@ -74,13 +74,15 @@ def compute(spec: SweepSpec, starts: Starts) -> Columns:
         Says how they are integrated and judged; its grid does not matter.
     starts : mapping of str to array, shape (n,)
         Every parameter of the model, in SI, as from `grid.starts_of`.
+    verdicts_only : bool
+        Leave out, as NaN, what costs time and no verdict needs.
 
     Returns
     -------
     mapping of str to array, shape (n,)
         Every variable of the atlas, of its type in the table of the model.
     """
-    return derive(spec, starts, measure(spec, starts))
+    return derive(spec, starts, measure(spec, starts, verdicts_only))
 
 
 def measure_block(spec: SweepSpec, span: Span) -> Columns:
@@ -93,7 +95,7 @@ def derive_block(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
     return derive(spec, starts_of(spec, span), measured)
 
 
-def measure(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+def measure(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> dict[str, npt.NDArray[Any]]:
     """Integrate cells, or reduce them exactly.
 
     Returns
@@ -104,7 +106,7 @@ def measure(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     """
     model = spec.model
     if spec.method == "exact" and model.exact is not None:
-        found = model.exact.measures(spec, starts)
+        found = model.exact.measures(spec, starts, extremes_only=verdicts_only)
     else:
         found = _integrated(spec, starts)
     found = {**found, **model.measure_more(spec, starts, found)}

@@ -217,8 +217,13 @@ class ExactReference(Protocol):
     def audit(self) -> Audit:
         """What `verify` stores."""
 
-    def measures(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-        """Return the measures and counts of a model, and `variables`, for starts of shape (n,)."""
+    def measures(
+        self, spec: Request, starts: Starts, extremes_only: bool = False
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Return the measures and counts of a model, and `variables`, for starts of shape (n,).
+
+        With `extremes_only` measures may be NaN that no verdict needs.
+        """
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""

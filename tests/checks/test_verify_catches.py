@@ -5,8 +5,11 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
 
 import sweep
+from kernels.disk.exact.arrays import EXACT_SEPARATRIX
 from sweep.checks.verify import findings, verify
 from sweep.commands.audit_report import audit_text
+from sweep.engine.grid import whole
+from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.tables import PARAMETERS
 from sweep.request.spec import SweepSpec
 
@@ -191,3 +194,36 @@ def test_rest_within_the_tolerance_is_as_good_as_steady():
     # not the numbers of this code, whose integration is not to be repeated
     still = still.assign_attrs(kernel_hash="0" * 64)
     assert flags(verify(still)).tolist() == [["agrees", "ending_differs"], ["agrees", "agrees"]]
+
+
+def beside_a_separatrix():
+    """Return the rate [rad/s] with which a slow disk of 0.05 rad all but comes to rest on its saddle, and its words."""
+    words = ["tilt=0.05", "roll_rate=1", "method=exact"]
+
+    def turns_back(rate):
+        spec = SweepSpec.from_words("rolling", [*words, f"tilt_rate={rate!r}"])
+        measures, _ = EXTREMES.load()(np.stack(list(whole(spec).values())), spec.fall_tilt)
+        return measures[EXACT_SEPARATRIX, 0] > 0.0
+
+    low, high = -10.0, -1e-3
+    assert turns_back(high)
+    assert not turns_back(low)
+    for _ in range(44):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if turns_back(middle) else (middle, high)
+    return high, words
+
+
+def test_a_period_that_rounding_decides_may_be_missing():
+    """Of an exact atlas a bounded cell beside a separatrix may lack its period; no other one may."""
+    rate, words = beside_a_separatrix()
+    rates = f"tilt_rate={rate * (1 - 1e-10)!r},{rate * 0.5!r}"
+    dataset = sweep.run(SweepSpec.from_words("rolling", [*words, rates]))
+    assert (dataset.ending.values == ENDINGS["bounded"]).all()
+    assert np.isnan(dataset.nutation_period.values).ravel().tolist() == [True, False]
+    assert findings(verify(dataset)).passed
+    assert flags(verify(dataset)).ravel().tolist() == ["unresolved_by_the_reduction", "agrees"]
+    lacking = dataset.copy(deep=True)
+    lacking.nutation_period.values[...] = np.nan
+    assert not findings(verify(lacking)).passed
+    assert flags(verify(lacking)).ravel().tolist() == ["unresolved_by_the_reduction", "contradictory"]

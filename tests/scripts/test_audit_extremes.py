@@ -43,6 +43,30 @@ def test_brackets_hold_the_true_edge(rng):
         assert audit_extremes.audit_brackets(1, source)
 
 
+def test_periods_are_right_or_missing(rng, monkeypatch):
+    """Periods of slow disks, of nearly massless rims and beside separatrices are those of 50 digits, to 1e-9."""
+    monkeypatch.setattr(audit_extremes, "KINDS", ("slow",))
+    assert audit_extremes.audit_periods(3, rng)
+
+
+def test_an_audit_of_periods_can_fail(monkeypatch):
+    """Periods that are wrong by three times what is promised, and missing ones, break the promise."""
+    right = audit_extremes.exact
+    monkeypatch.setattr(audit_extremes, "KINDS", ())
+
+    def changed(change):
+        def wrong(*arguments, **options):
+            found = right(*arguments, **options)
+            return {**found, "nutation_period": change(found["nutation_period"])}
+
+        return wrong
+
+    monkeypatch.setattr(audit_extremes, "exact", changed(lambda periods: periods * (1.0 + 3e-9)))
+    assert not audit_extremes.audit_periods(2, np.random.default_rng(1))
+    monkeypatch.setattr(audit_extremes, "exact", changed(lambda periods: periods * np.nan))
+    assert not audit_extremes.audit_periods(2, np.random.default_rng(1))
+
+
 def test_an_audit_can_fail(monkeypatch):
     """Results that are wrong by ten times their stated error break every promise about them."""
     right = kernel_runner.run

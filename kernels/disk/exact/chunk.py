@@ -7,7 +7,8 @@ import numpy as np
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
-from kernels.disk.exact.legendre import PANELS, TERMS
+from kernels.disk.exact.legendre import PANELS
+from kernels.disk.exact.period_layout import PERIOD_KEYS, PERIOD_SIZE
 from kernels.jit import internal
 from kernels.lanes.layout import aligned
 
@@ -17,11 +18,15 @@ SEARCH_COLUMNS = GUESS + 1
 
 
 class Tables(NamedTuple):
-    """The values of alpha and their tables (`kernels.disk.exact.legendre.tables`)."""
+    """The values of alpha and their tables (`kernels.disk.exact.legendre`, `kernels.disk.exact.wide_panels`).
+
+    `wide` is empty where no period is asked for.
+    """
 
     alphas: Any
     panels: Any
     nodes: Any
+    wide: Any
 
 
 class Chunk(NamedTuple):
@@ -35,16 +40,13 @@ class Chunk(NamedTuple):
         One motion per row (`kernels.disk.exact.motion`).
     cells : int64[:]
         The cell of each motion.
-    nears : float64[size, TERMS]
-        Expansion of the excess of each motion about its start; no rows where no period is asked for.
-    work : float64[TERMS]
-        Scratch for the period.
     searches : float64[2 size, SEARCH_COLUMNS]
         Searches for turning points.
     sought : int64[:]
-        What a search is for: twice the number of a motion, and one more for the turning point behind its start.
+        What a search is for: twice the number of a motion, and one more for the turning point behind its start. Later
+        the number of a motion whose period is sought.
     keys : int64[:]
-        Panel, counted through all tables, of a motion or a search; -1 where a search has ended.
+        Panel, counted through all tables, of a motion, a search or a period; -1 where a search has ended.
     order, ends, blocks : int64 arrays
         As in `kernels.disk.exact.counting_sort`.
     """
@@ -52,8 +54,6 @@ class Chunk(NamedTuple):
     block: Any
     motions: Any
     cells: Any
-    nears: Any
-    work: Any
     searches: Any
     sought: Any
     keys: Any
@@ -62,16 +62,14 @@ class Chunk(NamedTuple):
     blocks: Any
 
 
-def memory(size, tables, with_period):
+def memory(size, tables):
     """Arrays for chunks of `size` cells at most: what `chunk_in` makes a `Chunk` of."""
     return (
-        aligned(at.SIZE),
+        aligned(max(at.SIZE, PERIOD_SIZE)),
         np.empty((size, of.COLUMNS)),
-        np.empty((size if with_period else 0, TERMS)),
-        np.empty(TERMS),
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
-        np.empty(tables * PANELS, np.int64),
+        np.empty(tables * max(PANELS, PERIOD_KEYS), np.int64),
         np.empty((BLOCK_ROWS, 2 * size), np.int64),
     )
 
@@ -80,8 +78,6 @@ def memory(size, tables, with_period):
 MEMORY_TYPES = {
     "lanes": "float64[::1]",
     "motions": "float64[:, ::1]",
-    "nears": "float64[:, ::1]",
-    "work": "float64[::1]",
     "searches": "float64[:, ::1]",
     "numbers": "int64[:, ::1]",
     "ends": "int64[::1]",
@@ -92,7 +88,5 @@ MEMORY_TYPES = {
 @internal
 def chunk_in(arrays):
     """The `Chunk` in the arrays of `memory`."""
-    lanes, motions, nears, work, searches, numbers, ends, blocks = arrays
-    return Chunk(
-        lanes, motions, numbers[0], nears, work, searches, numbers[1], numbers[2], numbers[3], ends, blocks
-    )
+    lanes, motions, searches, numbers, ends, blocks = arrays
+    return Chunk(lanes, motions, numbers[0], searches, numbers[1], numbers[2], numbers[3], ends, blocks)

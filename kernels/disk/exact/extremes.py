@@ -13,6 +13,7 @@ from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk
+from kernels.disk.exact.wide_panels import wide_panels
 from kernels.native.entry import parallel
 
 #: Cells that one task of the parallel loop processes.
@@ -22,7 +23,7 @@ TABLES = 128
 
 
 def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
-    return memory(min(CHUNK, starts.shape[1]), alphas.size, with_period)
+    return memory(min(CHUNK, starts.shape[1]), alphas.size)
 
 
 @parallel(
@@ -35,13 +36,14 @@ def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
     which="int64[::1]",
     panels="float64[:, :, ::1]",
     nodes="float64[:, ::1]",
+    wide="float64[:, :, ::1]",
     measures="float64[:, ::1]",
     counts="int32[:, ::1]",
     **MEMORY_TYPES,
 )
 def reduce(
-    start, stop, starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts,
-    lanes, motions, nears, work, searches, numbers, ends, blocks,
+    start, stop, starts, fall_tilt, with_period, alphas, which, panels, nodes, wide, measures, counts,
+    lanes, motions, searches, numbers, ends, blocks,
 ):  # fmt: skip
     """Find the extremes of every cell for all time.
 
@@ -56,13 +58,15 @@ def reduce(
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall.
     with_period : bool
-        Whether to compute the period: a quadrature, several times the cost of the rest.
+        Whether to compute the period: a quadrature, half as much again as the rest or as much again.
     alphas : float64[m]
         The values of alpha that occur, in (0, 1].
     which : int64[n]
         Index of each cell's alpha, negative where it is not in (0, 1].
     panels, nodes : arrays
         `kernels.disk.exact.legendre.tables` of `alphas`.
+    wide : array
+        `kernels.disk.exact.wide_panels.wide_panels` of `alphas`; not read without `with_period`.
     measures : float64[len(EXACT_MEASURES), n], written
         Separatrix is the saddle of the potential minus the energy: positive for a motion trapped in one of two wells,
         negative for one that passes over the saddle, NaN for one well.
@@ -77,11 +81,8 @@ def reduce(
     it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
-    arrays = lanes, motions, nears, work, searches, numbers, ends, blocks
-    reduce_chunk(
-        start, stop, starts, fall_tilt, y_fall, with_period, which, Tables(alphas, panels, nodes), arrays, measures,
-        counts,
-    )  # fmt: skip
+    own, arrays = Tables(alphas, panels, nodes, wide), (lanes, motions, searches, numbers, ends, blocks)
+    reduce_chunk(start, stop, starts, fall_tilt, y_fall, with_period, which, own, arrays, measures, counts)
 
 
 def extremes(starts, fall_tilt, with_period=False):
@@ -102,7 +103,9 @@ def extremes(starts, fall_tilt, with_period=False):
     measures, counts = _results(starts.shape[1])
     known, which = _tables_of(starts[ALPHA])
     if known.size <= TABLES and (which[:-1] <= which[1:]).all():
-        reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
+        reduce(
+            starts, fall_tilt, with_period, known, which, *_all_tables(known, with_period), measures, counts
+        )
         return measures, counts
     # the cells of one table are treated together, so that blocks are full and few tables are in memory at once
     order = np.argsort(which, kind="stable")
@@ -113,9 +116,13 @@ def extremes(starts, fall_tilt, with_period=False):
         found, numbers = _results(cells.size)
         own = np.take(starts, cells, axis=1)
         local = np.maximum(which[begin:end] - first, -1)
-        reduce(own, fall_tilt, with_period, some, local, *tables(some), found, numbers)
+        reduce(own, fall_tilt, with_period, some, local, *_all_tables(some, with_period), found, numbers)
         measures[:, cells], counts[:, cells] = found, numbers
     return measures, counts
+
+
+def _all_tables(alphas, with_period):
+    return *tables(alphas), wide_panels(alphas if with_period else alphas[:0])
 
 
 def _results(n):

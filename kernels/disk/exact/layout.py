@@ -41,7 +41,10 @@ KIND, ENDING = offsets(43, 45, LANES)
 # Intermediate: whether the lane takes part, the node where V' is least, values of V' or the places between them
 HERE, NODE, BEFORE, LEAST = offsets(45, 49, LANES)
 
-#: Coefficients of the excess about the start, and of another polynomial.
-NEAR, WORK = 49 * LANES, (49 + TERMS) * LANES
+#: Second derivative of V in y at the saddle.
+(BEND,) = offsets(49, 50, LANES)
 
-SIZE = (49 + 2 * TERMS) * LANES
+#: Coefficients of the excess about the start, and of another polynomial.
+NEAR, WORK = 50 * LANES, (50 + TERMS) * LANES
+
+SIZE = (50 + 2 * TERMS) * LANES

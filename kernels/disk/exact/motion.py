@@ -16,7 +16,6 @@ from kernels.disk.exact.arrays import (
     EXACT_WELLS,
 )
 from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
-from kernels.disk.exact.period import period
 from kernels.jit import inlined, internal
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
@@ -24,23 +23,26 @@ from kernels.jit import inlined, internal
 TILT, W, UNIT, Y_0, X_0, S_0, O_0, SIN, COS, PANEL_0, TABLE = range(11)
 # The motion, as in `kernels.disk.exact.layout`; its kind
 AHEAD, TOP, HEIGHT, C_1, C_2, BASE, KIND = range(11, 18)
-KINETIC, PULL, CURVATURE, LEVEL = range(18, 22)
+KINETIC, PULL, CURVATURE, LEVEL, FORCE, BEND = range(18, 24)
 # Of the turning point ahead, and in the following columns of the one behind: how the search ended, tilt, its estimated
 # error, distance in y from the start, slope of V there, and the excess where the expansion about the start ends
-END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(22, 28)
+END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(24, 30)
 #: Columns from a turning point to the other one's.
 BEHIND = EXCESS + 1 - END
-COLUMNS = END + 2 * BEHIND
+# The quadrature of the period (`kernels.disk.exact.period_pass`): trapezoidal sum over the number of its intervals,
+# how far that is from the sum before, and the same sum of the errors by rounding
+SUM, CHANGE, ROUNDING = range(END + 2 * BEHIND, END + 2 * BEHIND + 3)
+COLUMNS = ROUNDING + 1
 
 #: Kinds of motions.
 OSCILLATES, RESTS, ON_SEPARATRIX, NOT_FINITE = 0.0, 1.0, 2.0, 3.0
 
 
 @inlined
-def _write(cell, ending, wells, least, greatest, period, height, error, measures, counts):
+def _write(cell, ending, wells, least, greatest, height, error, measures, counts):
     measures[EXACT_TILT_MIN, cell] = least
     measures[EXACT_TILT_MAX, cell] = greatest
-    measures[EXACT_NUTATION_PERIOD, cell] = period
+    measures[EXACT_NUTATION_PERIOD, cell] = math.nan
     measures[EXACT_SEPARATRIX, cell] = height
     measures[EXACT_TILT_ERROR, cell] = error
     counts[EXACT_ENDING, cell] = ending
@@ -49,7 +51,7 @@ def _write(cell, ending, wells, least, greatest, period, height, error, measures
 
 @inlined
 def _write_nothing(cell, ending, wells, height, measures, counts):
-    _write(cell, ending, wells, math.nan, math.nan, math.nan, height, math.nan, measures, counts)
+    _write(cell, ending, wells, math.nan, math.nan, height, math.nan, measures, counts)
 
 
 @internal
@@ -75,23 +77,8 @@ def _ending_and_extremes(motion, fall_tilt):
 
 
 @internal
-def _period(motion, tables, table, near, work):
-    """Nutation period [s] of a bounded motion."""
-    k0 = int(motion[PANEL_0])
-    swing = tables.alphas[table], table, motion[Y_0], k0, motion[X_0], motion[C_1], motion[C_2], motion[BASE]
-    # released at rest, the disk starts at its other turning point
-    distance, slope = (
-        (motion[DISTANCE + BEHIND], motion[SLOPE + BEHIND]) if motion[W] != 0.0 else (0.0, near[1])
-    )
-    return motion[UNIT] * period(
-        swing, tables.panels, tables.nodes, near, work, motion[DISTANCE], motion[SLOPE], distance, slope,
-        motion[TOP], motion[HEIGHT],
-    )  # fmt: skip
-
-
-@internal
-def write_cell(cell, motion, fall_tilt, with_period, tables, table, near, work, measures, counts):
-    """Write the cell of a motion whose turning points are known."""
+def write_cell(cell, motion, fall_tilt, measures, counts):
+    """Write the cell of a motion whose turning points are known, but for its period."""
     kind, height = motion[KIND], motion[HEIGHT]
     wells = 1 if math.isnan(motion[TOP]) else 2
     if kind == NOT_FINITE:
@@ -99,13 +86,10 @@ def write_cell(cell, motion, fall_tilt, with_period, tables, table, near, work, 
         return
     if kind == RESTS:
         tilt = motion[TILT]
-        _write(cell, STEADY, wells, tilt, tilt, math.nan, height, 0.0, measures, counts)
+        _write(cell, STEADY, wells, tilt, tilt, height, 0.0, measures, counts)
         return
     if kind == ON_SEPARATRIX:
         _write_nothing(cell, UNRESOLVED, wells, height, measures, counts)
         return
     ending, least, greatest, error = _ending_and_extremes(motion, fall_tilt)
-    duration = math.nan
-    if with_period and ending == BOUNDED:
-        duration = _period(motion, tables, table, near, work)
-    _write(cell, ending, wells, least, greatest, duration, height, error, measures, counts)
+    _write(cell, ending, wells, least, greatest, height, error, measures, counts)

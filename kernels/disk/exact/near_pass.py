@@ -5,7 +5,7 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.far_turning_points import OPEN, TURNS
 from kernels.disk.exact.layout import LANES
-from kernels.disk.exact.legendre import NODES, PANELS, TERMS
+from kernels.disk.exact.legendre import NODES, PANELS
 from kernels.disk.exact.near_turning_points import expand_about_starts, near_turning_points, rounding_error
 from kernels.disk.exact.root import ROUNDING
 from kernels.disk.exact.saddle import find_saddles
@@ -55,9 +55,7 @@ def _store_motions(chunk, first, last):
         motions[i, of.BASE] = block[at.BASE + lane]
         motions[i, of.KINETIC], motions[i, of.PULL] = block[at.KINETIC + lane], block[at.PULL + lane]
         motions[i, of.CURVATURE], motions[i, of.LEVEL] = block[at.CURVATURE + lane], block[at.LEVEL + lane]
-        if len(chunk.nears) > 0:
-            for n in range(TERMS):
-                chunk.nears[i, n] = block[at.NEAR + n * LANES + lane]
+        motions[i, of.FORCE], motions[i, of.BEND] = block[at.FORCE + lane], block[at.BEND + lane]
 
 
 @internal

@@ -33,7 +33,7 @@ from kernels.disk.exact.root import ROUNDING, find_roots
 from kernels.jit import internal, simd
 
 #: Relative rounding error of the terms of the excess (measured against 40-digit arithmetic).
-_TERM_ERROR = 8.0 * ROUNDING
+TERM_ERROR = 8.0 * ROUNDING
 #: Error [rad] of the tables and of the sums over panels, most of it for motions that reach tilts near 90 deg.
 _TABLE_ERROR = 128.0 * ROUNDING
 #: A first guess is at most this often divided by eight: with a tilt rate of 1e-300 the disk turns within 1e-300.
@@ -46,7 +46,7 @@ def rounding_error(block, lane, distance):
     distance = abs(distance)
     terms = (block[at.PULL + lane] + block[at.CURVATURE + lane] * distance) * distance
     level = block[at.LEVEL + lane]
-    return _TERM_ERROR * (block[at.KINETIC + lane] + (terms if terms < level else level))
+    return TERM_ERROR * (block[at.KINETIC + lane] + (terms if terms < level else level))
 
 
 @internal

@@ -1,145 +1,346 @@
-"""The nutation period of a bounded motion: a quadrature between its two turning points (scaled).
+"""The nutation period of bounded motions: a quadrature between the two turning points (scaled), side by side.
 
-A motion is the tuple (alpha, table, y0, k0, x0, c1, c2, base): the stretched tilt y0 of the start, x0 from the centre
-of panel k0; the rates c1, c2 at upright; h minus V at upright. `near` is its excess about the start, `work` scratch for
-the excess on another panel.
+The period is 2 int dtilt/v with v^2 = -4 excess/(2 + alpha). With distance = MIDDLE + HALF cos(angle), from one turning
+point to the other, the integrand becomes smooth, even and periodic: the error of the trapezoidal sum is about squared
+with each doubling of its places.
+
+Near a separatrix the motion is slow at the saddle, where the integrand has a pair of poles or a second root near the
+interval. There the distance is ANCHOR + WIDTH sinh(u) about the saddle (PASSES) or ANCHOR + WIDTH (cosh(u) - 1) from
+the turning point before it, with u = MIDDLE + HALF cos(angle), and widths for which a parabolic saddle is integrated
+exactly: the cost grows like the logarithm of the distance from the separatrix.
+
+The rows of a block are those of `kernels.disk.exact.period_layout`; w and q are explained in
+`kernels.disk.exact.wide_panels`.
 """
 
 import math
 
-from kernels.disk.exact.legendre import (
-    DP1,
-    DP2,
-    DS1,
-    DS2,
-    NODES,
-    ONE,
-    PANEL,
-    PANELS,
-    PP,
-    REACH,
-    SP,
-    SS,
-    row_value,
-)
-from kernels.disk.exact.polynomial import slopes, value
-from kernels.disk.exact.potential import NEAR, rise, rise_at
-from kernels.jit import internal
+from kernels.disk.exact import period_layout as at
+from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
+from kernels.disk.exact.period_layout import LANES
+from kernels.disk.exact.potential import rise, rise_at
+from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS
+from kernels.jit import internal, simd
+from kernels.simd_math import exp_minus_one, logarithm
 
-_FEWEST, _MOST = 16, 1 << 14
-#: Two successive trapezoidal sums may differ by this much; the error is then nearer to its square (1e-11 measured).
-_AGREEMENT = 1e-7
+#: Wide panels from one that is used to the next, their distance in y; up to which distance the first one is used
+#: alone.
+PIECE_STRIDE = 3
+PIECE = PIECE_STRIDE * SPACING
+ALONE = 0.8
+_ALONE = math.tanh(0.5 * ALONE)
+#: Groups of coefficients of Q that are enough for w up to 0.1 and 0.2: what is left out is below 2e-16.
+SHORT, LONG = 2, 3
+SHORT_REACH, LONG_REACH = 2.0 * math.atanh(0.1), 2.0 * math.atanh(0.2)
+#: Share of an interval by which a place may be said to lie elsewhere.
+_SLACK = 0.01
+
+
+@simd
+def _half_tangent(y):
+    """tanh(y/2), with all digits however small y is."""
+    grown = exp_minus_one(abs(y))
+    return math.copysign(grown / (grown + 2.0), y)
+
+
+@simd
+def _limit(w, cosh, sinh, slope, stretch):
+    """Half of the integrand at a turning point, where it is 0/0; `stretch` is the second derivative of the place."""
+    q = cosh * (1.0 + w * w) + 2.0 * sinh * w
+    return 0.5 / q * math.sqrt((1.0 - w * w) * stretch / abs(slope))
 
 
 @internal
-def _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, out):
-    """Excess on panel k as a polynomial in the distance from its centre; `base` is h minus V at upright."""
-    panel, node = table * PANELS + REACH + k, table * NODES + 2 * (REACH + k)
-    s = c1 + (nodes[node, DS1] * c1 + nodes[node, DS2] * c2)
-    p = c2 + (nodes[node, DP1] * c1 + nodes[node, DP2] * c2)
-    ss, sp, pp = s * s, s * p, p * p
-    # a length unknown to the compiler makes a vector loop; 16 known terms it writes out one by one
-    for n in range(out.size):
-        out[n] = (
-            ss * panels[panel, SS, n]
-            + sp * panels[panel, SP, n]
-            + pp * panels[panel, PP, n]
-            + panels[panel, ONE, n]
+def _prepare(block, centre):
+    """Turn the places and distances of a block from y into w: those in W_0, FIRST, SECOND, AWAY and WIDTH.
+
+    Returns whether all motions of the block stay on one wide panel.
+    """
+    others = 0
+    for lane in range(LANES):
+        w_0 = _half_tangent(block[at.W_0 + lane] - centre)
+        rest = 1.0 - w_0 * w_0
+        first, second = _half_tangent(block[at.FIRST + lane]), _half_tangent(block[at.SECOND + lane])
+        away = _half_tangent(block[at.AWAY + lane])
+        first, second = rest * first / (1.0 + w_0 * first), rest * second / (1.0 + w_0 * second)
+        away = rest * away / (1.0 + w_0 * away)
+        top = w_0 + away
+        farthest = max(abs(w_0 + first), abs(w_0 + second))
+        block[at.W_0 + lane], block[at.AWAY + lane] = w_0, away
+        block[at.FIRST + lane], block[at.SECOND + lane] = first, second
+        passes = block[at.PASSES + lane] > 0.0
+        block[at.WIDTH + lane] = 0.5 * (1.0 - top * top) * block[at.WIDTH + lane] if passes else second - away
+        block[at.EDGE + lane] = 1.0 if farthest <= _ALONE else math.tanh(0.25 * PIECE)
+        block[at.SUM_4 + lane] = block[at.SUM_2 + lane] = block[at.SUM_1 + lane] = 0.0
+        others |= int(farthest > _ALONE)
+    return others == 0
+
+
+@internal
+def _substitute(block, cosh, sinh):
+    """Choose the substitution of motions far from a separatrix, and the ends of their sums."""
+    for lane in range(LANES):
+        w_0, first, second = block[at.W_0 + lane], block[at.FIRST + lane], block[at.SECOND + lane]
+        half = 0.5 * abs(first - second)
+        block[at.MIDDLE + lane], block[at.HALF + lane] = 0.5 * (first + second), half
+        ends = _limit(w_0 + first, cosh, sinh, block[at.FIRST_SLOPE + lane], half)
+        ends += _limit(w_0 + second, cosh, sinh, block[at.SECOND_SLOPE + lane], half)
+        block[at.ENDS + lane] = ends
+
+
+@internal
+def _substitute_saddle(block, cosh, sinh):
+    """Choose the substitution of motions near a separatrix, and the ends of their sums.
+
+    SECOND is the turning point next to the saddle of a motion that turns before it.
+    """
+    for lane in range(LANES):
+        w_0, first, second = block[at.W_0 + lane], block[at.FIRST + lane], block[at.SECOND + lane]
+        away, width, passes = block[at.AWAY + lane], block[at.WIDTH + lane], block[at.PASSES + lane] > 0.0
+        far = (first - away) / width
+        near = (second - away) / width if passes else 1.0
+        sign = 1.0 if passes else -1.0
+        # of a motion that turns before its saddle both are positive
+        sinh_1, sinh_2 = math.sqrt(far * far + sign), math.sqrt(near * near + sign)
+        u_1, u_2 = logarithm(abs(far) + sinh_1), logarithm(abs(near) + sinh_2)
+        u_1, u_2 = math.copysign(u_1, far), math.copysign(u_2, near) if passes else 0.0
+        middle, half = 0.5 * (u_1 + u_2) if passes else 0.0, 0.5 * (u_1 - u_2) if passes else u_1
+        size = abs(width)
+        block[at.ANCHOR + lane] = away if passes else second
+        block[at.MIDDLE + lane], block[at.HALF + lane] = middle, half
+        # cosh(u) of the one substitution, sinh(u) of the other; next to the saddle of the latter the limit of u^2/2
+        ends = _limit(w_0 + first, cosh, sinh, block[at.FIRST_SLOPE + lane], half * size * sinh_1)
+        last = half * size * sinh_2 if passes else half * half * size
+        block[at.ENDS + lane] = ends + _limit(w_0 + second, cosh, sinh, block[at.SECOND_SLOPE + lane], last)
+
+
+@internal
+def _expand(block, alpha, table, nodes, wide, centre, w_shift, groups):
+    """Expand the excess on the wide panel of this number: Q, A_0 and A_1.
+
+    `w_shift` is the place of its centre, LOW and HIGH are where it counts.
+    """
+    panel, node = table * CENTRES + SIDE + centre, table * NODES + 2 * (REACH + STRIDE * centre)
+    ds1, ds2, dp1, dp2 = nodes[node, DS1], nodes[node, DS2], nodes[node, DP1], nodes[node, DP2]
+    for lane in range(LANES):
+        w_0, c1, c2 = block[at.W_0 + lane], block[at.C_1 + lane], block[at.C_2 + lane]
+        about = (w_0 > block[at.LOW + lane]) & (w_0 <= block[at.HIGH + lane])
+        block[at.ABOUT + lane] = 1.0 if about else 0.0
+        block[at.ROOT + lane] = (w_0 - w_shift) / (1.0 - w_0 * w_shift) if about else 0.0
+        block[at.S_HERE + lane] = c1 + (ds1 * c1 + ds2 * c2)
+        block[at.P_HERE + lane] = c2 + (dp1 * c1 + dp2 * c2)
+    _divide(block, wide, panel, groups)
+    there = rise_at(nodes, node)
+    for lane in range(LANES):
+        about, root = block[at.ABOUT + lane] > 0.0, block[at.ROOT + lane]
+        level = rise(alpha, there, block[at.C_1 + lane], block[at.C_2 + lane]) - block[at.BASE + lane]
+        s, p = block[at.S_HERE + lane], block[at.P_HERE + lane]
+        slope = s * s * wide[panel, W_SS, 1] + s * p * wide[panel, W_SP, 1]
+        slope += p * p * wide[panel, W_PP, 1] + wide[panel, W_ONE, 1]
+        block[at.A_0 + lane] = -block[at.KINETIC + lane] if about else level
+        block[at.A_1 + lane] = -2.0 * block[at.FORCE + lane] / (1.0 - root * root) if about else slope
+
+
+@internal
+def _divide(block, wide, panel, groups):
+    """Divide V on a wide panel twice by the distance from ROOT, by synthetic division, into so many groups of Q."""
+    for lane in range(LANES):
+        block[at.ONCE + lane] = block[at.TWICE + lane] = 0.0
+    for n in range(groups * at.GROUP + 1, 1, -1):
+        ss, sp, pp, one = (
+            wide[panel, W_SS, n],
+            wide[panel, W_SP, n],
+            wide[panel, W_PP, n],
+            wide[panel, W_ONE, n],
         )
-    out[0] = rise(alpha, rise_at(nodes, node), c1, c2) - base
+        for lane in range(LANES):
+            s, p, root = block[at.S_HERE + lane], block[at.P_HERE + lane], block[at.ROOT + lane]
+            once = (s * (s * ss + p * sp) + (p * p * pp + one)) + root * block[at.ONCE + lane]
+            block[at.ONCE + lane] = once
+            block[at.TWICE + lane] = once + root * block[at.TWICE + lane]
+        first = at.Q + (n - 2) * LANES
+        for lane in range(LANES):
+            block[first + lane] = block[at.TWICE + lane]
 
 
 @internal
-def _kinetic_and_cos(motion, panels, nodes, near, work, held, dy):
-    """-excess and cos(tilt) at the distance dy in y from the start, and the panel that `work` holds now."""
-    alpha, table, y0, k0, x0, c1, c2, base = motion
-    k, x = k0, x0 + dy
-    if abs(x) <= NEAR:
-        excess = value(near, 0, 1, dy)
+def _place(block, cos, sin):
+    """DISTANCE and STRETCH at an angle."""
+    for lane in range(LANES):
+        half = block[at.HALF + lane]
+        block[at.DISTANCE + lane] = block[at.MIDDLE + lane] + half * cos
+        block[at.STRETCH + lane] = half * sin
+
+
+@internal
+def _place_saddle(block, cos, sin, half_cos, half_sin):
+    """DISTANCE and STRETCH at an angle, of the substitutions near a separatrix; of the second one at half the angle."""
+    for lane in range(LANES):
+        half, width, passes = block[at.HALF + lane], block[at.WIDTH + lane], block[at.PASSES + lane] > 0.0
+        u = block[at.MIDDLE + lane] + half * (cos if passes else half_cos)
+        power = 1.0 + exp_minus_one(abs(u))
+        inverse = 1.0 / power
+        cosh, sinh = 0.5 * (power + inverse), math.copysign(0.5 * (power - inverse), u)
+        block[at.DISTANCE + lane] = block[at.ANCHOR + lane] + width * (sinh if passes else cosh - 1.0)
+        stretch = cosh * sin if passes else sinh * half_sin
+        block[at.STRETCH + lane] = abs(width) * half * stretch
+
+
+@internal
+def _locate(block, shift):
+    """PLACE on the present wide panel, and AWAY_THERE: the distance from the start or from the panel's centre."""
+    if shift == 0.0:
+        for lane in range(LANES):
+            block[at.PLACE + lane] = block[at.W_0 + lane] + block[at.DISTANCE + lane]
+            block[at.AWAY_THERE + lane] = (
+                block[at.DISTANCE + lane] if block[at.ABOUT + lane] > 0.0 else block[at.PLACE + lane]
+            )
+        return
+    rest = 1.0 - shift * shift
+    for lane in range(LANES):
+        w_0, distance = block[at.W_0 + lane], block[at.DISTANCE + lane]
+        below = 1.0 / (1.0 - (w_0 + distance) * shift)
+        place = (w_0 + distance - shift) * below
+        from_start = distance * rest * below / (1.0 - w_0 * shift)
+        block[at.PLACE + lane] = place
+        block[at.AWAY_THERE + lane] = from_start if block[at.ABOUT + lane] > 0.0 else place
+
+
+@simd
+def _continue(block, group, lane, value):
+    """Continue Horner's rule for Q at PLACE with the coefficients of a group."""
+    for n in range((group + 1) * at.GROUP - 1, group * at.GROUP - 1, -1):
+        value = value * block[at.PLACE + lane] + block[at.Q + n * LANES + lane]
+    return value
+
+
+@internal
+def _add(block, row, cosh, sinh, groups):
+    """Add the integrand at the places that lie on the present wide panel to the sums in a row."""
+    for lane in range(LANES):
+        block[at.PART + lane] = 0.0
+    if groups > LONG:
+        for lane in range(LANES):
+            block[at.PART + lane] = _continue(block, 3, lane, _continue(block, 4, lane, 0.0))
+    if groups > SHORT:
+        for lane in range(LANES):
+            block[at.PART + lane] = _continue(block, 2, lane, block[at.PART + lane])
+    for lane in range(LANES):
+        distance, away = block[at.DISTANCE + lane], block[at.AWAY_THERE + lane]
+        w = block[at.W_0 + lane] + distance
+        value = _continue(block, 0, lane, _continue(block, 1, lane, block[at.PART + lane]))
+        kinetic = -(block[at.A_0 + lane] + away * (block[at.A_1 + lane] + away * value))
+        square = cosh * (1.0 + w * w) + 2.0 * sinh * w
+        square *= square
+        inverse = 1.0 / (square * kinetic)
+        part = block[at.STRETCH + lane] * math.sqrt(inverse)
+        size = 2.0 * abs(distance)
+        terms = (block[at.PULL + lane] + block[at.CURVATURE + lane] * size) * size
+        level = block[at.LEVEL + lane]
+        error = block[at.KINETIC + lane] + (terms if terms < level else level)
+        here = (w > block[at.LOW + lane]) & (w <= block[at.HIGH + lane])
+        block[at.PART + lane] = part if here else 0.0
+        block[at.ERROR + lane] += part * (square * inverse) * error if here else 0.0
+    for lane in range(LANES):
+        block[row + lane] += block[at.PART + lane]
+
+
+@internal
+def _enter(block, piece):
+    """Write from where to where a piece counts in LOW and HIGH; whether any motion gets there."""
+    far, some = math.tanh(0.5 * PIECE * (abs(piece) + 0.5)), 0
+    near = math.tanh(0.5 * PIECE * (abs(piece) - 0.5))
+    for lane in range(LANES):
+        edge, w_0 = block[at.EDGE + lane], block[at.W_0 + lane]
+        begin = edge if abs(piece) == 1 else near
+        end = edge if piece == 0 else far
+        begin = -edge if piece == 0 else begin
+        low, high = (begin, end) if piece >= 0 else (-end, -begin)
+        block[at.LOW + lane], block[at.HIGH + lane] = low, high
+        first, second = w_0 + block[at.FIRST + lane], w_0 + block[at.SECOND + lane]
+        some |= int(((first > low) | (second > low)) & ((first <= high) | (second <= high)))
+    return some != 0
+
+
+@simd
+def _cosine(block, lane, w, saddle):
+    """Cosine of the angle (of half of it, in the second substitution near a separatrix) at which w is passed."""
+    away = block[at.W_0 + lane] + block[at.ANCHOR + lane] if saddle else block[at.W_0 + lane]
+    u = w - away
+    if saddle:
+        u /= block[at.WIDTH + lane]
+        passes = block[at.PASSES + lane] > 0.0
+        u = u if passes or u > 0.0 else 0.0
+        size = abs(u)
+        root = math.sqrt(size * size + 1.0 if passes else size * (size + 2.0))
+        u = math.copysign(logarithm(root + (size if passes else size + 1.0)), u)
+    return (u - block[at.MIDDLE + lane]) / block[at.HALF + lane]
+
+
+@internal
+def _first_and_last(block, saddle, intervals):
+    """Numbers of the first and the last place that may lie on the present wide panel, in any motion."""
+    for lane in range(LANES):
+        block[at.COS_LOW + lane] = _cosine(block, lane, block[at.LOW + lane], saddle)
+        block[at.COS_HIGH + lane] = _cosine(block, lane, block[at.HIGH + lane], saddle)
+    first, last = math.pi, 0.0
+    most_1, least_1, most_2, least_2 = -1.0, 1.0, 0.0, 1.0
+    for lane in range(LANES):
+        low, high = block[at.COS_LOW + lane], block[at.COS_HIGH + lane]
+        low, high = (low, high) if low < high else (high, low)
+        if saddle and block[at.PASSES + lane] == 0.0:
+            if low <= 1.0 and high >= 0.0:
+                most_2, least_2 = max(most_2, min(1.0, high)), min(least_2, max(0.0, low))
+        elif low <= 1.0 and high >= -1.0:
+            most_1, least_1 = max(most_1, min(1.0, high)), min(least_1, max(-1.0, low))
+    if most_1 >= least_1:
+        first, last = math.acos(most_1), math.acos(least_1)
+    if most_2 >= least_2:
+        first, last = min(first, 2.0 * math.acos(most_2)), max(last, 2.0 * math.acos(least_2))
+    # next to an end of the interval the cosine keeps half of the digits of the angle
+    step = math.pi / intervals
+    return max(1, math.ceil(first / step - _SLACK)), min(intervals - 1, math.floor(last / step + _SLACK))
+
+
+@internal
+def _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift, groups):
+    """Add places on the present wide panel, from the first one to the last, all or `every` second one."""
+    step = math.pi / intervals
+    for i in range(first, last + 1, every):
+        half_cos, half_sin = math.cos(0.5 * i * step), math.sin(0.5 * i * step)
+        cos, sin = 1.0 - 2.0 * half_sin * half_sin, 2.0 * half_sin * half_cos
+        if saddle:
+            _place_saddle(block, cos, sin, half_cos, half_sin)
+        else:
+            _place(block, cos, sin)
+        _locate(block, shift)
+        row = at.SUM_1 if i % 2 == 1 else (at.SUM_2 if i % 4 == 2 else at.SUM_4)
+        _add(block, row, cosh, sinh, groups)
+
+
+@internal
+def integrate(block, alpha, table, nodes, wide, number, groups, saddle, fresh, intervals):
+    """Sum the integrand of a block over all wide panels; `number` is that of the one in which the places are given.
+
+    `groups` of coefficients are enough. `fresh` sums begin with all places of so many intervals, others with every
+    second one.
+    """
+    centre = number * SPACING
+    cosh, sinh = math.cosh(centre), math.sinh(centre)
+    alone = _prepare(block, centre)
+    if saddle:
+        _substitute_saddle(block, cosh, sinh)
     else:
-        k = int(round((y0 + dy) / PANEL))
-        x = (y0 - k * PANEL) + dy
-        if k != held:
-            _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
-            held = k
-        excess = value(work, 0, 1, x)
-    return -excess, row_value(panels, table * PANELS + REACH + k, ONE, x), held
-
-
-@internal
-def _end(y, slope, half, stretch):
-    """Limit of the integrand at a turning point: 0/0 there."""
-    return math.sqrt(2.0 * half * stretch / abs(slope)) / math.cosh(y)
-
-
-@internal
-def _trapezoid(motion, panels, nodes, near, work, ends, full, anchor, sign, width, middle, half):
-    """Integral of dtilt/sqrt(-excess) over a in [0, pi] (`full`) or [0, pi/2], u = middle + half cos(a).
-
-    dy = anchor + width sinh(u) (full) or anchor + sign 2 width sinh(u/2)^2. The integrand is smooth, even and
-    periodic in a, so the error squares at each doubling. NaN if 16384 intervals do not do.
-    """
-    n, step, before, held = 1, math.pi if full else 0.5 * math.pi, math.inf, REACH + 1
-    total = ends
-    while n < _MOST:
-        for i in range(n):
-            angle = (i + 0.5) * step
-            u = middle + half * math.cos(angle)
-            if width == 0.0:
-                dy, stretch = u, 1.0
-            elif full:
-                sinh = math.sinh(u)
-                dy, stretch = anchor + width * sinh, width * math.sqrt(1.0 + sinh * sinh)
-            else:
-                sinh = math.sinh(0.5 * u)
-                dy = anchor + sign * 2.0 * width * sinh * sinh
-                stretch = 2.0 * width * sinh * math.sqrt(1.0 + sinh * sinh)
-            kinetic, cos, held = _kinetic_and_cos(motion, panels, nodes, near, work, held, dy)
-            total += cos * stretch * half * math.sin(angle) / math.sqrt(kinetic)
-        n *= 2
-        step *= 0.5
-        now = total * step
-        if n >= _FEWEST and abs(now - before) <= _AGREEMENT * now:
-            return now
-        before = now
-    return math.nan
-
-
-@internal
-def period(motion, panels, nodes, near, work, dy1, slope1, dy2, slope2, top, height):
-    """Scaled nutation period: 2 int dtilt/w with w^2 = -4 excess/(2 + alpha).
-
-    Near a separatrix the motion is slow at the saddle `top`, where the integrand has a pair of poles or a second root
-    near the interval. The substitution dy = width sinh(u) about the saddle (motion over it) or width cosh(u) (motion
-    that turns before it) makes the integrand smooth, with widths for which a parabolic saddle is integrated exactly:
-    the cost grows like the logarithm of the distance from the separatrix.
-    """
-    alpha, table, y0, k0, x0, c1, c2, base = motion
-    factor = math.sqrt(2.0 + alpha)
-    if math.isnan(top):
-        half = 0.5 * abs(dy1 - dy2)
-        ends = 0.5 * (_end(y0 + dy1, slope1, half, 1.0) + _end(y0 + dy2, slope2, half, 1.0))
-        middle = 0.5 * (dy1 + dy2)
-        return factor * _trapezoid(motion, panels, nodes, near, work, ends, True, 0.0, 1.0, 0.0, middle, half)
-    away = top - y0
-    if height < 0.0:
-        k = int(round(top / PANEL))
-        _expand_excess(alpha, table, panels, nodes, k, c1, c2, base, work)
-        width = math.sqrt(2.0 * height / slopes(work, 0, 1, top - k * PANEL)[1])
-        u1, u2 = math.asinh((dy1 - away) / width), math.asinh((dy2 - away) / width)
-        half = 0.5 * abs(u1 - u2)
-        ends = 0.5 * _end(y0 + dy1, slope1, half, math.hypot(width, dy1 - away))
-        ends += 0.5 * _end(y0 + dy2, slope2, half, math.hypot(width, dy2 - away))
-        middle = 0.5 * (u1 + u2)
-        return factor * _trapezoid(
-            motion, panels, nodes, near, work, ends, True, away, 1.0, width, middle, half
-        )
-    if abs(dy1 - away) > abs(dy2 - away):
-        dy1, slope1, dy2, slope2 = dy2, slope2, dy1, slope1
-    width, sign = abs(dy1 - away), math.copysign(1.0, dy2 - dy1)
-    sinh = math.sqrt(0.5 * abs(dy2 - dy1) / width)
-    half = 2.0 * math.asinh(sinh)
-    stretch = 2.0 * width * sinh * math.sqrt(1.0 + sinh * sinh)
-    ends = 0.5 * _end(y0 + dy2, slope2, half, stretch)
-    ends += 0.5 * half * math.sqrt(2.0 * width / abs(slope1)) / math.cosh(y0 + dy1)
-    return factor * _trapezoid(motion, panels, nodes, near, work, ends, False, dy1, sign, width, 0.0, half)
+        _substitute(block, cosh, sinh)
+    for side in (1, -1):
+        piece = 0 if side > 0 else -1
+        while abs(number + PIECE_STRIDE * piece) <= SIDE and _enter(block, piece):
+            shift = math.tanh(0.5 * PIECE * piece)
+            _expand(block, alpha, table, nodes, wide, number + PIECE_STRIDE * piece, shift, groups)
+            first, last = (1, intervals - 1) if alone else _first_and_last(block, saddle, intervals)
+            # every second place is one of odd number
+            first, every = (first, 1) if fresh else (first | 1, 2)
+            _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift, groups)
+            if alone:
+                return
+            piece += side

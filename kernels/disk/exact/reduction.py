@@ -1,16 +1,17 @@
 """The exact reduction of a chunk of cells: motions and searches on the same panel are treated together.
 
-Three passes over the chunk, each in blocks of lanes ordered by panel: expansions about the starts
-(`kernels.disk.exact.near_pass`), search outward from panel to panel, and roots on the panels found
-(`kernels.disk.exact.far_pass`). A lane never reads its neighbours, and lanes without a motion repeat the last one of
-their block: a cell's bits depend on the cell alone.
+Passes over the chunk, each in blocks of lanes ordered by panel: expansions about the starts
+(`kernels.disk.exact.near_pass`), search outward from panel to panel, roots on the panels found
+(`kernels.disk.exact.far_pass`), and quadratures where periods are asked for (`kernels.disk.exact.period_pass`). A lane
+never reads its neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on the
+cell alone.
 """
 
-from kernels.disk.exact import motion as of
 from kernels.disk.exact.chunk import chunk_in
 from kernels.disk.exact.far_pass import find_far
 from kernels.disk.exact.motion import write_cell
 from kernels.disk.exact.near_pass import find_near
+from kernels.disk.exact.period_pass import find_periods
 from kernels.disk.exact.scaled_starts import scale_starts
 from kernels.jit import internal
 
@@ -30,9 +31,6 @@ def reduce_chunk(
         find_near(n, tables, chunk)
         find_far(n, tables, chunk, y_fall)
     for i in range(n):
-        motion = chunk.motions[i]
-        near = chunk.nears[i] if with_period else chunk.work
-        write_cell(
-            chunk.cells[i], motion, fall_tilt, with_period, tables, int(motion[of.TABLE]), near, chunk.work,
-            measures, counts,
-        )  # fmt: skip
+        write_cell(chunk.cells[i], chunk.motions[i], fall_tilt, measures, counts)
+    if n > 0 and with_period:
+        find_periods(n, tables, chunk, measures, counts)

@@ -40,7 +40,7 @@ def _two_well_candidates(block, alpha):
         side = -1.0 if c1 * c2 > 0.0 else 1.0
         trapped = 2.0 * (1.0 + alpha) * c1 * c1 + (1.0 + 0.5 * alpha) * c2 * c2 < 1.0
         climb = (1.0 + alpha) * abs(c1 * c2)
-        block[at.TOP + lane] = block[at.HEIGHT + lane] = math.nan
+        block[at.TOP + lane] = block[at.HEIGHT + lane] = block[at.BEND + lane] = math.nan
         block[at.SIDE + lane], block[at.Q + lane] = side, side * c2
         block[at.BEFORE + lane] = block[at.LEAST + lane] = climb
         block[at.NODE + lane] = 0.0
@@ -197,11 +197,13 @@ def _maxima_on_panel(block, alpha, table, panels, nodes, k):
         height = value(block, at.WORK + lane, LANES, t - centre)
         block[at.TOP + lane] = block[at.SIDE + lane] * t if here else block[at.TOP + lane]
         block[at.HEIGHT + lane] = height if here else block[at.HEIGHT + lane]
+        _, bend = slopes(block, at.WORK + lane, LANES, t - centre)
+        block[at.BEND + lane] = bend if here else block[at.BEND + lane]
 
 
 @internal
 def find_saddles(block, alpha, table, panels, nodes):
-    """Find the saddles of the potentials, into TOP (y) and HEIGHT (V there minus h): NaN with one well only.
+    """Find the saddles of the potentials, into TOP, HEIGHT (V there minus h) and BEND (V''): NaN with one well only.
 
     Needs what `kernels.disk.exact.near_turning_points.expand_about_starts` leaves.
     """

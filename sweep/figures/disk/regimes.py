@@ -86,7 +86,8 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
     spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
     use_threads(None)
     exact = {
-        name: column.reshape(spec.shape) for name, column in DISK.exact.measures(spec, whole(spec)).items()
+        name: column.reshape(spec.shape)
+        for name, column in DISK.exact.measures(spec, whole(spec), extremes_only=True).items()
     }
     if spec.axes[0] != drawn.y.quantity.name:
         exact = {name: grid.T for name, grid in exact.items()}

@@ -110,7 +110,8 @@ def check(
     at_rest = _at_rest(stored, exact, allowed)
     marginal = _margin(spec, exact, exact_reach, limit) <= allowed
     verdict_follows = _verdict_follows(spec, stored, derived, stored_reach, scale, limit)
-    follows = verdict_follows & _numbers_follow(spec, starts, stored, derived, rounding)
+    has_period = _has_period(spec, stored, exact)
+    follows = verdict_follows & _numbers_follow(spec, starts, stored, derived, rounding, has_period)
     same_ending = at_rest | _endings_agree(spec, stored, exact)
     same_verdict = at_rest | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
     ending_right, verdict_right = marginal | same_ending, marginal | same_verdict
@@ -147,6 +148,7 @@ def check(
         ending_right=ending_right,
         verdict_right=verdict_right,
         verdict_follows=verdict_follows,
+        has_period=has_period,
         derived=derived,
         rounding=rounding,
     )
@@ -198,20 +200,28 @@ def _period_allowance(spec: Request, exact: Columns, difference: Array) -> Array
 
 
 def _numbers_follow(
-    spec: Request, starts: Starts, stored: Columns, derived: Columns, rounding: Array
+    spec: Request, starts: Starts, stored: Columns, derived: Columns, rounding: Array, has_period: Truths
 ) -> Truths:
     """Return where all numbers that follow from the start, the extremes and the ending do follow from them."""
     peak, fell = derived["peak_tilt"], _fell(stored)
     follows: Truths = (
         same(stored["peak_tilt"], peak, 0.0)
         & same(stored["amplification"], derived["amplification"], rounding)
-        & (np.isfinite(stored["nutation_period"]) == ended(stored, "bounded"))
+        & (np.isfinite(stored["nutation_period"]) == has_period)
         & ((peak >= spec.fall_tilt) == fell)
     )
     if (name := computed_rate(spec)) is not None:
         rate = np.where(np.isfinite(starts[name]), starts[name], np.nan)
         follows &= same(stored[name], rate, _ROUNDING * np.abs(rate))
     return follows
+
+
+def _has_period(spec: Request, stored: Columns, exact: Columns) -> Truths:
+    """Return which cells have to have a period: of ``method=exact`` one may be missing that the reduction lacks too."""
+    bounded = ended(stored, "bounded")
+    if spec.method != "exact":
+        return bounded
+    return np.asarray(bounded & ~(np.isnan(stored["nutation_period"]) & np.isnan(exact["nutation_period"])))
 
 
 def _rounding(amplification: Array, scale: Array) -> Array:

@@ -37,8 +37,9 @@ class Facts:
 
     `stored` and `exact` hold the values of the atlas and of the reduction; `low` and `high` are the differences of the
     extreme tilts [rad], which may be `allowed`; `period_allowed` [s] is that of the period; the truths say whether
-    ending and verdict are the exact ones, and whether the verdict follows from the stored extremes; `derived` is what
-    follows from the stored extremes, of which the amplification may be off by `rounding`.
+    ending and verdict are the exact ones, whether the verdict follows from the stored extremes, and whether a cell has
+    to have a period; `derived` is what follows from the stored extremes, of which the amplification may be off by
+    `rounding`.
     """
 
     stored: Columns
@@ -50,6 +51,7 @@ class Facts:
     ending_right: Truths
     verdict_right: Truths
     verdict_follows: Truths
+    has_period: Truths
     derived: Columns
     rounding: Array
 
@@ -156,13 +158,12 @@ def _extremes(facts: Facts) -> Iterator[CellCheck]:
             difference = np.where(failed, empty, difference)
         yield CellCheck(name, _EXACT, difference, facts.allowed, judged)
     period, exact = facts.stored["nutation_period"], facts.exact["nutation_period"]
-    bounded = ended(facts.stored, "bounded")
-    both = bounded & np.isfinite(exact)
+    both = facts.has_period & np.isfinite(exact)
     difference = np.where(both, np.abs(period - exact), 0.0)
     yield CellCheck(
         "nutation_period",
         _EXACT,
-        _present(period, bounded, difference),
+        _present(period, facts.has_period, difference),
         np.where(both, facts.period_allowed, 0.0),
         facts.every,
     )

@@ -17,7 +17,11 @@ from sweep.model.quantity import Array
 EXTREMES = Kernel(
     "kernels.disk.exact.extremes",
     "extremes",
-    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.extremes:reduce"),
+    (
+        "kernels.disk.exact.legendre:build_tables",
+        "kernels.disk.exact.wide_panels:build_wide_panels",
+        "kernels.disk.exact.extremes:reduce",
+    ),
     seconds=8.0,
 )
 
@@ -39,22 +43,27 @@ class ExactReduction:
     compared = ("tilt_min", "tilt_max", "nutation_period")
     audit = audit.AUDIT
 
-    def measures(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    def measures(
+        self, spec: Request, starts: Starts, extremes_only: bool = False
+    ) -> dict[str, npt.NDArray[Any]]:
         """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.extremes`).
 
         Parameters
         ----------
         spec : Request
         starts : mapping of str to array, shape (n,)
+        extremes_only : bool
+            Leave out the nutation period, which costs as much as all the rest or more.
 
         Returns
         -------
         dict of str to array, shape (n,)
             The measures and counts of the disk and `variables`; NaN or 0 where the reduction has none. A cell whose
-            extremes are not known to the tolerance of the spec (on a separatrix) is unresolved.
+            extremes are not known to the tolerance of the spec (on a separatrix) is unresolved. The period of a cell is
+            right to 1e-9, or NaN: beside a separatrix rounding may decide more of it than that.
         """
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-        measures, counts = EXTREMES.load()(rows, spec.fall_tilt, True)
+        measures, counts = EXTREMES.load()(rows, spec.fall_tilt, not extremes_only)
         found = dict(zip(exact_arrays.EXACT_MEASURES, measures, strict=True))
         found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
         vague = found["tilt_error"] > spec.tolerance

@@ -103,12 +103,14 @@ def test_height_next_to_the_saddle(reduced):
 
 
 def test_periods(reduced):
-    """The period is that of a 40-digit quadrature to 1e-10, or to the rounding of the distance from a separatrix."""
-    known = np.isfinite(EXACT[PERIOD])
-    near = np.where(np.isnan(EXACT[HEIGHT]), 1.0, np.abs(EXACT[HEIGHT]))
+    """The period is that of a 40-digit quadrature to 1e-9; where rounding may change it by more there is none."""
+    given = np.isfinite(reduced[0][EXACT_NUTATION_PERIOD])
+    assert given.mean() > 0.9
+    known = np.isfinite(EXACT[PERIOD]) & given
     wrong = np.abs(reduced[0][EXACT_NUTATION_PERIOD] / EXACT[PERIOD] - 1.0)[known]
-    assert known.sum() >= 80
-    assert (wrong <= 1e-10 + 8 * EPS / near[known]).all(), wrong.max()
+    assert known.sum() >= 70
+    assert (wrong <= 1e-9).all(), wrong.max()
+    assert (wrong <= 1e-12).mean() > 0.8
 
 
 def test_bits_do_not_depend_on_neighbours(reduced):

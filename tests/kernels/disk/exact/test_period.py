@@ -1,0 +1,143 @@
+import math
+
+import numpy as np
+import pytest
+import referee
+from scipy.integrate import quad, solve_ivp
+
+from kernels.disk.arrays import TILT_RATE
+from kernels.disk.endings import BOUNDED
+from kernels.disk.exact.arrays import (
+    EXACT_ENDING,
+    EXACT_NUTATION_PERIOD,
+    EXACT_SEPARATRIX,
+    EXACT_TILT_MAX,
+    EXACT_TILT_MIN,
+)
+from kernels.disk.exact.extremes import extremes
+from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, wide_panels
+
+# uncompiled, the tables alone take minutes
+pytestmark = pytest.mark.compiled
+
+FALL = math.radians(88.0)
+
+
+def integrated(start, low, high):
+    """The period of a scaled start by SciPy: the kinetic energy integrated along the tilt, then 2 int dtilt/w."""
+    tilt, w, precession, roll, alpha = (float(x) for x in start[:5])
+    s, o = roll + precession * math.sin(tilt), precession * math.cos(tilt)
+
+    def slopes(x, y):
+        force = math.sin(x) + y[1] * ((1.0 + alpha) * y[0] - 0.5 * alpha * y[1] * math.tan(x))
+        return -y[1] / (1.0 + alpha), -2.0 * y[0] + y[1] * math.tan(x), force
+
+    middle = 0.5 * (low + high)
+    begin = solve_ivp(
+        slopes,
+        (tilt, middle),
+        (s, o, 0.5 * (1.0 + 0.5 * alpha) * w * w),
+        rtol=3e-14,
+        atol=1e-16,
+        method="DOP853",
+    )
+    halves = [
+        solve_ivp(
+            slopes, (middle, end), begin.y[:, -1], rtol=3e-14, atol=1e-16, method="DOP853", dense_output=True
+        )
+        for end in (low, high)
+    ]
+
+    def integrand(angle):
+        x = middle + 0.5 * (high - low) * math.sin(angle)
+        kinetic = halves[int(x > middle)].sol(x)[2]
+        return 0.5 * (high - low) * math.cos(angle) / math.sqrt(2.0 * kinetic / (1.0 + 0.5 * alpha))
+
+    # next to the turning points the kinetic energy is a difference
+    edge = 0.5 * math.pi - 0.02
+    total = sum(
+        quad(integrand, *part, epsabs=0.0, epsrel=1e-11, limit=200)[0] for part in ((-edge, 0.0), (0.0, edge))
+    )
+    ends = 0.0
+    for side, end in ((-1.0, low), (1.0, high)):
+        pull = slopes(end, halves[int(side > 0.0)].y[:, -1])[2]
+        ends += 0.02 * math.sqrt(0.5 * (high - low) * (1.0 + 0.5 * alpha) / abs(pull))
+    return 2.0 * (total + ends)
+
+
+def test_random_periods_by_another_quadrature():
+    """Periods of random starts, wide and narrow, are those of SciPy's integration and quadrature, to its accuracy."""
+    rng = np.random.default_rng()
+    n = 30
+    given = referee.starts(
+        tilt=rng.uniform(-1.3, 1.3, n), tilt_rate=rng.normal(0.0, 1.0, n), precession_rate=rng.normal(0.0, 2.0, n),
+        roll_rate=rng.normal(0.0, 2.0, n), alpha=rng.choice((1e-6, 0.25, 0.5, 1.0), n), radius=1.0, gravity=1.0,
+    )  # fmt: skip
+    measures, counts = extremes(given, FALL, True)
+    height = measures[EXACT_SEPARATRIX]
+    plain = (counts[EXACT_ENDING] == BOUNDED) & ~(np.abs(height) < 1e-2)
+    assert plain.sum() >= 5
+    for i in np.flatnonzero(plain):
+        truth = integrated(given[:, i], measures[EXACT_TILT_MIN, i], measures[EXACT_TILT_MAX, i])
+        assert measures[EXACT_NUTATION_PERIOD, i] == pytest.approx(truth, rel=1e-5), given[:, i]
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_small_swings_of_a_rolling_disk(width, side):
+    """A fast disk that rolls upright swings with the frequency of the linear theory, however small the swing is."""
+    given = referee.starts(tilt_rate=side * width, roll_rate=3.0, radius=1.0, gravity=1.0)
+    measures, _ = extremes(given, FALL, True)
+    # (1 + alpha/2) w'' = -(2 (1 + alpha) roll^2 - 1) w, scaled; what is left out goes like the square of the width
+    frequency = math.sqrt((2.0 * 1.5 * 9.0 - 1.0) / 1.25)
+    assert measures[EXACT_NUTATION_PERIOD, 0] == pytest.approx(
+        2.0 * math.pi / frequency, rel=max(1e-9, width**2)
+    )
+
+
+def test_bits_of_a_period_depend_on_the_cell_alone():
+    """Order, company and chunks change no bit of a period; nor do motions that need more intervals or panels."""
+    rng = np.random.default_rng()
+    n = 3000
+    given = referee.starts(
+        tilt=rng.uniform(-1.4, 1.4, n), tilt_rate=rng.normal(0.0, 1.0, n) * (rng.random(n) < 0.7),
+        precession_rate=rng.normal(0.0, 1.5, n), roll_rate=rng.normal(0.0, 1.5, n),
+        alpha=rng.choice((0.25, 0.5), n), radius=1.0, gravity=1.0,
+    )  # fmt: skip
+    # half of the starts next to a separatrix, where sums differ most in length
+    height = extremes(given, FALL)[0][EXACT_SEPARATRIX]
+    below = np.flatnonzero(height > 1e-3)
+    near = given[:, below]
+    near[TILT_RATE] = np.sqrt(
+        near[TILT_RATE] ** 2
+        + 2.0 * height[below] / (1.0 + 0.5 * near[4]) * (1.0 + 10.0 ** rng.uniform(-9, -1, below.size))
+    )
+    given = np.concatenate([given, near], axis=1)
+    together = extremes(given, FALL, True)[0][EXACT_NUTATION_PERIOD]
+    order = rng.permutation(given.shape[1])
+    np.testing.assert_array_equal(
+        extremes(given[:, order], FALL, True)[0][EXACT_NUTATION_PERIOD], together[order]
+    )
+    for cell in rng.choice(order, 25, replace=False):
+        alone = extremes(given[:, [cell]], FALL, True)[0][EXACT_NUTATION_PERIOD]
+        np.testing.assert_array_equal(alone, together[[cell]])
+
+
+@pytest.mark.parametrize("alpha", [1e-6, 0.5, 1.0])
+@pytest.mark.parametrize("place", [-10, -3, 0, 1, 12])
+def test_wide_panels_continue_the_rates(alpha, place):
+    """V on a wide panel is that of the two rates, integrated by SciPy from the panel's centre."""
+    centre = place * SPACING
+    panel = wide_panels(np.array([alpha]))[SIDE + place]
+    assert CENTRES == 2 * SIDE + 1
+    for s, p in ((1.0, 0.0), (0.3, -0.2 / math.cosh(centre))):
+        for away in (-0.8, 0.3, 0.8):
+            end = solve_ivp(
+                lambda y, z: (-z[1] / (1.0 + alpha), -2.0 * z[0] / math.cosh(y) ** 2),
+                (centre, centre + away), (s, p), method="DOP853", rtol=1e-13, atol=1e-15,
+            ).y[:, -1]  # fmt: skip
+            cosh = math.cosh(centre + away)
+            truth = 0.5 * (1.0 + alpha) * end[0] ** 2 + 0.25 * alpha * (end[1] * cosh) ** 2 + 1.0 / cosh
+            powers = math.tanh(0.5 * away) ** np.arange(panel.shape[1])
+            value = np.array([s * s, s * p, p * p, 1.0]) @ panel @ powers
+            assert value == pytest.approx(truth, rel=1e-11)
