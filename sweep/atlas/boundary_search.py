@@ -1,7 +1,7 @@
 """The boundary of stability that a grid of verdicts has, found from its cells in C order, span by span."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -63,8 +63,12 @@ class BoundarySearch:
         for search in self._searches:
             search.add(start, stability)
 
-    def variables(self) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
+    def variables(
+        self, seen: Callable[[float], None] = lambda _: None
+    ) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
         """Yield the variables of the boundary with their values, once all cells are there.
+
+        `seen` is called with the share of the rows that have been searched, from 0 to 1, now and then.
 
         One value per row of each control for the edges: the upper edge (stable above) along every such axis, and the
         lower edge (stable below) where theory or the cells have one. The measured value lies in the middle of the
@@ -84,19 +88,32 @@ class BoundarySearch:
         """
         if self._cells != self._spec.size:
             raise ValueError(f"only {self._cells} of {self._spec.size} cells were given")
+        done, total = 0, len(EDGES) * sum(rows.rows for rows in self._rows.values())
+
+        def count(rows: int) -> None:
+            nonlocal done
+            done += rows
+            # the curves are bisected at once, and have as much to do as the edges
+            seen(done / total / (2.0 if self._neighbours else 1.0))
+
         for axis, rows in self._rows.items():
             lines = theory_lines(self._spec, axis)
             for edge in EDGES:
-                yield from _edge(self._spec, axis, rows, edge, lines.pop(edge, None))
+                yield from _edge(self._spec, axis, rows, edge, lines.pop(edge, None), count)
         if self._spec.boundary_width is not None and self._neighbours is not None:
             yield from _with_points(curves(self._spec, self._neighbours.pairs(), self._spec.boundary_width))
 
 
 def _edge(
-    spec: SweepSpec, axis: str, rows: RowSearch, edge: str, line: tuple[Array, Array] | None
+    spec: SweepSpec,
+    axis: str,
+    rows: RowSearch,
+    edge: str,
+    line: tuple[Array, Array] | None,
+    seen: Callable[[int], None],
 ) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
     """Yield the variables of an edge along an axis, if there is one; `line` is that of theory."""
-    measured, halfwidth = _measured(spec, axis, rows, edge)
+    measured, halfwidth = _measured(spec, axis, rows, edge, seen)
     if edge == "lower" and line is None and not np.isfinite(measured).any():
         return
     critical, predicted = line or np.full((2, *measured.shape), np.nan)
@@ -104,7 +121,9 @@ def _edge(
     yield from zip(edge_declarations(spec, axis, edge), values, strict=True)
 
 
-def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[Array, Array]:
+def _measured(
+    spec: SweepSpec, axis: str, rows: RowSearch, edge: str, seen: Callable[[int], None]
+) -> tuple[Array, Array]:
     """Return the middles and the half-widths of the brackets of an edge along an axis, over the remaining axes."""
     middle, half, width = np.empty(rows.rows), np.empty(rows.rows), spec.boundary_width
     along = rows_along(spec, axis)
@@ -115,6 +134,7 @@ def _measured(spec: SweepSpec, axis: str, rows: RowSearch, edge: str) -> tuple[A
             inside, outside = _narrowed(spec, axis, starts, inside, outside, width)
         middle[span.start : span.stop] = 0.5 * (inside + outside)
         half[span.start : span.stop] = 0.5 * np.abs(outside - inside)
+        seen(len(span))
     return middle.reshape(along.shape), half.reshape(along.shape)
 
 

@@ -75,6 +75,7 @@ class AtlasWriter:
         # checksums of what was written: the stored chunks of a variable, values at its ends, and small variables
         self._stored = dict.fromkeys((each.name for each in self._cells if spec.axes), 0)
         self._values = list[tuple[str, tuple[slice, ...], int]]()
+        self._attributes: dict[str, Mapping[str, Any]] = {"": dict(attributes)}
         with self._opened("w") as file:
             file.setncatts(dict(attributes))
             for name, count in zip(spec.axes, spec.shape, strict=True):
@@ -83,7 +84,7 @@ class AtlasWriter:
                 self._write_whole(file, coordinate, values)
             if spec.axes:
                 for each in self._cells:
-                    _declare(file, each, self._chunk)
+                    self._declare(file, each, self._chunk)
 
     def write_cells(
         self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
@@ -151,6 +152,8 @@ class AtlasWriter:
             for name, slices, checksum in self._values:
                 if crc32(np.asarray(file[name][slices], order="C")) != checksum:
                     wrong.append(name)
+            for name, attributes in self._attributes.items():
+                wrong += _wrong_attributes(file[name] if name else file, attributes, name)
         if wrong:
             raise OSError(
                 errno.EIO, f"the file does not hold what was written: {', '.join(dict.fromkeys(wrong))}"
@@ -173,7 +176,7 @@ class AtlasWriter:
 
     def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
         filled = np.asarray(_filled(declared, values), declared.dtype, order="C")
-        _declare(file, declared)[...] = filled
+        self._declare(file, declared)[...] = filled
         self._values.append((declared.name, (slice(None),) * values.ndim, crc32(filled)))
 
     def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
@@ -185,17 +188,29 @@ class AtlasWriter:
             if span.start == 0 or span.stop == self.spec.size:
                 self._values.append((each.name, chunk.slices, crc32(_filled(each, columns[each.name]))))
 
+    def _declare(self, file: Any, declared: Declaration, chunk: tuple[int, ...] = ()) -> Any:
+        packed: dict[str, Any] = {}
+        if chunk:
+            packed = {"zlib": True, "complevel": COMPRESSION, "shuffle": True, "chunksizes": chunk}
+        variable = file.createVariable(
+            declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
+        )
+        variable.set_auto_maskandscale(False)
+        variable.setncatts(declared.attributes)
+        fill = {} if declared.fill is None else {"_FillValue": declared.fill}
+        self._attributes[declared.name] = {**declared.attributes, **fill}
+        return variable
 
-def _declare(file: Any, declared: Declaration, chunk: tuple[int, ...] = ()) -> Any:
-    packed: dict[str, Any] = {}
-    if chunk:
-        packed = {"zlib": True, "complevel": COMPRESSION, "shuffle": True, "chunksizes": chunk}
-    variable = file.createVariable(
-        declared.name, declared.dtype, declared.dims, fill_value=declared.fill, **packed
-    )
-    variable.set_auto_maskandscale(False)
-    variable.setncatts(declared.attributes)
-    return variable
+
+def _wrong_attributes(found: Any, attributes: Mapping[str, Any], name: str) -> Iterator[str]:
+    """Yield the attributes of a variable, or of the file, that are not what was written."""
+    named = f"of {name}" if name else "of the file"
+    if set(found.ncattrs()) != attributes.keys():
+        yield f"the names of the attributes {named}"
+        return
+    for key, value in attributes.items():
+        if not np.array_equal(found.getncattr(key), value):
+            yield f"{key} {named}"
 
 
 def _filled(declared: Declaration, values: Any) -> Any:

@@ -23,8 +23,8 @@ from sweep.runs.progress import CHECKING_PACE, bisected_cells
 #: Stretches of the grid that are kept and filtered as a run does it, and cells of each.
 _STRETCHES, _CELLS = 3, 8192
 
-#: Seconds that computing a stretch may take, and the cells per second that are expected where they were not measured.
-_PATIENCE, _RATE_UNKNOWN = 0.05, 2e4
+#: Seconds that computing a stretch, or some rows, may take; cells per second where they were not measured.
+_PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
 
 #: Seconds in which a run loads its kernels and makes its folder, once they are compiled.
 _LOADING = 0.15
@@ -32,8 +32,8 @@ _LOADING = 0.15
 #: What the bytes of other stretches may have more than those of the samples.
 _MARGIN = 1.1
 
-#: Cells of the coarse grid on which the boundary is searched.
-_COARSE = 128**2
+#: Rows in which the boundary is searched, and cells of each, at most; and cells that the bisection of one computes.
+_ROWS, _HALVINGS = 128, 40
 
 #: Cells from which on the bytes on disk are worth a sample; below that the bounds of `estimate` are small.
 _FEW = 10_000
@@ -74,7 +74,7 @@ class Forecast:
         start = time.process_time() + _LOADING
         rate = estimate.cells_per_second(spec, threads)
         keeping, journal, file = _keeping(spec, rate)
-        return cls(rate, keeping, journal, file, start, _search_seconds(spec))
+        return cls(rate, keeping, journal, file, start, _search_seconds(spec, rate))
 
     def seconds(self, spec: SweepSpec, threads: int, processors: int) -> float:
         """Return how long the run takes [s].
@@ -159,13 +159,14 @@ def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
     ------
     RequestError
     """
+    most = estimate.journal_bytes(spec, cells) + estimate.file_bytes(spec)
     try:
-        estimate.check_room(path, estimate.journal_bytes(spec, cells) + estimate.file_bytes(spec))
+        estimate.check_room(path, most)
     except RequestError:
         if spec.size < _FEW:
             raise
         _, journal, file = _keeping(spec, _RATE_UNKNOWN)
-        estimate.check_room(path, journal * cells + file * spec.size + 1e5)
+        estimate.check_room(path, min(most, journal * cells + file * spec.size + 1e5))
 
 
 def _keeping(
@@ -192,14 +193,32 @@ def _keeping(
     return taken / cells, _MARGIN * journal / cells, _MARGIN * file / cells
 
 
-def _search_seconds(spec: SweepSpec, clock: Callable[[], float] = time.perf_counter) -> float:
-    """Return the seconds in which the boundary is bisected: on a coarse grid, times what the whole one has more."""
-    if spec.boundary_width is None or not bisected_cells(spec):
+def _search_seconds(spec: SweepSpec, rate: float, clock: Callable[[], float] = time.perf_counter) -> float:
+    """Return the seconds in which the boundary is bisected: in some rows, times what the whole grid has more."""
+    bisected = bisected_cells(spec)
+    if not bisected:
         return 0.0
-    sample = estimate.coarse(spec, _COARSE)
+    sample = _some_rows(spec, rate)
     search = BoundarySearch(sample)
     search.add(0, np.asarray(compute(sample, whole(sample))["stability"]))
     began = clock()
     for _ in search.variables():
         pass
-    return (clock() - began) * bisected_cells(spec) / max(bisected_cells(sample), 1)
+    return (
+        (clock() - began) * bisected / bisected_cells(sample) if bisected_cells(sample) else bisected / rate
+    )
+
+
+def _some_rows(spec: SweepSpec, rate: float) -> SweepSpec:
+    """Return a spec of some rows of another along its control parameters; what it computes takes about `_PATIENCE`."""
+    cells, controls = _PATIENCE * rate, spec.model.controls(spec.axes)
+    rows = max(1, min(_ROWS, int(cells / _HALVINGS)))
+    along = max(2, min(_ROWS, int((cells / rows) ** (1.0 / max(len(controls), 1)))))
+    others = [len(getattr(spec, axis)) for axis in spec.axes if axis not in controls]
+    share = min(1.0, rows / math.prod(others)) ** (1.0 / max(len(others), 1))
+    picked: dict[str, list[float]] = {}
+    for name in spec.axes:
+        axis = getattr(spec, name)
+        count = min(len(axis), along) if name in controls else max(1, round(len(axis) * share))
+        picked[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
+    return spec.replace(**picked)

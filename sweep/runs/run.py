@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import json
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
+from sweep.engine.grid import chunks
 from sweep.errors import StoppedError, StorageError
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
@@ -36,6 +37,7 @@ from sweep.runs.progress import (
     WRITING,
     Show,
     Timetable,
+    bisected_cells,
     of_part,
     of_run,
 )
@@ -67,7 +69,8 @@ class Failures:
         failures = cls(spec)
         with netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
-            failures.count(0, file["ending"][...].reshape(-1))
+            for span, slices in chunks(spec.shape):
+                failures.count(span.start, np.asarray(file["ending"][slices]).reshape(-1))
         return failures
 
     def count(self, start: int, endings: npt.NDArray[np.int8]) -> None:
@@ -268,7 +271,8 @@ def _write_and_publish(
     try:
         blocks = _spanned_or_raise_stopped(journal, measured, stopping)
         writer = AtlasWriter(unfinished, spec, attributes_of(journal.manifest), usable_threads(threads))
-        failures = write_atlas(writer, writer.write_cells(blocks, partial(derive_block, spec)), timetable)
+        cells = writer.write_cells(blocks, partial(derive_block, spec))
+        failures = write_atlas(writer, cells, timetable, lambda: _raise_if_stopped(journal, stopping))
         run_directory.publish_file(journal.folder, path, spec)
     except DamagedBlockError as problem:
         raise StorageError(
@@ -290,24 +294,40 @@ def _spanned_or_raise_stopped(
         # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written
         if not stopping():
             yield Block(journal.spans[number], columns)
+    _raise_if_stopped(journal, stopping)
+
+
+def _raise_if_stopped(journal: Journal, stopping: Stopping) -> None:
     if stopping():
         raise StoppedError(journal.kept())
 
 
-def write_atlas(writer: AtlasWriter, cells: Iterable[Block], timetable: Timetable) -> Failures:
+def write_atlas(
+    writer: AtlasWriter,
+    cells: Iterable[Block],
+    timetable: Timetable,
+    go_on: Callable[[], None] = lambda: None,
+) -> Failures:
     """Take the cells of an atlas from `AtlasWriter.write_cells`, find its boundary, write it, and check the file.
 
-    Returns the cells that could not be computed. Errors are those of `AtlasWriter`.
+    Returns the cells that could not be computed. `go_on` is called again and again after the last cell; what it raises
+    ends the work. Other errors are those of `AtlasWriter`.
     """
+
+    def seen(done: float) -> None:
+        go_on()
+        timetable.report(int(done))
+
     spec = writer.spec
     search, failures = BoundarySearch(spec), Failures(spec)
     for block in cells:
         search.add(block.span.start, block.columns["stability"])
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
-    writer.write_boundary(search.variables())
+    bisected = bisected_cells(spec)
+    writer.write_boundary(search.variables(lambda share: seen(share * bisected)))
     timetable.begin(CHECKING)
-    writer.check(timetable.report)
+    writer.check(seen)
     return failures
 
 

@@ -92,8 +92,8 @@ def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
         "eulerdisk: 2026-01-02T03:04:05Z preparing",
         "eulerdisk: 2026-01-02T03:04:05Z computing 0 of 1000 cells (0 %)",
         "eulerdisk: 2026-01-02T03:04:10Z computing 250 of 1000 cells (25 %), 56 s to go",
-        "eulerdisk: 2026-01-02T03:05:35Z computing 250 of 1000 cells (25 %), 1 s to go",
-        "eulerdisk: 2026-01-02T03:05:35Z searching the boundary, 1 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z computing 250 of 1000 cells (25 %), 1.0 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z searching the boundary, 1.0 s to go",
         "eulerdisk: 2026-01-02T03:05:35Z checking 1000 of 1000 cells (100 %)",
     ]
 

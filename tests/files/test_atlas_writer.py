@@ -105,6 +105,24 @@ def a_coordinate(path):
         file["tilt"][11] += 1e-15
 
 
+def an_attribute(path):
+    """Change a text that stands beside a variable."""
+    with netCDF4.Dataset(path, "a") as file:
+        file["tilt_max"].units = "deg"
+
+
+def a_missing_attribute(path):
+    """Take an attribute away."""
+    with netCDF4.Dataset(path, "a") as file:
+        file["stability"].delncattr("flag_meanings")
+
+
+def a_text_of_the_file(path):
+    """Change what the file says of itself."""
+    with netCDF4.Dataset(path, "a") as file:
+        file.title = "another"
+
+
 def the_boundary(path):
     """Change a value of the boundary."""
     with netCDF4.Dataset(path, "a") as file:
@@ -118,6 +136,9 @@ def the_boundary(path):
         (a_whole_chunk, "tilt_max"),
         (a_coordinate, "tilt"),
         (the_boundary, "boundary_roll_rate_status"),
+        (an_attribute, "units of tilt_max"),
+        (a_missing_attribute, "the names of the attributes of stability"),
+        (a_text_of_the_file, "title of the file"),
     ],
 )
 def test_the_check_finds_damage(written, damage, named):

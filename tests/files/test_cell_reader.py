@@ -125,7 +125,8 @@ def test_a_damaged_chunk_is_named(command, file, tmp_path):
     content[chunk.byte_offset + chunk.size // 2] ^= 1
     damaged.write_bytes(content)
     with InflatedChunks(damaged) as chunks:
-        out = np.empty(np.prod(h5py.File(file)["tilt_max"].chunks))
+        with h5py.File(file) as opened:
+            out = np.empty(np.prod(opened["tilt_max"].chunks))
         assert chunks.read("tilt_min", chunk.chunk_offset, out)
         assert not chunks.read("tilt_max", chunk.chunk_offset, out)
     with sweep.open_atlas(damaged) as opened, CellReader(opened, NAMES, damaged) as reader:

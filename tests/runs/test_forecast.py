@@ -108,8 +108,29 @@ def test_the_search_for_the_boundary_grows_with_its_rows():
         SweepSpec.from_words("rolling", [word.format(count) for word in words]) for count in (128, 1280)
     )
     ticks = iter(range(100))
-    taken = [forecast._search_seconds(spec, lambda: float(next(ticks))) for spec in (few, many)]
+    taken = [forecast._search_seconds(spec, 1e6, lambda: float(next(ticks))) for spec in (few, many)]
     assert taken[0] == pytest.approx(1.0, rel=0.1)
     # ten times the rows, whose brackets are a tenth as wide: 3.3 of about 20 halvings fewer
     assert taken[1] == pytest.approx(10.0 * (1.0 - 3.3 / 20.0), rel=0.1)
-    assert forecast._search_seconds(few.replace(boundary="grid")) == 0.0
+    assert forecast._search_seconds(few.replace(boundary="grid"), 1e6) == 0.0
+
+
+@pytest.mark.parametrize("rate", [1e8, 1e4, 10.0])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["roll_rate=1:5:5", "tilt=1deg:20deg:400", "alpha=0.4:1:400"],
+        ["tilt=0.0001deg:2deg:100000:log", "roll_rate=0.5:6:6"],
+        ["roll_rate=1:5:100000"],
+        ["roll_rate=1:5:300", "precession_rate=1:5:300", "tilt=1deg:20deg:300"],
+    ],
+)
+def test_the_rows_in_which_the_boundary_is_searched_have_one(words, rate):
+    """However few values the control has, or however many: several in each row, and no more than there is time for."""
+    spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
+    sample = forecast._some_rows(spec, rate)
+    controls = spec.model.controls(spec.axes)
+    assert all(len(getattr(sample, axis)) >= 2 for axis in controls)
+    rows = sample.size / len(getattr(sample, controls[0]))
+    assert sample.size <= max(4 ** len(controls), 0.3 * rate)
+    assert rows <= 300 or len(controls) > 1

@@ -121,13 +121,13 @@ def test_the_cells_of_the_bisection_are_about_those_that_are_expected(monkeypatc
     counted, compute = [], "sweep.atlas.boundary.compute"
     original = __import__("sweep.atlas.boundary", fromlist=["compute"]).compute
 
-    def counting(spec, starts):
+    def counting(spec, starts, **options):
         counted.append(starts["tilt"].size)
-        return original(spec, starts)
+        return original(spec, starts, **options)
 
     import sweep
 
     monkeypatch.setattr(compute, counting)
     sweep.run(spec)
-    assert 0.5 < progress._bisected_cells(spec) / sum(counted) < 2.0
-    assert progress._bisected_cells(spec.replace(boundary="grid")) == 0
+    assert 0.5 < progress.bisected_cells(spec) / sum(counted) < 2.0
+    assert progress.bisected_cells(spec.replace(boundary="grid")) == 0

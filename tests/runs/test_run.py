@@ -274,9 +274,9 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     """The boundary is searched with as many threads as the blocks are computed with."""
     used = []
 
-    def searched(search):
+    def searched(search, seen):
         used.append(workers.used())
-        return variables(search)
+        return variables(search, seen)
 
     variables = run.BoundarySearch.variables
     monkeypatch.setattr(run.BoundarySearch, "variables", searched)
@@ -303,3 +303,28 @@ def test_no_array_of_the_whole_grid_is_held(path):
     # up to 4.5e6 of these: how many chunks are in the making at a time is left to the threads
     small = peak(800)
     assert peak(8000) < small + 6e6
+
+
+@pytest.mark.parametrize("stage", ["searching the boundary", "checking"])
+def test_a_run_is_stopped_after_its_last_block_too(path, stage):
+    """A signal during the search or the check ends the run; all blocks are kept, and the next one makes the file."""
+    spec, seen = SPEC.replace(boundary="refined"), []
+
+    with pytest.raises(StoppedError, match="blocks are kept"):
+        run_to_file(
+            spec, path, progress=lambda status: seen.append(status.stage), stopping=lambda: stage in seen
+        )
+    assert not path.exists()
+    run_to_file(spec, path)
+    assert path.exists()
+
+
+def test_the_failures_in_a_file_are_counted_chunk_by_chunk(path, monkeypatch):
+    """They are those of the run; a file of any size is read a chunk at a time."""
+    # too many steps: no cell can be resolved
+    spec = SPEC.replace(step=1e-9, duration=300.0)
+    failures = run_to_file(spec, path)
+    monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
+    found = run.Failures.in_file(path, spec)
+    assert failures.total > 0
+    assert found.describe() == failures.describe()
