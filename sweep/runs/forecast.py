@@ -32,8 +32,9 @@ _LOADING = 0.15
 #: What the bytes of other stretches may have more than those of the samples.
 _MARGIN = 1.1
 
-#: Rows in which the boundary is searched, and cells of each, at most; and cells that the bisection of one computes.
-_ROWS, _HALVINGS = 128, 40
+#: Rows in which the boundary is searched and cells of each, at most; how many fewer the first search has; cells that
+#: the bisection of a row computes.
+_ROWS, _ALONG, _FEWER, _HALVINGS = 2048, 128, 8, 40
 
 #: Cells from which on the bytes on disk are worth a sample; below that the bounds of `estimate` are small.
 _FEW = 10_000
@@ -194,26 +195,33 @@ def _keeping(
 
 
 def _search_seconds(spec: SweepSpec, rate: float, clock: Callable[[], float] = time.perf_counter) -> float:
-    """Return the seconds in which the boundary is bisected: in some rows, times what the whole grid has more."""
+    """Return the seconds in which the boundary is bisected: what some rows take, and what more of them take more.
+
+    A few rows take nearly as long as one: their cells do not fill the lanes.
+    """
     bisected = bisected_cells(spec)
     if not bisected:
         return 0.0
-    sample = _some_rows(spec, rate)
+    most = max(1, min(_ROWS, int(_PATIENCE * rate / _HALVINGS)))
+    samples = [_some_rows(spec, rate, rows) for rows in (max(1, most // _FEWER), most)]
+    (few, less), (many, more) = ((bisected_cells(each), _seconds(each, clock)) for each in samples)
+    slope = (more - less) / (many - few) if many > few and more > less else more / max(many, 1)
+    return max(more, more + slope * (bisected - many)) if many else bisected / rate
+
+
+def _seconds(sample: SweepSpec, clock: Callable[[], float]) -> float:
     search = BoundarySearch(sample)
     search.add(0, np.asarray(compute(sample, whole(sample))["stability"]))
     began = clock()
     for _ in search.variables():
         pass
-    return (
-        (clock() - began) * bisected / bisected_cells(sample) if bisected_cells(sample) else bisected / rate
-    )
+    return clock() - began
 
 
-def _some_rows(spec: SweepSpec, rate: float) -> SweepSpec:
+def _some_rows(spec: SweepSpec, rate: float, rows: int) -> SweepSpec:
     """Return a spec of some rows of another along its control parameters; what it computes takes about `_PATIENCE`."""
-    cells, controls = _PATIENCE * rate, spec.model.controls(spec.axes)
-    rows = max(1, min(_ROWS, int(cells / _HALVINGS)))
-    along = max(2, min(_ROWS, int((cells / rows) ** (1.0 / max(len(controls), 1)))))
+    controls = spec.model.controls(spec.axes)
+    along = max(2, min(_ALONG, int((_PATIENCE * rate / rows) ** (1.0 / max(len(controls), 1)))))
     others = [len(getattr(spec, axis)) for axis in spec.axes if axis not in controls]
     share = min(1.0, rows / math.prod(others)) ** (1.0 / max(len(others), 1))
     picked: dict[str, list[float]] = {}

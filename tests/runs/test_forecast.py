@@ -101,18 +101,17 @@ def test_what_is_computed_already_needs_no_room_in_the_journal(monkeypatch):
 
 
 @pytest.mark.compiled
-def test_the_search_for_the_boundary_grows_with_its_rows():
-    """By a clock that counts its calls the coarse grid, of 128 rows, takes a second; ten times its rows take more."""
-    words = ["roll_rate=2:4:{}", "tilt=0.001deg:5deg:{}:log", "boundary=refined"]
-    few, many = (
-        SweepSpec.from_words("rolling", [word.format(count) for word in words]) for count in (128, 1280)
-    )
-    ticks = iter(range(100))
-    taken = [forecast._search_seconds(spec, 1e6, lambda: float(next(ticks))) for spec in (few, many)]
-    assert taken[0] == pytest.approx(1.0, rel=0.1)
-    # ten times the rows, whose brackets are a tenth as wide: 3.3 of about 20 halvings fewer
-    assert taken[1] == pytest.approx(10.0 * (1.0 - 3.3 / 20.0), rel=0.1)
-    assert forecast._search_seconds(few.replace(boundary="grid"), 1e6) == 0.0
+def test_the_search_for_the_boundary_grows_with_its_rows(monkeypatch):
+    """Of a search that takes a tenth of a second and a microsecond for each cell, this is found from two samples."""
+    cells = forecast.bisected_cells
+    monkeypatch.setattr(forecast, "_seconds", lambda sample, clock: 0.1 + 1e-6 * cells(sample))
+    for words in (
+        ["roll_rate=2:4:3000", "tilt=0.001deg:5deg:50000:log"],
+        ["roll_rate=1:5:5", "tilt=1deg:20deg:400", "alpha=0.4:1:400"],
+    ):
+        spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
+        assert forecast._search_seconds(spec, 1e6) == pytest.approx(0.1 + 1e-6 * cells(spec), rel=0.05)
+    assert forecast._search_seconds(spec.replace(boundary="grid"), 1e6) == 0.0
 
 
 @pytest.mark.parametrize("rate", [1e8, 1e4, 10.0])
@@ -128,9 +127,9 @@ def test_the_search_for_the_boundary_grows_with_its_rows():
 def test_the_rows_in_which_the_boundary_is_searched_have_one(words, rate):
     """However few values the control has, or however many: several in each row, and no more than there is time for."""
     spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
-    sample = forecast._some_rows(spec, rate)
+    sample = forecast._some_rows(spec, rate, max(1, min(2048, int(rate / 400))))
     controls = spec.model.controls(spec.axes)
     assert all(len(getattr(sample, axis)) >= 2 for axis in controls)
     rows = sample.size / len(getattr(sample, controls[0]))
     assert sample.size <= max(4 ** len(controls), 0.3 * rate)
-    assert rows <= 300 or len(controls) > 1
+    assert rows <= 3000 or len(controls) > 1

@@ -256,6 +256,9 @@ def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
     assert opened == [("w",), ("a",), ("r",)]
     assert failures.total == 12
     assert failures.describe() == run.Failures.in_file(path, spec).describe()
+    monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (7,))
+    monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (7,))
+    assert failures.describe() == run.Failures.in_file(path, spec).describe(), "in chunks of any size"
     assert len(failures.describe()) == 12, "a line for all, ten cells and dots"
     assert failures.describe()[1].split(":")[0].split() == ["tilt=1deg", "precession_rate=0"]
 
@@ -317,14 +320,3 @@ def test_a_run_is_stopped_after_its_last_block_too(path, stage):
     assert not path.exists()
     run_to_file(spec, path)
     assert path.exists()
-
-
-def test_the_failures_in_a_file_are_counted_chunk_by_chunk(path, monkeypatch):
-    """They are those of the run; a file of any size is read a chunk at a time."""
-    # too many steps: no cell can be resolved
-    spec = SPEC.replace(step=1e-9, duration=300.0)
-    failures = run_to_file(spec, path)
-    monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
-    found = run.Failures.in_file(path, spec)
-    assert failures.total > 0
-    assert found.describe() == failures.describe()
