@@ -35,17 +35,21 @@ class MachineCode(NamedTuple):
         The functions outside of it that it calls by name, beside those that LLVM puts in.
     code : bytes
         An object file.
+    has_addresses : bool
+        Whether addresses in the memory of this process are part of it: of an array that is global in its module, and
+        large (over 1 MB) or not contiguous.
     """
 
     name: str
     results: tuple
     needed: tuple
     code: bytes
+    has_addresses: bool = False
 
     def is_lasting(self):
-        """Whether another process can load it: it calls the C library and nothing of Numba's."""
+        """Whether another process can load it: it calls the C library and nothing of Numba's, and has no address."""
         library = ctypes.CDLL(None)
-        return all(hasattr(library, name) for name in self.needed)
+        return not self.has_addresses and all(hasattr(library, name) for name in self.needed)
 
 
 def compiled(function, types, c_types, options):
@@ -87,7 +91,8 @@ def compiled(function, types, c_types, options):
         )
     outside = (each.name for each in module.functions if each.is_declaration)
     needed = tuple(each for each in outside if not each.startswith("llvm."))
-    return MachineCode(name, _numbers(made.signature.return_type), needed, code)
+    results = _numbers(made.signature.return_type)
+    return MachineCode(name, results, needed, code, made.library.has_dynamic_globals)
 
 
 @contextmanager

@@ -2,7 +2,10 @@
 
 import os
 import stat
+import subprocess
+import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +29,26 @@ def triple(numbers):
     """Replace numbers by others."""
     for i in range(numbers.size):
         numbers[i] = 3.0 * numbers[i] + 0.5
+
+
+#: So large that compiled code has its address, and not its 1.6 MB.
+LARGE = np.arange(200_000.0)
+#: Not contiguous, so that compiled code has its address too.
+SCATTERED = np.arange(10.0)[::2]
+
+
+@entry(numbers="float64[::1]")
+def from_large(numbers):
+    """Add numbers of a large array."""
+    for i in range(numbers.size):
+        numbers[i] += LARGE[199_990 + i]
+
+
+@entry(numbers="float64[::1]")
+def from_scattered(numbers):
+    """Add numbers of an array that is not contiguous."""
+    for i in range(numbers.size):
+        numbers[i] += SCATTERED[i]
 
 
 def compiled(folder, kernel=double):
@@ -76,6 +99,40 @@ def test_a_damaged_file_is_compiled_again(whole, kind):
     assert compiled(path.parent) is False
     assert compiled(path.parent) is True
     assert len(list(path.parent.iterdir())) == 1
+
+
+@pytest.mark.parametrize("kernel", [from_large, from_scattered])
+def test_code_with_an_address_of_this_process_is_not_kept(tmp_path, kernel):
+    """Another process would read memory that is not there, or other numbers: it compiles the kernel again."""
+    assert compiled(tmp_path, kernel) is False
+    assert not list(tmp_path.iterdir())
+    assert compiled(tmp_path, kernel) is False
+
+
+_READS_A_LARGE_ARRAY = """
+import sys, numpy as np
+from pathlib import Path
+from tests.model.test_kernel_cache import LARGE, KernelCache, from_large
+# memory lies elsewhere in each process
+held = [np.arange(100_000.0 * int(sys.argv[2]))]
+from_large.source = KernelCache(Path(sys.argv[1])).machine_code
+numbers = np.zeros(4)
+from_large(numbers)
+print(list(numbers) == list(LARGE[199_990:199_994]))
+"""
+
+
+def test_a_second_process_reads_its_own_large_array(tmp_path):
+    """What the first process leaves on disk neither ends the second one nor lets it read other numbers."""
+    for number in range(1, 3):
+        done = subprocess.run(
+            [sys.executable, "-c", _READS_A_LARGE_ARRAY, str(tmp_path), str(number)],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *sys.path])},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.stdout.split() == ["True"], (done.returncode, done.stderr)
 
 
 @pytest.mark.parametrize("kind", ["folder", "pipe", "link", "another's key"])
