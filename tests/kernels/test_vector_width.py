@@ -1,11 +1,14 @@
 """Vectors of the full width, for these kernels alone."""
 
+import re
+
 import numpy as np
 import pytest
 from numba import njit
 
 from kernels.multiply_add import LINKS, multiply_add
 from kernels.native import pipeline
+from kernels.native.entry import entry, parallel
 
 pytestmark = pytest.mark.compiled
 
@@ -23,6 +26,71 @@ def compiled():
     before = pipeline._preferred
     yield with_width
     pipeline.prefer(before)
+
+
+@entry(numbers="float64[::1]")
+def straight(numbers):
+    """Change numbers of which several fit into a vector."""
+    for i in range(numbers.size):
+        numbers[i] = 0.5 * numbers[i] + 0.25
+
+
+@parallel(64, lambda *_: (np.empty(64),), rows="float64[:, ::1]", memory="float64[::1]")
+def in_chunks(start, stop, rows, memory):
+    """Change numbers by way of the memory of a thread."""
+    for i in range(start, stop):
+        memory[i - start] = rows[0, i]
+    for i in range(memory.size):
+        memory[i] = 0.5 * memory[i] + 0.25
+    for i in range(start, stop):
+        rows[0, i] = memory[i - start]
+
+
+@pytest.fixture
+def code_of(monkeypatch):
+    """Return a function that compiles an entry point with a preferred width; returns its LLVM and assembly code."""
+    texts, object_code = [], pipeline._PartLibrary.object_code
+
+    def seen(self):
+        module, code = object_code(self)
+        texts.append((str(module), self._codegen._tm.emit_assembly(module)))
+        return module, code
+
+    def with_width(entry_point, bits):
+        pipeline.prefer(bits)
+        entry_point.compiled()
+        return texts.pop()
+
+    monkeypatch.setattr(pipeline._PartLibrary, "object_code", seen)
+    before = pipeline._preferred
+    yield with_width
+    pipeline.prefer(before)
+
+
+@pytest.mark.parametrize("entry_point", [straight, in_chunks])
+@pytest.mark.parametrize("bits", [0, 256, 512])
+def test_every_function_of_an_entry_point_prefers_the_width(code_of, entry_point, bits):
+    """What is left of an entry point when all that it calls is part of it: LLVM knows the width for each function."""
+    module, _ = code_of(entry_point, bits)
+    groups = dict(re.findall(r"^attributes #(\d+) = \{(.*)\}$", module, re.MULTILINE))
+    functions = re.findall(r"^define [^\n]* #(\d+) ", module, re.MULTILINE)
+    assert functions
+    expected = [f'"{bits}"'] if bits else []
+    for each in functions:
+        assert re.findall(r'"prefer-vector-width"=(\S+)', groups[each]) == expected
+
+
+@pytest.mark.parametrize("entry_point", [straight, in_chunks])
+def test_the_machine_code_of_an_entry_point_has_vectors_of_the_width(code_of, entry_point):
+    """The registers are those of the width: that is what the program computes with."""
+    from sweep.platforms import host_features
+
+    if not host_features().get("avx512f"):
+        pytest.skip("a processor without AVX-512")
+    wide, narrow = (code_of(entry_point, bits)[1] for bits in (512, 256))
+    assert "zmm" in wide
+    assert "zmm" not in narrow
+    assert "ymm" in narrow
 
 
 def llvm(function):

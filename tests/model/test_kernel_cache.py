@@ -101,6 +101,38 @@ def test_a_damaged_file_is_compiled_again(whole, kind):
     assert len(list(path.parent.iterdir())) == 1
 
 
+@pytest.mark.parametrize(
+    "setting",
+    ["CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE"],
+)
+def test_code_of_other_settings_of_numba_is_kept_apart(tmp_path, monkeypatch, setting):
+    """Numba would make other code: what was made before is not taken for it, and found again without the setting."""
+    monkeypatch.delenv(f"NUMBA_{setting}", raising=False)
+    compiled(tmp_path)
+    keys = {kernel_cache._key(double, 0)}
+    # Numba has read its settings already, so any value will do
+    for value in ("0", "1"):
+        monkeypatch.setenv(f"NUMBA_{setting}", value)
+        keys.add(kernel_cache._key(double, 0))
+        assert compiled(tmp_path) is False
+    assert len(keys) == len(list(tmp_path.iterdir())) == 3
+    monkeypatch.delenv(f"NUMBA_{setting}")
+    assert compiled(tmp_path) is True
+
+
+def test_code_of_another_processor_is_kept_apart(tmp_path, monkeypatch):
+    """One with another name, or another feature, that finds the same folder on a network drive."""
+    features = dict(kernel_cache.host_features())
+    compiled(tmp_path)
+    monkeypatch.setattr(kernel_cache, "host_features", lambda: dict(reversed(features.items())))
+    assert compiled(tmp_path) is True
+    monkeypatch.setattr(kernel_cache, "host_features", lambda: {**features, "fma": not features.get("fma")})
+    assert compiled(tmp_path) is False
+    monkeypatch.setattr(kernel_cache, "processor", lambda: "another")
+    assert compiled(tmp_path) is False
+    assert len(list(tmp_path.iterdir())) == 3
+
+
 @pytest.mark.parametrize("kernel", [from_large, from_scattered])
 def test_code_with_an_address_of_this_process_is_not_kept(tmp_path, kernel):
     """Another process would read memory that is not there, or other numbers: it compiles the kernel again."""
