@@ -7,6 +7,7 @@ import ctypes
 import struct
 from functools import cached_property, update_wrapper
 from inspect import signature
+from threading import Lock
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class Entry:
 
     def __init__(self, py_func, types):
         self.py_func, self.types, self.source = py_func, types, Entry.compiled
+        self._lock, self._found = Lock(), None
         update_wrapper(self, py_func)
 
     @cached_property
@@ -69,16 +71,22 @@ class Entry:
             for argument, value in zip(self.arguments, values, strict=True)
             for each in argument.passed(value)
         ]
-        function, results = self._loaded
+        function, results = self._loaded()
         result, failure = ctypes.create_string_buffer(8 * len(results) + 8), ctypes.create_string_buffer(8)
         if function(ctypes.addressof(result), ctypes.addressof(failure), *passed) != 0:
             raise RuntimeError(f"The kernel {self.__qualname__} raised an exception, which no kernel may.")
         found = struct.unpack_from("=" + "".join(map(_CODES.__getitem__, results)), result)
         return found if len(found) > 1 else (found[0] if found else None)
 
-    @cached_property
     def _loaded(self):
-        """The C function, and the types of its results."""
+        """Return the C function, and the types of its results: loaded by the first thread that calls."""
+        if self._found is None:
+            with self._lock:
+                if self._found is None:
+                    self._found = self._load()
+        return self._found
+
+    def _load(self):
         kept = self.source(self)
         address = machine_code.load(kept)
         c_types = [each for argument in self.arguments for each in argument.c_types()]

@@ -11,8 +11,11 @@ Parts
     kernels' code too. Here only what Python calls becomes machine code.
 """
 
+from contextlib import contextmanager
+
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
@@ -20,10 +23,19 @@ from numba.core.typed_passes import NativeLowering
 _preferred = 0
 
 
-def prefer(bits):
-    """Let kernels that are compiled from now on prefer vectors of so many bits; 0 leaves the choice to LLVM."""
+@contextmanager
+def preferring(bits):
+    """Let kernels that are compiled in this context prefer vectors of so many bits; 0 leaves the choice to LLVM.
+
+    Other Python threads compile nothing meanwhile: it would get this width too.
+    """
     global _preferred
-    _preferred = bits
+    with global_compiler_lock:
+        before, _preferred = _preferred, bits
+        try:
+            yield
+        finally:
+            _preferred = before
 
 
 class _Lower(Lower):

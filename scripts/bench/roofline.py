@@ -13,9 +13,9 @@ from bench.problem import FALL_TILT, results, starts, use_threads
 from kernels.disk import equations as disk
 from kernels.disk import rk4
 from kernels.disk.arrays import STATE, STEPS
-from kernels.native.pipeline import KernelCompiler, prefer
+from kernels.native.pipeline import KernelCompiler, preferring
 from sweep.model.disk.model import DISK
-from sweep.model.vector_width import FULL, HALF, bits
+from sweep.model.vector_width import FULL, HALF
 from sweep.platforms import most_threads
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
@@ -84,11 +84,8 @@ def _probe(width: int) -> Callable[..., None]:
         for task in numba.prange(values.shape[0]):
             chains(values[task], rounds, a, b)
 
-    prefer(width)
-    try:
+    with preferring(width):
         probe(np.zeros((1, 8)), 1, 0.5, 0.25)
-    finally:
-        prefer(bits(None))
     found: Callable[..., None] = probe
     return found
 

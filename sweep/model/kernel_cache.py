@@ -109,12 +109,8 @@ def _key(entry: Any, width: int) -> str:
 
 def _compiled(entry: Any, width: int) -> Any:
     check_numba()
-    pipeline = import_module("kernels.native.pipeline")
-    pipeline.prefer(width)
-    try:
+    with import_module("kernels.native.pipeline").preferring(width):
         return entry.compiled()
-    finally:
-        pipeline.prefer(0)
 
 
 def usable_folder(root: Path, name: str) -> Path | None:

@@ -90,11 +90,8 @@ def _probe(width: int) -> Any:
     pipeline = import_module("kernels.native.pipeline")
     kernel = import_module("kernels.multiply_add").multiply_add
     probe = kernel.copied(kernel.py_func)
-    pipeline.prefer(width)
-    try:
+    with pipeline.preferring(width):
         probe(np.zeros(_NUMBERS), 1, 0.5, 0.25)
-    finally:
-        pipeline.prefer(0)
     return probe
 
 

@@ -1,6 +1,8 @@
 """Vectors of the full width, for these kernels alone."""
 
 import re
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -18,14 +20,12 @@ def compiled():
     """Return a function that compiles `multiply_add` with a preferred width [bits]."""
 
     def with_width(bits):
-        pipeline.prefer(bits)
         found = multiply_add.copied(multiply_add.py_func).compiled
-        found(np.zeros(8), 1, 0.5, 0.25)
+        with pipeline.preferring(bits):
+            found(np.zeros(8), 1, 0.5, 0.25)
         return found
 
-    before = pipeline._preferred
-    yield with_width
-    pipeline.prefer(before)
+    return with_width
 
 
 @entry(numbers="float64[::1]")
@@ -57,14 +57,12 @@ def code_of(monkeypatch):
         return module, code
 
     def with_width(entry_point, bits):
-        pipeline.prefer(bits)
-        entry_point.compiled()
+        with pipeline.preferring(bits):
+            entry_point.compiled()
         return texts.pop()
 
     monkeypatch.setattr(pipeline._PartLibrary, "object_code", seen)
-    before = pipeline._preferred
-    yield with_width
-    pipeline.prefer(before)
+    return with_width
 
 
 @pytest.mark.parametrize("entry_point", [straight, in_chunks])
@@ -78,6 +76,29 @@ def test_every_function_of_an_entry_point_prefers_the_width(code_of, entry_point
     expected = [f'"{bits}"'] if bits else []
     for each in functions:
         assert re.findall(r'"prefer-vector-width"=(\S+)', groups[each]) == expected
+
+
+def test_threads_that_compile_at_once_get_their_own_widths(monkeypatch):
+    """Code of another width would be kept as code of this one."""
+    widths, object_code = {}, pipeline._PartLibrary.object_code
+
+    def seen(self):
+        module, code = object_code(self)
+        (widths[threading.get_ident()],) = re.findall(r'"prefer-vector-width"="(\d+)"', str(module))
+        return module, code
+
+    def compile_with(bits):
+        together.wait()
+        with pipeline.preferring(bits):
+            straight.compiled()
+        return bits, int(widths[threading.get_ident()])
+
+    monkeypatch.setattr(pipeline._PartLibrary, "object_code", seen)
+    together = threading.Barrier(8)
+    with ThreadPoolExecutor(8) as pool:
+        for asked, given in pool.map(compile_with, 4 * [256, 512]):
+            assert asked == given
+    assert pipeline._preferred == 0
 
 
 @pytest.mark.parametrize("entry_point", [straight, in_chunks])

@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -145,6 +147,26 @@ def test_several_python_threads_may_call_at_once(threads):
     assert workers.used() == 1
 
 
+@pytest.mark.compiled
+def test_the_first_of_several_threads_compiles():
+    """The others wait for what it makes: compiling takes seconds."""
+    fresh, counted, together = half.copied(half.py_func), [], threading.Barrier(6)
+
+    def source(entry_point):
+        counted.append(1)
+        time.sleep(0.05)
+        return entry_point.compiled()
+
+    def call(number):
+        together.wait()
+        return fresh(number)
+
+    fresh.source = source
+    with ThreadPoolExecutor(6) as pool:
+        assert list(pool.map(call, range(6))) == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
+    assert len(counted) == 1
+
+
 def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
     """Where the system refuses a thread, the others treat its cells."""
 
@@ -157,6 +179,7 @@ def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
     starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
     squares(starts, found, taken)
     np.testing.assert_array_equal(found, starts[0] ** 2)
+    assert (taken == 1).all()
 
 
 def test_a_failure_in_any_thread_is_told(threads):
