@@ -159,6 +159,22 @@ def most_threads() -> int:
     return int(os.environ.get("NUMBA_NUM_THREADS") or _processors())
 
 
+def available_threads() -> int:
+    """Return how many threads this process may use: its CPU affinity, and the CPU quota of its control group."""
+    affinity = _processors()
+    try:
+        with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
+            quota, period = file.read().split()
+        return max(1, min(affinity, -(-int(quota) // int(period))))
+    except (OSError, ValueError):
+        return affinity
+
+
+def usual_threads() -> int:
+    """Return how many threads kernels run in where nobody chose: those available, NUMBA_NUM_THREADS at most."""
+    return min(available_threads(), most_threads())
+
+
 def _processors() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

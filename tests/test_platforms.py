@@ -99,6 +99,19 @@ def test_the_warning_comes_with_the_first_kernel(machine):
     assert float(motion.tilt[0]) == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize(
+    ("quota", "threads"),
+    [("max 100000", 8), ("150000 100000", 2), ("50000 100000", 1), ("9900000 100000", 8), ("nonsense", 8)],
+)
+def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
+    """A container's CPU quota counts, rounded up, besides the affinity."""
+    file = tmp_path / "cpu.max"
+    file.write_text(quota + "\n")
+    monkeypatch.setattr(platforms.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    monkeypatch.setattr(platforms, "open", lambda *_, **__: file.open(), raising=False)
+    assert platforms.available_threads() == threads
+
+
 @pytest.mark.parametrize("words", ["--version", "run rolling -o a.nc"])
 def test_a_system_without_locks_is_refused_on_the_command_line(words):
     """Status 2 and one sentence with a hint, no traceback."""

@@ -5,6 +5,7 @@ import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 
 _chosen = threading.local()
+_usual = 0
 
 
 def use(threads):
@@ -12,9 +13,15 @@ def use(threads):
     _chosen.threads = threads
 
 
+def use_usually(threads):
+    """Let kernels run in so many threads where a Python thread has chosen none."""
+    global _usual
+    _usual = threads
+
+
 def used():
-    """Return how many threads the kernels use that this Python thread calls: those that were chosen, or all."""
-    return getattr(_chosen, "threads", 0) or processors()
+    """Return how many threads the kernels use that this Python thread calls: chosen, usual, or one per processor."""
+    return getattr(_chosen, "threads", 0) or _usual or processors()
 
 
 def processors():

@@ -181,7 +181,8 @@ def plan(
     check_target(output, True)
     found, used, there = None, 1, 1
     if calibrate:
-        from sweep.engine.compute import available_threads, usable_threads
+        from sweep.engine.compute import usable_threads
+        from sweep.platforms import available_threads
 
         used, there = usable_threads(threads), available_threads()
         found = Forecast.measured(request, threads)

@@ -1,6 +1,5 @@
 """From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
 
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,7 +14,7 @@ from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import Quantity
-from sweep.platforms import most_threads
+from sweep.platforms import most_threads, usual_threads
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import AUTOMATIC
@@ -229,17 +228,6 @@ def _missing_cuda() -> str:
         return str(problem)
 
 
-def available_threads() -> int:
-    """Return how many threads this process may use: its CPU affinity, and the CPU quota of its control group."""
-    affinity = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    try:
-        with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
-            quota, period = file.read().split()
-        return max(1, min(affinity, -(-int(quota) // int(period))))
-    except (OSError, ValueError):
-        return affinity
-
-
 def use_threads(threads: int | None) -> None:
     """Let the kernels that this Python thread calls use so many threads; all that there are, if not given.
 
@@ -260,7 +248,7 @@ def usable_threads(threads: int | None) -> int:
         If `threads` is out of range.
     """
     most = most_threads()
-    wanted = min(available_threads(), most) if threads is None else threads
+    wanted = usual_threads() if threads is None else threads
     if not 1 <= wanted <= most:
         raise RequestError(
             f"threads must be from 1 to {most}; got {threads}.", hint="Leave it out.", where="threads"

@@ -22,7 +22,7 @@ from sweep.errors import RequestError
 from sweep.model import vector_width
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
 from sweep.notices import notice
-from sweep.platforms import check_settings, warn_of_processor
+from sweep.platforms import check_settings, usual_threads, warn_of_processor
 
 #: What may hold a quote or a hash sign that means nothing: strings and comments.
 _STRING_OR_COMMENT = re.compile(
@@ -69,6 +69,7 @@ class Kernel:
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
     check_settings()
     warn_of_processor()
+    import_module("kernels.native.workers").use_usually(usual_threads())
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     root = cache_root()
     # one notice for all entry points of the kernel

@@ -136,19 +136,6 @@ def test_blocks_are_computed_when_asked_for(monkeypatch):
     assert [next(blocks).span, next(blocks).span] == spans == [Span(0, 10), Span(10, 20)]
 
 
-@pytest.mark.parametrize(
-    ("quota", "threads"),
-    [("max 100000", 8), ("150000 100000", 2), ("50000 100000", 1), ("9900000 100000", 8), ("nonsense", 8)],
-)
-def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
-    """A container's CPU quota counts, rounded up, besides the affinity."""
-    file = tmp_path / "cpu.max"
-    file.write_text(quota + "\n")
-    monkeypatch.setattr(compute.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
-    monkeypatch.setattr(compute, "open", lambda *_, **__: file.open(), raising=False)
-    assert compute.available_threads() == threads
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     "words",

@@ -328,3 +328,37 @@ def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
         folder.mkdir()
         (folder / "a.nbc").write_bytes(b"")
     check_cache(used)
+
+
+_USED = """
+import builtins, io, os, sys
+usual = open
+builtins.open = lambda name, *more, **rest: (
+    io.StringIO(sys.argv[1]) if name == "/sys/fs/cgroup/cpu.max" else usual(name, *more, **rest)
+)
+os.sched_getaffinity = lambda process: set(range(8))
+from kernels.native import workers
+from sweep.model.kernel import Kernel
+Kernel("kernels.rounding", "probe").load()
+print(workers.used())
+workers.use(5)
+print(workers.used())
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="a system without affinity")
+@pytest.mark.parametrize(
+    ("quota", "named", "expected"),
+    [("max 100000", "", 8), ("250000 100000", "", 3), ("max 100000", "2", 2), ("250000 100000", "6", 3)],
+)
+def test_threads_that_nobody_chose(quota, named, expected):
+    """One per processor of the affinity, as many as the CPU quota allows, NUMBA_NUM_THREADS at most."""
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_NUM_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", _USED, quota],
+        env={**environment, "PYTHONPATH": str(CHECKOUT), **({"NUMBA_NUM_THREADS": named} if named else {})},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == [str(expected), "5"], done.stderr
