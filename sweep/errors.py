@@ -57,6 +57,10 @@ class LeftOutWarning(UserWarning):
     """A file holds variables that no atlas has, and that cannot be read with one: they are left out."""
 
 
+class SurroundingsWarning(RuntimeWarning):
+    """What surrounds the program costs time, or last bits: the folder of the cache, the system or the processor."""
+
+
 class StoppedError(Exception):
     """A run was asked to stop and ended between two blocks; ``str(error)`` says which finished blocks are kept."""
 

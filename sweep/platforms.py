@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, SurroundingsWarning, shown
 
 #: Address space [bytes] that a small run and a figure take, and what each thread adds (its stack and its buffers).
 _LIBRARIES_BYTES, _THREAD_BYTES = 0.8e9, 1.0e8
@@ -263,7 +263,7 @@ def warn_of_processor() -> None:
             f"{problem}. Supported are Linux and macOS on x86-64 and arm64 processors with fused multiply-add. The "
             "kernels work here too, but may be slower, and the last bits of an atlas may differ from those of other "
             "machines.",
-            RuntimeWarning,
+            SurroundingsWarning,
             stacklevel=2,
         )
 

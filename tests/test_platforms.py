@@ -10,6 +10,7 @@ import pytest
 from llvmlite import binding
 
 from sweep import platforms
+from sweep.errors import SurroundingsWarning
 
 #: A system whose Python has no module fcntl, as that of Windows.
 _NO_LOCKS = "import sys; sys.modules['fcntl'] = None; "
@@ -93,7 +94,7 @@ def test_the_warning_comes_with_the_first_kernel(machine):
 
     machine("linux", "riscv64")
     kernel._loaded.cache_clear()
-    with pytest.warns(RuntimeWarning, match="riscv64") as caught:
+    with pytest.warns(SurroundingsWarning, match="riscv64") as caught:
         motion = sweep.simulate(sweep.TrajectorySpec.from_words(["tilt=0.1", "duration=0.1"]))
     assert len(caught) == 1
     assert float(motion.tilt[0]) == pytest.approx(0.1)

@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import Any, TextIO
 
 from sweep.commands.terminal import say
-from sweep.errors import LeftOutWarning, RequestError, StorageError, printable
+from sweep.errors import LeftOutWarning, RequestError, StorageError, SurroundingsWarning, printable
 from sweep.version import __version__
 
 #: Exit status of a defect of the program: EX_SOFTWARE of sysexits.h.
@@ -26,6 +26,9 @@ _SURROUNDINGS = (
     errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
     errno.ENFILE, errno.ENOMEM, errno.EAGAIN, errno.ESTALE, errno.ENODEV, errno.ETIMEDOUT, errno.EBUSY,
 )  # fmt: skip
+
+#: Warnings of what a user can put right: what a file holds, and what surrounds the program.
+_FOR_USERS = LeftOutWarning, SurroundingsWarning
 
 
 class _Messages(io.RawIOBase):
@@ -102,18 +105,22 @@ def _text(binary: Any, before: TextIO | None) -> TextIO:
 
 
 def tell_warnings() -> None:
-    """Let what is left out of a file be said in one line, as all messages are; other warnings are shown as before."""
-    before = warnings.showwarning
+    """Let warnings for users be said in one line, as all messages are; others are shown as before."""
+    before, told = warnings.showwarning, set[str]()
 
     def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
-        if issubclass(category, LeftOutWarning):
-            say(f"warning: {message}")
+        if issubclass(category, _FOR_USERS):
+            # Python itself forgets what it has shown when a library changes the filters
+            if str(message) not in told:
+                told.add(str(message))
+                say(f"warning: {message}")
         else:
             before(message, category, *place)
 
     warnings.showwarning = show  # type: ignore[assignment]  # the names of the rest do not matter here
     # whatever is asked for otherwise: it ends no command
-    warnings.filterwarnings("default", category=LeftOutWarning)
+    for each in _FOR_USERS:
+        warnings.filterwarnings("default", category=each)
 
 
 def exit_status(command: Callable[[], None]) -> int:

@@ -72,20 +72,19 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     import_module("kernels.native.workers").use_usually(usual_threads())
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     root = cache_root()
+    places = [each.partition(":") for each in kernel.cached or (f"{kernel.module}:{kernel.function}",)]
+    folders = [usable_folder(root, cache_folder([module]).name) for module, _, _ in places]
     # one notice for all entry points of the kernel
-    announce = lru_cache(partial(_announce, kernel, root))
-    for each in kernel.cached or (f"{kernel.module}:{kernel.function}",):
-        module, _, name = each.partition(":")
-        folder = usable_folder(root, cache_folder([module]).name)
+    announce = lru_cache(partial(_announce, kernel, root, all(folders)))
+    for (module, _, name), folder in zip(places, folders, strict=True):
         width = partial(vector_width.bits, root if folder else None)
         getattr(import_module(module), name).source = KernelCache(folder, width, announce).machine_code
     return found
 
 
-def _announce(kernel: Kernel, root: Path) -> None:
-    notice(
-        f"compiling {kernel.module} for this processor takes about {kernel.seconds:.0f} s; to be kept in {root}"
-    )
+def _announce(kernel: Kernel, root: Path, kept: bool) -> None:
+    what = f"compiling {kernel.module} for this processor takes about {kernel.seconds:.0f} s"
+    notice(f"{what}; {'to' if kept else 'cannot'} be kept in {root}")
 
 
 def chunk_cells() -> int:

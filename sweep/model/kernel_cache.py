@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.atomic import publish_bytes
+from sweep.errors import SurroundingsWarning
 from sweep.platforms import check_numba, host_features, processor
 
 #: The form in which kernels are loaded.
@@ -86,7 +87,7 @@ class KernelCache:
             warnings.warn(
                 f"A compiled kernel could not be kept in {self._folder}, and will be compiled again: {problem}. Set "
                 "EULERDISK_CACHE_DIR to a folder that can be written.",
-                RuntimeWarning,
+                SurroundingsWarning,
                 stacklevel=2,
             )
 
@@ -136,7 +137,7 @@ def usable_folder(root: Path, name: str) -> Path | None:
             f"The cache of compiled kernels is not used, because it {problem}, and what is in it would be executed: "
             f"{place}. The kernels are compiled anew by each process. Run `chmod -R go-w` on a folder of your own, or "
             "set EULERDISK_CACHE_DIR to another one.",
-            RuntimeWarning,
+            SurroundingsWarning,
             stacklevel=2,
         )
         return None

@@ -174,8 +174,25 @@ def test_a_command_that_compiles_says_so(tmp_path):
     told, again = (run(tmp_path, *words, **where).stderr.splitlines() for _ in range(2))
     of = [line for line in told if "compiling kernels.disk.trajectory for this processor takes about" in line]
     assert of
-    assert all(str(tmp_path / "cache") in line for line in of)
+    assert all(line.endswith(f"to be kept in {tmp_path / 'cache'}") for line in of)
     assert not [line for line in again if "compiling" in line or "measuring" in line]
+
+
+@pytest.mark.compiled
+def test_a_cache_that_others_can_write_is_told(tmp_path):
+    """One line says why nothing is kept and what to do, and the notice of compiling does not say the opposite."""
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    cache.chmod(0o777)
+    where = {"EULERDISK_CACHE_DIR": str(cache), "EULERDISK_NOTICES": "yes", "PYTHONWARNINGS": "error"}
+    done = run(tmp_path, "simulate", "tilt=0.1", "duration=0.1", "-o", "a.nc", **where)
+    assert done.returncode == 0
+    (warning,) = [line for line in done.stderr.splitlines() if "can be written by others" in line]
+    assert warning.startswith("eulerdisk: warning: The cache of compiled kernels is not used")
+    assert "chmod -R go-w" in warning
+    told = [line for line in done.stderr.splitlines() if "compiling" in line]
+    assert told
+    assert all(line.endswith(f"cannot be kept in {cache}") for line in told)
 
 
 @pytest.mark.compiled

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from kernels.native.entry import entry
+from sweep.errors import SurroundingsWarning
 from sweep.model import kernel_cache
 from sweep.model.kernel_cache import KernelCache, usable_folder
 
@@ -199,7 +200,7 @@ def test_a_full_disk_costs_the_next_compilation(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(kernel_cache, "publish_bytes", refuse)
-    with pytest.warns(RuntimeWarning, match=r"No space left.*EULERDISK_CACHE_DIR"):
+    with pytest.warns(SurroundingsWarning, match=r"No space left.*EULERDISK_CACHE_DIR"):
         compiled(tmp_path)
 
 
@@ -222,7 +223,7 @@ def test_a_folder_that_others_can_write_is_not_used(tmp_path, root, folder, expe
     path.chmod(folder)
     path.parent.chmod(root)
     if expected:
-        with pytest.warns(RuntimeWarning, match=rf"{expected}.*chmod -R go-w.*EULERDISK_CACHE_DIR"):
+        with pytest.warns(SurroundingsWarning, match=rf"{expected}.*chmod -R go-w.*EULERDISK_CACHE_DIR"):
             assert usable_folder(path.parent, "key") is None
     else:
         assert usable_folder(path.parent, "key") == path
