@@ -143,7 +143,8 @@ class ParallelEntry(Entry):
         def work():
             Entry.__call__(self, counter, cells, self.chunk, stride, *values, *self.memory(*values))
 
-        workers.run(work, chunks)
+        # plain Python takes turns in several steps: two threads could get the same chunk, or none get it
+        workers.run(work, 1 if PLAIN else chunks)
 
     def _called(self):
         return in_turns(self.py_func if PLAIN else lazy(**INTERNAL)(self.py_func))

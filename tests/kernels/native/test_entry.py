@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from kernels.native import machine_code, workers
+from kernels.native import entry as entry_module
+from kernels.native import machine_code, turns, workers
 from kernels.native.arguments import Argument
 from kernels.native.entry import entry, parallel
 from kernels.rounding import probe
@@ -180,6 +181,25 @@ def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
     squares(starts, found, taken)
     np.testing.assert_array_equal(found, starts[0] ** 2)
     assert (taken == 1).all()
+
+
+def test_plain_python_treats_all_cells_in_one_thread(threads, monkeypatch):
+    """There threads would interrupt each other while they take turns."""
+    seen = set()
+
+    def slowly(start, stop, starts, found, taken, memory):
+        seen.add(threading.get_ident())
+        time.sleep(0.001)
+        squares.py_func(start, stop, starts, found, taken, memory)
+
+    monkeypatch.setattr(entry_module, "PLAIN", True)
+    monkeypatch.setattr(turns, "take", turns.take.py_func)
+    threads(4)
+    n = 20 * CHUNK
+    starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
+    squares.copied(slowly)(starts, found, taken)
+    assert (taken == 1).all()
+    assert seen == {threading.get_ident()}
 
 
 def test_a_failure_in_any_thread_is_told(threads):
