@@ -8,7 +8,7 @@ import math
 from kernels.native.entry import entry
 
 
-@entry(values="float64[:, ::1]", results="float64[:, ::1]")
+@entry(values="float64[:, ::1]", results="float64[:, ::1], written")
 def probe(values, results):
     """Compute a product and a sum, and the elementary functions of the C library that kernels call.
 

@@ -44,7 +44,7 @@ def _coefficient(starts, cell):
     return -rate * rate if cosine > 1.0 else rate * rate
 
 
-@parallel(_CHUNK, starts="float64[:, ::1]", found="float64[::1]")
+@parallel(_CHUNK, starts="float64[:, ::1]", found="float64[::1], written")
 def coefficients(start, stop, starts, found):
     """Measure the coefficient k of small oscillations d'' + k d = 0 about steady motions.
 

@@ -106,7 +106,9 @@ def _scaled_column(states, i, unit):
     )
 
 
-@entry(start="float64[::1]", settings="float64[::1]", times="float64[::1]", samples="float64[:, ::1]")
+@entry(
+    start="float64[::1]", settings="float64[::1]", times="float64[::1]", samples="float64[:, ::1], written"
+)
 def trajectory(start, settings, times, samples):
     """Integrate one start and record it at the given times.
 
@@ -164,7 +166,7 @@ def trajectory(start, settings, times, samples):
     return HORIZON, len(times), times[-1], steps
 
 
-@entry(start="float64[::1]", states="float64[:, ::1]", results="float64[:, ::1]")
+@entry(start="float64[::1]", states="float64[:, ::1]", results="float64[:, ::1], written")
 def derived(start, states, results):
     """Compute what follows from sampled states, by whatever method they were integrated.
 

@@ -222,8 +222,8 @@ def memory_of_thread(*_):
     memory_of_thread,
     starts="float64[:, ::1]",
     settings="float64[::1]",
-    measures="float64[:, ::1]",
-    counts="int32[:, ::1]",
+    measures="float64[:, ::1], written",
+    counts="int32[:, ::1], written",
     memory="float64[::1]",
     notes="int64[:, ::1]",
 )

@@ -25,17 +25,21 @@ class Argument(NamedTuple):
     name, element : str
     dimensions : int
         0 for a number.
+    written : bool
+        Whether the kernel writes into it.
     """
 
     name: str
     element: str
     dimensions: int
+    written: bool = False
 
     @classmethod
     def of(cls, name, text):
-        """Return the argument whose type is written as Numba writes it: ``float64[:, ::1]``."""
-        element, dimensions = re.fullmatch(r"(\w+)(\[(?::, )*::1\])?", text).groups(default="")
-        return cls(name, element, dimensions.count(",") + bool(dimensions))
+        """Return the argument whose type is written as Numba writes it: ``float64[:, ::1]``, and ``, written``."""
+        pattern = r"(\w+)(\[(?::, )*::1\])?(, written)?"
+        element, dimensions, written = re.fullmatch(pattern, text).groups(default="")
+        return cls(name, element, dimensions.count(",") + bool(dimensions), bool(written))
 
     def numba_type(self):
         """Return the type of Numba."""
@@ -56,7 +60,8 @@ class Argument(NamedTuple):
         Raises
         ------
         TypeError
-            If it is an array of another type than declared: compiled code would read other memory.
+            If it is an array of another type than declared: compiled code would read other memory. If it must not be
+            written, and the kernel would: compiled code does not ask.
         """
         if not self.dimensions:
             return [value]
@@ -64,5 +69,10 @@ class Argument(NamedTuple):
             raise TypeError(
                 f"{self.name} must be an array of {self.element} with {self.dimensions} dimensions in C order; got "
                 f"{value.dtype} of shape {value.shape}, strides {value.strides}."
+            )
+        if not value.flags.aligned or (self.written and not value.flags.writeable):
+            problem = "can be written" if value.flags.aligned else "is aligned in memory"
+            raise TypeError(
+                f"{self.name} must be an array that {problem}; got another one. Pass a copy of it."
             )
         return [None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides]

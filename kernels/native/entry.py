@@ -28,7 +28,8 @@ class Entry:
     py_func : function
         What it does, in Python.
     types : mapping of str to str
-        Argument -> its type, as Numba writes it.
+        Argument -> its type, as Numba writes it, with ``, written`` behind that of an array which the caller gives to
+        be written.
 
     Attributes
     ----------
@@ -62,7 +63,7 @@ class Entry:
         Raises
         ------
         TypeError
-            If an array has another type than declared.
+            If an array has another type than declared, is not aligned, or is to be written and must not be.
         """
         if PLAIN:
             return self._called()(*values)

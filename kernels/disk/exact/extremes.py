@@ -37,8 +37,8 @@ def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
     panels="float64[:, :, ::1]",
     nodes="float64[:, ::1]",
     wide="float64[:, :, ::1]",
-    measures="float64[:, ::1]",
-    counts="int32[:, ::1]",
+    measures="float64[:, ::1], written",
+    counts="int32[:, ::1], written",
     **MEMORY_TYPES,
 )
 def reduce(

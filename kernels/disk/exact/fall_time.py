@@ -156,7 +156,7 @@ def _fall_time(panels, nodes, tilt, w, s, o, alpha, least, greatest, fall_tilt, 
     fall_tilt="float64",
     panels="float64[:, :, ::1]",
     nodes="float64[:, ::1]",
-    times="float64[::1]",
+    times="float64[::1], written",
     waiting="float64[:, ::1]",
 )
 def integrate_falls(start, stop, starts, tilts, fall_tilt, panels, nodes, times, waiting):

@@ -156,7 +156,12 @@ def _mirror(panels, nodes, panel, node):
             nodes[node - i, column] = sign * nodes[node + i, column]
 
 
-@entry(alphas="float64[::1]", panels="float64[:, :, ::1]", nodes="float64[:, ::1]", work="float64[:, ::1]")
+@entry(
+    alphas="float64[::1]",
+    panels="float64[:, :, ::1], written",
+    nodes="float64[:, ::1], written",
+    work="float64[:, ::1], written",
+)
 def build_tables(alphas, panels, nodes, work):
     """Fill the tables of several values of alpha, one after the other.
 

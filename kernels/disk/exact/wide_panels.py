@@ -72,7 +72,7 @@ def _wide_panel(alpha, y, panel, work):
         one[n] = (constant - 2.0 * sinh * _before(one, n - 1)) / cosh - _before(one, n - 2)
 
 
-@entry(alphas="float64[::1]", wide="float64[:, :, ::1]", work="float64[:, ::1]")
+@entry(alphas="float64[::1]", wide="float64[:, :, ::1], written", work="float64[:, ::1], written")
 def build_wide_panels(alphas, wide, work):
     """Fill the wide panels of several values of alpha, one after the other.
 

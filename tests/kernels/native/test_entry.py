@@ -20,7 +20,13 @@ from kernels.rounding import probe
 CHUNK = 8
 
 
-@entry(rows="float64[:, ::1]", factor="float64", flag="boolean", whole="int32[::1]", cube="int64[:, :, ::1]")
+@entry(
+    rows="float64[:, ::1], written",
+    factor="float64",
+    flag="boolean",
+    whole="int32[::1]",
+    cube="int64[:, :, ::1]",
+)
 def mixed(rows, factor, flag, whole, cube):
     """Use every type of argument, and return numbers of both types."""
     total = 0
@@ -44,8 +50,8 @@ def half(number):
     CHUNK,
     lambda *_: (np.empty(CHUNK),),
     starts="float64[:, ::1]",
-    found="float64[::1]",
-    taken="int64[::1]",
+    found="float64[::1], written",
+    taken="int64[::1], written",
     memory="float64[::1]",
 )
 def squares(start, stop, starts, found, taken, memory):
@@ -101,6 +107,29 @@ def test_an_array_of_another_type_is_refused(wrong):
     """Compiled code would read other memory than that of the array."""
     with pytest.raises(TypeError, match="rows must be an array of float64 with 2 dimensions in C order"):
         mixed(wrong, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
+
+
+@pytest.mark.compiled
+def test_an_array_that_must_not_be_written_is_refused():
+    """Compiled code would write it all the same, or end the process where its memory is that of a file."""
+    frozen = np.ones((2, 3))
+    frozen.flags.writeable = False
+    whole, cube = np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64)
+    with pytest.raises(TypeError, match="rows must be an array that can be written"):
+        mixed(frozen, 2.5, True, whole, cube)
+    assert (frozen == 1.0).all()
+    # what is only read may be frozen
+    whole.flags.writeable = False
+    assert mixed(frozen.copy(), 2.5, True, whole, cube) == (0, 2.5, 3)
+
+
+@pytest.mark.compiled
+def test_an_array_that_is_not_aligned_is_refused():
+    """Compiled code reads whole numbers of memory: some processors end the process."""
+    shifted = np.zeros(49, np.uint8)[1:].view(np.float64).reshape(2, 3)
+    assert not shifted.flags.aligned
+    with pytest.raises(TypeError, match="rows must be an array that is aligned"):
+        mixed(shifted, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
 
 
 @pytest.mark.parametrize("text", ["float64", "float64[::1]", "int32[:, ::1]", "int64[:, :, ::1]"])
