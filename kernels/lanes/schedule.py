@@ -36,7 +36,7 @@ from kernels.lanes.intrinsics import count_trailing_zeros
 from kernels.lanes.layout import LANES, aligned
 from kernels.native.entry import parallel
 
-#: Cells that one task of the parallel loop processes: so many that filling and draining the lanes costs little.
+#: Cells of a chunk, which a thread takes at a time: so many that filling and draining the lanes costs little.
 CHUNK = 2048
 
 #: The word of all lanes, or of all blocks; that of each lane.

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from kernels.native.function import lazy
 
+_RESULTS = {"int64", "float64"}
+
 _LLVM_NAMES = {
     ctypes.c_double: "double",
     ctypes.c_int64: "i64",
@@ -73,6 +75,8 @@ def compiled(function, types, c_types, options):
     ------
     RuntimeError
         If this version of Numba passes arguments in another way: the first call would end the process.
+    TypeError
+        If the function returns anything but numbers of 64 bits.
     """
     from numba.core.compiler_lock import global_compiler_lock
 
@@ -92,6 +96,10 @@ def compiled(function, types, c_types, options):
     outside = (each.name for each in module.functions if each.is_declaration)
     needed = tuple(each for each in outside if not each.startswith("llvm."))
     results = _numbers(made.signature.return_type)
+    if not _RESULTS.issuperset(results):
+        raise TypeError(
+            f"{function.__qualname__} must return nothing or numbers, each float64 or int64; got {', '.join(results)}."
+        )
     return MachineCode(name, results, needed, code, made.library.has_dynamic_globals)
 
 

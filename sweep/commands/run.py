@@ -204,7 +204,7 @@ def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
-    cannot be loaded is reported and left out.
+    cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
     from sweep.atlas.dataset import run
     from sweep.model import registry

@@ -27,7 +27,15 @@ ENDING, _CHECKSUM_BYTES = ".nbc", 32
 
 
 #: Settings of Numba that change the code it makes.
-_SETTINGS = ("CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
+_SETTINGS = (
+    "CPU_NAME",
+    "CPU_FEATURES",
+    "ENABLE_AVX",
+    "OPT",
+    "LOOP_VECTORIZE",
+    "SLP_VECTORIZE",
+    "BOUNDSCHECK",
+)
 
 
 class KernelCache:

@@ -104,7 +104,7 @@ def test_a_damaged_file_is_compiled_again(whole, kind):
 
 @pytest.mark.parametrize(
     "setting",
-    ["CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE"],
+    ["CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK"],
 )
 def test_code_of_other_settings_of_numba_is_kept_apart(tmp_path, monkeypatch, setting):
     """Numba would make other code: what was made before is not taken for it, and found again without the setting."""

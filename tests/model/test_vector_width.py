@@ -71,6 +71,16 @@ def test_the_choice_is_remembered_for_the_processor(processor, tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_the_order_of_features_does_not_matter(processor, tmp_path):
+    """Another version of LLVM may list them in another order."""
+    counted = processor(1.0, 2.0, fma=True, avx2=True)
+    bits(tmp_path)
+    vector_width._chosen.cache_clear()
+    processor(1.0, 2.0, avx2=True, fma=True)
+    bits(tmp_path)
+    assert len(counted) == 1
+
+
 @pytest.mark.parametrize("content", [b"", b"51", b"512", b"1024\n", b"\xff" * 50])
 def test_a_damaged_choice_is_measured_again(processor, tmp_path, content):
     """What is not a width is not believed, and replaced."""

@@ -16,7 +16,7 @@ from kernels.disk.exact.reduction import reduce_chunk
 from kernels.disk.exact.wide_panels import wide_panels
 from kernels.native.entry import parallel
 
-#: Cells that one task of the parallel loop processes.
+#: Cells of a chunk, which a thread takes at a time.
 CHUNK = 2048
 #: Tables held at once when alpha is an axis: 147 kB each.
 TABLES = 128

@@ -262,6 +262,26 @@ def test_arguments_that_numba_passes_otherwise_are_refused(monkeypatch):
         probe.compiled()
 
 
+@entry(number="float64")
+def positive(number):
+    """Return a truth, which is no number of 64 bits."""
+    return number > 0.0
+
+
+@entry(numbers="int32[::1]")
+def first(numbers):
+    """Return a number of 32 bits beside one of 64."""
+    return 1.0, numbers[0]
+
+
+@pytest.mark.parametrize(("kernel", "named"), [(positive, "bool"), (first, "float64, int32")])
+@pytest.mark.compiled
+def test_a_result_that_cannot_be_read_is_refused_when_compiled(kernel, named):
+    """Nothing is kept of a kernel whose every call would fail."""
+    with pytest.raises(TypeError, match=f"{kernel.__qualname__} must return .*got {named}"):
+        kernel.compiled()
+
+
 @pytest.mark.compiled
 def test_what_the_process_lacks_is_not_linked():
     """LLVM would end the process."""
