@@ -26,8 +26,8 @@ _STRETCHES, _CELLS = 3, 8192
 #: Seconds that computing a stretch, or some rows, may take; cells per second where they were not measured.
 _PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
 
-#: Seconds in which a run loads its kernels and makes its folder, once they are compiled.
-_LOADING = 0.15
+#: Seconds in which a run loads its kernels, chooses its blocks and makes its folder, once the kernels are compiled.
+_LOADING = 0.3
 
 #: What the bytes of other stretches may have more than those of the samples.
 _MARGIN = 1.1

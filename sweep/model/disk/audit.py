@@ -276,11 +276,13 @@ def _at_rest(stored: Columns, exact: Columns, allowed: Array) -> Truths:
 
 
 def _mark_failed_cells(code: npt.NDArray[np.int8], stored: Columns, exact: Columns, follows: Truths) -> None:
-    """Write the codes of cells that the atlas or the reduction could not compute."""
-    no_period = ended(exact, "bounded") & np.isnan(exact["nutation_period"])
+    """Write the codes of cells that the atlas or the reduction could not compute.
+
+    A cell of which the reduction lacks only the period, beside a separatrix, is none of them: all else is held.
+    """
     impossible, refused = ended(exact, "invalid"), ended(stored, "invalid")
     for cells_apart, name in (
-        (ended(exact, "unresolved") | no_period, EXACT_UNRESOLVED),
+        (ended(exact, "unresolved"), EXACT_UNRESOLVED),
         (ended(stored, "unresolved"), ATLAS_UNRESOLVED),
         (impossible & refused, INVALID),
     ):
