@@ -99,7 +99,7 @@ def _in_words(found: dict[str, Any]) -> str:
     held, (kernel, long) = found["machine"], found["kernel"][:2]
     run = found.get("whole", {}).get("run") or found["run"]
     return (
-        f"{plain_name(held)}, {held['vectors']}, {held['day']}: at equal steps {kernel['ratio']['median']:.0f} × as "
+        f"- {plain_name(held)}, {held['vectors']}, {held['day']}: at equal steps {kernel['ratio']['median']:.0f} × as "
         f"fast as a plain `prange` loop with {kernel['steps_per_cell']:.0f} steps per cell, "
         f"{long['ratio']['median']:.0f} × with {long['steps_per_cell']:.0f}, {100 * kernel['share']:.0f} % and "
         f"{100 * long['share']:.0f} % of the measured rate of multiply-adds; {run['cells']:,} cells from start to file "
