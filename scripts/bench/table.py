@@ -97,6 +97,7 @@ def _cost(row: dict[str, Any]) -> str:
 def _in_words(found: dict[str, Any]) -> str:
     """Return how far the kernel is from a plain loop and from the machine's rate, in one line."""
     held, (kernel, long) = found["machine"], found["kernel"][:2]
+    # a record made before whole commands were measured has a run alone
     run = found.get("whole", {}).get("run") or found["run"]
     return (
         f"- {plain_name(held)}, {held['vectors']}, {held['day']}: at equal steps {kernel['ratio']['median']:.0f} × as "

@@ -27,8 +27,8 @@ from sweep.platforms import check_numba, host_features, processor
 #: Half and full width [bits] of AVX-512.
 HALF, FULL = 256, 512
 
-#: How much faster multiply-adds in full width have to be for it to be chosen: a kernel does other things too, which
-#: run at the lower clock that some processors have for wide vectors.
+#: How much faster multiply-adds have to be with one width for it to be chosen: a kernel does other things too, which
+#: run at the lower clock that some processors have for wide vectors. Between the two, LLVM knows best.
 _GAIN = 1.15
 
 #: Numbers, rounds and repetitions of the measurement: some milliseconds for each width.
@@ -38,8 +38,8 @@ _NUMBERS, _ROUNDS, _REPEATS = 512, 8000, 7
 def bits(root: Path | None) -> int:
     """Return the width that kernels prefer, 0 where the choice is left to LLVM.
 
-    It is left to LLVM on processors without AVX-512, and where the environment names a target (NUMBA_CPU_NAME,
-    NUMBA_CPU_FEATURES).
+    It is left to LLVM on processors without AVX-512, where both widths are as fast, and where the environment names a
+    target (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def _chosen(root: Path | None) -> int:
         return 0
     place = None if root is None else root / f"vector-width-{_digest(features)}.txt"
     remembered = _remembered(place)
-    if remembered:
+    if remembered is not None:
         return remembered
     notice("measuring how wide the vectors of compiled code should be on this processor takes about 2 s")
     check_numba()
@@ -83,8 +83,10 @@ def measured(clock: Callable[[], float] = time.thread_time) -> dict[int, float]:
 
 
 def faster(rates: dict[int, float]) -> int:
-    """Return the width that is to be chosen by the rates of `measured`."""
-    return FULL if rates[FULL] > _GAIN * rates[HALF] else HALF
+    """Return the width that is to be chosen by the rates of `measured`; 0, LLVM's choice, where they are alike."""
+    if rates[FULL] > _GAIN * rates[HALF]:
+        return FULL
+    return HALF if rates[HALF] > _GAIN * rates[FULL] else 0
 
 
 def _probe(width: int) -> Any:
@@ -104,6 +106,6 @@ def _digest(features: Mapping[str, bool]) -> str:
     ).hexdigest()[:16]
 
 
-def _remembered(place: Path | None) -> int:
+def _remembered(place: Path | None) -> int | None:
     text = b"" if place is None else read_own(place)
-    return next((width for width in (HALF, FULL) if text == b"%d\n" % width), 0)
+    return next((width for width in (0, HALF, FULL) if text == b"%d\n" % width), None)

@@ -34,7 +34,7 @@ def processor(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("full", "expected"), [(0.8, HALF), (1.0, HALF), (1.1, HALF), (1.2, FULL), (2.0, FULL)]
+    ("full", "expected"), [(0.5, HALF), (0.8, HALF), (0.9, 0), (1.0, 0), (1.1, 0), (1.2, FULL), (2.0, FULL)]
 )
 def test_full_width_is_chosen_where_it_is_faster(processor, full, expected):
     """A tenth is not enough: some processors lower their clock for wide vectors."""
@@ -67,7 +67,10 @@ def test_the_choice_is_remembered_for_the_processor(processor, tmp_path):
     # another processor, which finds the same folder on a network drive
     vector_width._chosen.cache_clear()
     processor(1.0, 1.0, avx512vnni=True)
-    assert bits(tmp_path) == HALF
+    assert bits(tmp_path) == 0
+    vector_width._chosen.cache_clear()
+    assert bits(tmp_path) == 0
+    assert len(counted) == 2
     assert len(list(tmp_path.iterdir())) == 2
 
 
@@ -116,7 +119,7 @@ def test_the_measurement_counts_multiply_adds():
     ticks = iter(range(10**6))
     rates = measured(lambda: float(next(ticks)))
     assert rates[HALF] == rates[FULL] == 512 * 8000 * 16
-    assert faster(rates) == HALF
+    assert faster(rates) == 0
 
 
 def test_compiled_forms_of_other_widths_are_kept_apart():

@@ -22,7 +22,7 @@ EXTREMES = Kernel(
         "kernels.disk.exact.wide_panels:build_wide_panels",
         "kernels.disk.exact.extremes:reduce",
     ),
-    seconds=8.0,
+    seconds=10.0,
 )
 
 FALL_TIMES = Kernel(
