@@ -6,11 +6,12 @@ imported here before something is asked.
 
 import html
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
+from sweep.atlas.selection import check_flags, is_atlas
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 
@@ -29,24 +30,43 @@ class Eulerdisk:
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas or a selection from one. What needs the whole grid says so.
+        An atlas or a selection from one, which is taken for an atlas of its own.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
+        self._settled: xr.Dataset | None = None
 
     @property
-    def spec(self) -> "SweepSpec":
-        """The request that the atlas was made from.
+    def atlas(self) -> xr.Dataset:
+        """The atlas that a selection is: its spec asks for these cells alone, and its boundary lies among them.
+
+        A whole atlas is returned with its dimensions in the order of its spec.
 
         Raises
         ------
         RequestError
-            If it is no atlas, or only a part of one.
+            If it is no atlas, or the selection has lost a coordinate or its order.
+        """
+        if self._settled is None:
+            from sweep.atlas.selection import settled
+
+            self._check()
+            self._settled = settled(self._dataset)
+        return self._settled
+
+    @property
+    def spec(self) -> "SweepSpec":
+        """The request that the atlas was made from; of a selection, the one that asks for its cells.
+
+        Raises
+        ------
+        RequestError
+            As from `atlas`.
         """
         from sweep.atlas.dataset import spec_of
 
-        return spec_of(self._ordered())
+        return spec_of(self.atlas)
 
     @property
     def stable(self) -> xr.DataArray:
@@ -84,15 +104,15 @@ class Eulerdisk:
         RequestError
             If it is no atlas, or has no such boundary.
         """
-        self._check()
+        atlas = self.atlas
         name = axis or self._control(edge)
         given = ("measured", "halfwidth", "predicted", "critical")
         names = dict(zip(edge_names(name, edge), given, strict=True))
-        if not set(names) <= set(self._dataset.data_vars):
+        if not set(names) <= set(atlas.data_vars):
             self._no_boundary(f"{edge} edge along {name}")
         status = status_name(name, edge)
-        names |= {status: "status"} if status in self._dataset else {}
-        found = self._dataset[list(names)].rename(names)
+        names |= {status: "status"} if status in atlas else {}
+        found = atlas[list(names)].rename(names)
         # it is not an atlas any more
         found.attrs = {}
         return found
@@ -101,7 +121,7 @@ class Eulerdisk:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
         from sweep.atlas.reclassify import reclassify
 
-        return reclassify(self._ordered(), criterion)
+        return reclassify(self.atlas, criterion)
 
     def cell(self, **given: float | str) -> xr.Dataset:
         """Return the cell nearest to the values given for the axes: ``cell(roll_rate=2.4, tilt="1deg")``.
@@ -114,17 +134,40 @@ class Eulerdisk:
         from sweep.checks.explain import nearest_cell
 
         place = nearest_cell(self.spec, given)
-        rows = [
-            str(name) for name in self._dataset.data_vars if set(self._dataset[name].dims) == place.keys()
-        ]
-        return self._dataset[rows].isel(place)
+        rows = [str(name) for name in self.atlas.data_vars if set(self.atlas[name].dims) == place.keys()]
+        return self.atlas[rows].isel(place)
+
+    def interp(self, **given: Any) -> xr.Dataset:
+        """Return the cells' variables at places between them: ``interp(roll_rate=2.413, tilt="1.5deg")``.
+
+        Measures are interpolated linearly; endings, verdicts and counts are those of the nearest cell. (The ``interp``
+        of xarray interpolates the codes of flags too, so that a verdict becomes a fraction.) What lies between an
+        unstable and a stable cell no interpolation knows: compute an atlas there.
+
+        Parameters
+        ----------
+        **given
+            Axis -> a number, text with a unit, or an array; inside the atlas.
+
+        Returns
+        -------
+        xarray.Dataset
+            Not an atlas any more: its values belong to no start.
+
+        Raises
+        ------
+        RequestError
+            If a name is no axis, or a value lies outside.
+        """
+        from sweep.atlas.interpolation import interpolated
+
+        return interpolated(self.atlas, given)
 
     def plot(self) -> "Figure":
         """Return the stability map as a matplotlib Figure; see `sweep.figures.plots.figure`."""
         from sweep.figures import plots
 
-        self._check()
-        return plots.figure([self._dataset])
+        return plots.figure([self.atlas])
 
     def __repr__(self) -> str:
         """Return a few lines: what it is, its grid, its verdicts, its boundaries."""
@@ -140,7 +183,7 @@ class Eulerdisk:
 
     def _summary(self) -> Iterator[tuple[str, str]]:
         data = self._dataset
-        if not _is_atlas(data):
+        if not is_atlas(data):
             yield NAME, "not a stability atlas"
             return
         yield NAME, shown(printable(str(data.attrs["title"])))
@@ -155,23 +198,15 @@ class Eulerdisk:
             if edge.notnull().any():
                 yield "boundary", f"{float(edge.min()):.6g} to {float(edge.max()):.6g} {edge.units}, {name}"
 
-    def _ordered(self) -> xr.Dataset:
-        """Return the atlas with its dimensions in the order of its spec, if they are the same ones."""
-        from sweep.request.spec import SweepSpec
-
-        self._check()
-        axes = SweepSpec.from_canonical(self._dataset.attrs["sweep_spec"]).axes
-        whole = set(axes) == set(self._dataset["ending"].dims)
-        return self._dataset.transpose(*axes, ...) if whole else self._dataset
-
     def _check(self) -> None:
-        if not _is_atlas(self._dataset):
+        if not is_atlas(self._dataset):
             given = ", ".join(map(str, self._dataset.data_vars)) or "no variables"
             raise RequestError(
                 "This is no stability atlas: the accessor eulerdisk serves datasets that sweep.run and eulerdisk run "
                 f"have made; got a dataset of {given}.",
                 hint="Open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
             )
+        check_flags(self._dataset)
 
     def _verdict(self, code: int, name: str) -> xr.DataArray:
         self._check()
@@ -202,13 +237,6 @@ class Eulerdisk:
             f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
             hint="Name a parameter and an edge, upper or lower.",
         )
-
-
-def _is_atlas(dataset: xr.Dataset) -> bool:
-    return {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys() and {
-        "ending",
-        "stability",
-    } <= dataset.keys()
 
 
 # importlib.reload would register it again, and xarray warn of it

@@ -92,7 +92,7 @@ def spec_of(dataset: Atlas) -> SweepSpec:
     if sizes != whole:
         raise RequestError(
             f"This is not the whole atlas: its dimensions must be the axes of its spec, {whole}; got {sizes}.",
-            hint="Take the whole atlas, and select from the result.",
+            hint="Take the whole atlas, or make the selection an atlas: dataset.eulerdisk.atlas in Python.",
             where=place_of(dataset),
         )
     if tuple(sizes) != spec.axes:
@@ -209,6 +209,14 @@ def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec
     """Return a declared variable with its values and the encoding of the file profile."""
     import xarray as xr
 
+    attributes = dict(declared.attributes)
+    # xarray keeps this one attribute among the encoding
+    attributes.pop("coordinates", None)
+    return xr.Variable(declared.dims, values, attributes, encoding_of(declared, spec))
+
+
+def encoding_of(declared: Declaration, spec: SweepSpec) -> dict[str, Any]:
+    """Return how xarray is to store a declared variable: the file profile."""
     encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}
     if declared.dims == spec.axes and spec.axes:
         encoding |= {
@@ -216,9 +224,9 @@ def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec
             "complevel": COMPRESSION,
             "shuffle": True,
             "chunksizes": chunk_shape(spec.shape),
+            # xarray then leaves the chunks out where a selection is saved that is smaller than one
+            "original_shape": spec.shape,
         }
-    attributes = dict(declared.attributes)
-    if "coordinates" in attributes:
-        # xarray keeps this one attribute among the encoding
-        encoding["coordinates"] = attributes.pop("coordinates")
-    return xr.Variable(declared.dims, values, attributes, encoding)
+    if "coordinates" in declared.attributes:
+        encoding["coordinates"] = declared.attributes["coordinates"]
+    return encoding

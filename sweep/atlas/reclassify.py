@@ -6,6 +6,7 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import created
 from sweep.atlas.dataset import edge_variables, require, spec_of
+from sweep.atlas.selection import BOUNDARY, settled
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import blocks, starts_of
 from sweep.request.criterion import Criterion
@@ -16,10 +17,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: How the names of the variables begin that follow from the verdicts.
-_BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
-
-
 def reclassify(dataset: "xr.Dataset", criterion: Criterion | str) -> "xr.Dataset":
     """Return an atlas with the verdicts and boundaries that another criterion gives.
 
@@ -28,7 +25,7 @@ def reclassify(dataset: "xr.Dataset", criterion: Criterion | str) -> "xr.Dataset
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
     criterion : Criterion or str
         For example ``departure:2deg`` or ``amplification:10``.
 
@@ -42,7 +39,8 @@ def reclassify(dataset: "xr.Dataset", criterion: Criterion | str) -> "xr.Dataset
     RequestError
         If the criterion is none.
     """
-    return _judged(dataset, spec_of(dataset).replace(criterion=criterion), f"reclassified with {criterion}")
+    atlas = settled(dataset)
+    return _judged(atlas, spec_of(atlas).replace(criterion=criterion), f"reclassified with {criterion}")
 
 
 def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
@@ -51,7 +49,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
     width : float
         Width of the brackets in the SI unit of each axis.
 
@@ -65,8 +63,9 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
     RequestError
         If the width is not above 0.
     """
-    spec = spec_of(dataset).replace(boundary=f"{REFINED}:{width!r}")
-    return _judged(dataset, spec, f"boundary refined to {width!r}")
+    atlas = settled(dataset)
+    spec = spec_of(atlas).replace(boundary=f"{REFINED}:{width!r}")
+    return _judged(atlas, spec, f"boundary refined to {width!r}")
 
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
@@ -80,7 +79,7 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
         found[span.start : span.stop] = spec.criterion.verdict(spec.model.endings, part, *reach)
     stability = found.reshape(spec.shape)
     edges = edge_variables(spec, stability)
-    stale = [name for name in dataset.data_vars if str(name).startswith(_BOUNDARY)]
+    stale = [name for name in dataset.data_vars if str(name).startswith(BOUNDARY)]
     verdicts = dataset["stability"].copy(data=stability)
     changed = dataset.drop_vars(stale).assign({"stability": verdicts} | edges)
     return changed.assign_attrs(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweep.atlas.dataset import require
+from sweep.atlas.selection import settled
 from sweep.checks.alignment import Pair, align
 from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
 from sweep.checks.borderline import Flips, flips, no_flips
@@ -131,7 +132,7 @@ def compare(
     Parameters
     ----------
     new, reference : xarray.Dataset
-        Atlases, as `sweep.run` or `sweep.open_atlas` returns them.
+        Atlases, as `sweep.run` or `sweep.open_atlas` returns them, or selections from some.
     common : bool
         Compare only the cells that both have; otherwise the grids must be the same.
     tolerances : mapping of str to float or str, optional
@@ -151,6 +152,7 @@ def compare(
         If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
         method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
     """
+    new, reference = settled(new), settled(reference)
     pair = align(new, reference, common=common)
     for dataset in (new, reference):
         require(dataset, ("stability", *pair.spec.model.extremes))

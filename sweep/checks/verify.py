@@ -12,6 +12,7 @@ from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import coordinates, created, declare_cells
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.atlas.row_search import legal
+from sweep.atlas.selection import settled
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
 from sweep.checks.audit_summary import AuditSummary
 from sweep.checks.boundary_audit import boundary_statements, found_again
@@ -99,7 +100,7 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
 
     Returns
     -------
@@ -113,11 +114,11 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     Raises
     ------
     RequestError
-        If its model has no exact reference, or the atlas lacks a variable that is needed, cannot be read, or is only a
-        part of an atlas.
+        If its model has no exact reference, or the atlas lacks a variable that is needed, or cannot be read.
     """
     import xarray as xr
 
+    dataset = settled(dataset)
     spec, reference = _checked(dataset)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
@@ -174,6 +175,7 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None) -> Findings:
     RequestError
         As from `verify`.
     """
+    dataset = settled(dataset)
     spec, reference = _checked(dataset)
     summary = AuditSummary(reference.audit)
     statements = _audit(dataset, spec, reference, lambda span, found: summary.add(span.start, found), file)

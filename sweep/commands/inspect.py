@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number
+from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError
 
@@ -66,6 +67,7 @@ def _warn(file: "Atlas") -> None:
 
 def boundary(
     atlas: AtlasFile,
+    words: Part = None,
     criterion: Criterion = None,
     refine: Annotated[
         float | None,
@@ -83,11 +85,14 @@ def boundary(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Print the measured boundary beside the lines of theory, as a table."""
-    from sweep.commands.report import boundary_table
-    from sweep.files.reading import opened, opened_file
+    """Print the measured boundary beside the lines of theory, as a table; of a part of the atlas, if words pick one.
 
-    if criterion is None and refine is None and output is None:
+    eulerdisk boundary three-axes.nc alpha=0.5 tilt=1deg:3deg
+    """
+    from sweep.commands.report import boundary_table
+    from sweep.files.reading import opened_file
+
+    if criterion is None and refine is None and output is None and not words:
         with opened_file(atlas) as file:
             show(boundary_table(file))
         return
@@ -96,7 +101,7 @@ def boundary(
     from sweep.files.netcdf import save
     from sweep.files.paths import check_target
 
-    with opened(atlas) as dataset:
+    with opened_part(atlas, words) as dataset:
         if output is not None:
             check_target(output, overwrite)
         found = dataset if criterion is None else reclassify(dataset, criterion)
@@ -108,7 +113,10 @@ def boundary(
 
 
 def plot(
-    atlases: Annotated[list[Path], typer.Argument(metavar="ATLAS.nc", help="One panel each.")],
+    atlases: Annotated[
+        list[str],
+        typer.Argument(metavar="ATLAS.nc [NAME=VALUE]", help=f"One panel each. {PART_HELP}"),
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg.")],
     criterion: Criterion = None,
     friction: Annotated[
@@ -127,7 +135,10 @@ def plot(
         ),
     ] = False,
 ) -> None:
-    """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts."""
+    """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts.
+
+    eulerdisk plot three-axes.nc alpha=0.5 -o slice.png
+    """
     from sweep.files.paths import check_atlas, check_format
 
     check_format(output)
@@ -143,16 +154,17 @@ def plot(
             "got --regimes with --criterion or --friction.",
             "Leave --criterion and --friction out.",
         )
-    for atlas in atlases:
+    paths, words = files_and_words(atlases)
+    for atlas in paths:
         check_atlas(atlas)
     from sweep.figures import plots
-    from sweep.files.reading import opened, opened_file
+    from sweep.files.reading import opened_file
 
     with ExitStack() as stack:
-        if criterion is None and friction is None and not regimes:
-            plots.save(plots.figure([stack.enter_context(opened_file(path)) for path in atlases]), output)
+        if criterion is None and friction is None and not regimes and not words:
+            plots.save(plots.figure([stack.enter_context(opened_file(path)) for path in paths]), output)
             return
-        datasets = [stack.enter_context(opened(path)) for path in atlases]
+        datasets = [stack.enter_context(opened_part(path, words)) for path in paths]
         if criterion is not None:
             from sweep.atlas.reclassify import reclassify
 
@@ -162,6 +174,7 @@ def plot(
 
 def export(
     atlas: AtlasFile,
+    words: Part = None,
     *,
     kind: Annotated[str, typer.Option("--to", metavar="FORMAT", help="csv, parquet or zarr.")],
     output: Annotated[
@@ -173,9 +186,8 @@ def export(
     """Write an atlas as a table of cells (csv, parquet) or as zarr."""
     from sweep.files.export import export as exported
     from sweep.files.paths import check_apart
-    from sweep.files.reading import opened
 
     target = output or atlas.with_suffix(f".{kind}")
-    with opened(atlas) as dataset:
+    with opened_part(atlas, words) as dataset:
         check_apart(target, atlas)
         exported(dataset, target, kind, overwrite=overwrite)

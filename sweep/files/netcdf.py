@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweep.atlas.selection import settled
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
@@ -16,7 +17,9 @@ _HEADER_BYTES = 3e5
 
 
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
-    """Write an atlas that is in memory; the file appears only when it is complete.
+    """Write an atlas that is in memory, or a selection from one; the file appears only when it is complete.
+
+    The spec, the boundary and the attributes in the file are those of the selection (`sweep.atlas.selection.settled`).
 
     Raises
     ------
@@ -26,7 +29,7 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     StorageError
         If the file system refuses.
     """
-    path, dataset = Path(path), _rechunked(dataset)
+    path, dataset = Path(path), _rechunked(settled(dataset))
     check_target(path, overwrite)
     needed = dataset.nbytes * FILE_SHARE
     check_room(path, needed)

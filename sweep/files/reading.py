@@ -11,6 +11,7 @@ import numpy as np
 from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import place_of, require, spec_named
+from sweep.atlas.selection import is_whole, settled
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.atlas_file import AtlasFile, no_atlas
@@ -56,18 +57,28 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator["xr.Dataset"]:
-    """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it."""
+    """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it.
+
+    A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.settled`).
+    """
     with open_atlas(path) as dataset, damage_named(dataset):
-        yield dataset
+        yield settled(dataset)
 
 
 @contextlib.contextmanager
-def opened_file(path: Path) -> Iterator[AtlasFile]:
-    """Open an atlas as `opened` does, but without xarray, and with the variables alone that every atlas may have."""
+def opened_file(path: Path) -> Iterator[Atlas]:
+    """Open an atlas as `opened` does, with the variables alone that every atlas may have.
+
+    Without xarray, unless the file holds a selection, whose spec and boundary have to be made.
+    """
     file, left_out = _checked(path)
-    _tell(path, left_out)
     with file, damage_named(file):
-        yield file
+        if is_whole(file):
+            _tell(path, left_out)
+            yield file
+            return
+    with opened(path) as dataset:
+        yield dataset
 
 
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":

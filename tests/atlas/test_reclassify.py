@@ -89,13 +89,6 @@ def test_no_criterion_is_refused(criterion):
     assert str(caught.value.where).partition("=")[0] == "criterion"
 
 
-def test_a_part_of_an_atlas_is_refused():
-    """A selection no longer fits its spec: it is refused, not misjudged."""
-    part = sweep.run(SPECS["rolling"]).isel(tilt=slice(3))
-    with pytest.raises(RequestError, match="not the whole atlas"):
-        sweep.reclassify(part, "departure:2deg")
-
-
 def test_public_names_are_not_modules():
     """No public name of the package is one of its modules: importing the module would take the name's place."""
     for name in sweep.__all__:

@@ -1,0 +1,128 @@
+"""The part of an atlas that words name: ``alpha=0.5``, ``tilt=1deg,2deg``, ``roll_rate=2:3``."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from sweep.atlas.selection import selected_spec, settled
+from sweep.errors import RequestError
+from sweep.model.quantity import Array, Input
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.values import read_number, read_value
+from sweep.request.words import unknown_word
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A value that differs by less, relative to the ends of its axis, is the one that was asked for.
+_SAME = 1e-9
+
+
+def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset", list[str]]:
+    """Return the part of an atlas that words name, as an atlas.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas.
+    words : mapping of str to str
+        Axis -> a number, which takes the nearest value and leaves the axis out; a list ``a,b``, which takes the
+        nearest of each; or ``start:stop``, all values between the two. Each number in SI or with a unit.
+
+    Returns
+    -------
+    part : xarray.Dataset
+        As from `settled`.
+    notes : list of str
+        Which values stand for others that the atlas does not have.
+
+    Raises
+    ------
+    RequestError
+        If a name is no axis, a value cannot be read, or lies outside.
+    """
+    spec = selected_spec(dataset)
+    places: dict[str, int | list[int] | slice] = {}
+    notes: list[str] = []
+    for name, text in words.items():
+        if name not in spec.axes:
+            _no_axis(spec, name)
+        quantity = spec.model.parameters[name]
+        try:
+            places[name] = _places(getattr(spec, name), text, quantity, notes)
+        except RequestError as error:
+            raise error.at(error.where or f"{name}={text}") from None
+    return settled(dataset.isel(places)), notes
+
+
+def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
+    if name not in spec.model.parameters:
+        unknown_word(name, spec.axes, spec.model)
+    raise RequestError(
+        f"{name} is no axis of this atlas, whose axes are {', '.join(spec.axes) or 'none'}: there is nothing to pick.",
+        hint="Leave it out.",
+        where=name,
+    )
+
+
+def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) -> int | list[int] | slice:
+    """Return the places along an axis that a text names."""
+    if text.count(":") == 1:
+        low, high = (read_number(part, quantity) for part in text.split(":"))
+        return _between(axis.array(), low, high, quantity)
+    value = read_value(text, quantity)
+    if isinstance(value, Range):
+        raise RequestError(
+            f"A part of an axis is START:STOP, all values between the two; got {text}.",
+            hint=f"Write {quantity.name}={':'.join(text.split(':')[:2])}.",
+        )
+    if isinstance(value, Values):
+        return sorted({_nearest(axis, each, quantity, notes) for each in value.values})
+    return _nearest(axis, value, quantity, notes)
+
+
+def _between(axis: Array, low: float, high: float, quantity: Input) -> slice:
+    margin = _SAME * np.abs(axis[[0, -1]]).max()
+    inside = np.flatnonzero((axis >= low - margin) & (axis <= high + margin))
+    if inside.size:
+        return slice(int(inside[0]), int(inside[-1]) + 1)
+    raise RequestError(
+        f"No value of {quantity.name} lies from {quantity.spell(low)} to {quantity.spell(high)}; the axis is "
+        f"{_extent(axis, quantity)}.",
+        hint="Give two values with some of the axis between them, the smaller one first.",
+    )
+
+
+def _nearest(axis: Range | Values, value: float, quantity: Input, notes: list[str]) -> int:
+    """Return the place of the nearest value, and note which one it is where it is another one."""
+    held = axis.array()
+    if not is_inside(held, value):
+        raise RequestError(
+            f"{quantity.spell(value)} is outside this atlas, whose {quantity.name} is {_extent(held, quantity)}.",
+            hint="Give a value inside.",
+        )
+    place = nearest(axis, value)
+    if abs(held[place] - value) > _SAME * np.abs(held[[0, -1]]).max():
+        taken, asked = quantity.spell(float(held[place]), 6), quantity.spell(value, 6)
+        notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked}")
+    return place
+
+
+def is_inside(axis: Array, value: float) -> bool:
+    """Return whether a value lies within an axis, or no further outside than half a step."""
+    steps = np.diff(axis)[[0, -1]] if axis.size > 1 else 2.0 * _SAME * np.abs(axis[[0, 0]])
+    return bool(axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[1])
+
+
+def nearest(axis: Range | Values, value: float) -> int:
+    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm."""
+    held = axis.array()
+    if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
+        return int(np.argmin(np.abs(np.log(held / value))))
+    return int(np.argmin(np.abs(held - value)))
+
+
+def _extent(axis: Array, quantity: Input) -> str:
+    return " to ".join(quantity.spell(float(end), 6) for end in axis[[0, -1]][: axis.size])

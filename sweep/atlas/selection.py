@@ -1,0 +1,217 @@
+"""A selection from an atlas is an atlas: its spec, its attributes and its boundary are made to say so.
+
+``atlas.isel(alpha=0)`` takes cells, and leaves everything else as it was: the spec still asks for all values of alpha,
+and the boundary may lie outside the cells that are left.
+"""
+
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import CURVES, POINTS, Declaration, cell_declarations, coordinates, created
+from sweep.atlas.contents import Atlas
+from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
+from sweep.errors import RequestError
+from sweep.model.quantity import Array
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Values of a selected axis at most, where they are no range: each is written in the spec.
+_MOST_LISTED = 50_000
+
+#: How the names of the variables begin that follow from the verdicts.
+BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
+
+
+def is_atlas(dataset: Atlas) -> bool:
+    """Return whether a dataset says that it is an atlas, and has cells."""
+    stated = {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys()
+    return stated and "ending" in dataset and "stability" in dataset
+
+
+def check_flags(dataset: Atlas) -> None:
+    """Refuse an atlas whose endings or verdicts are fractions, as the ``interp`` of xarray makes them.
+
+    Raises
+    ------
+    RequestError
+    """
+    for name in ("ending", "stability"):
+        if not _is_whole_numbers(dataset, name) and (np.nan_to_num(dataset[name].values) % 1.0).any():
+            _no_flags(name)
+
+
+def _is_whole_numbers(dataset: Atlas, name: str) -> bool:
+    return dataset[name].dtype.kind in "iu"
+
+
+def _no_flags(name: str) -> NoReturn:
+    raise RequestError(
+        f"This is no atlas any more: {name} holds codes of flags, whole numbers, and here they are not; xarray's "
+        "interp interpolates them as if they were measures.",
+        hint="Use atlas.eulerdisk.interp, which takes flags from the nearest cell, or select cells with isel or sel.",
+        where=name,
+    )
+
+
+def is_whole(dataset: Atlas) -> bool:
+    """Return whether an atlas holds all cells of the spec that it states."""
+    return selected_spec(dataset) == spec_named(dataset)
+
+
+def selected_spec(dataset: Atlas) -> SweepSpec:
+    """Return the spec of the cells that a dataset holds: that which it states, or of a selection one of its own.
+
+    Parameters
+    ----------
+    dataset : Atlas
+        An atlas, or a selection whose axes kept their order and their coordinates; an axis of which one value was
+        taken is a scalar.
+
+    Raises
+    ------
+    RequestError
+        If the spec cannot be read, a coordinate is missing, or values of an axis do not increase.
+    """
+    stated = spec_named(dataset)
+    cells = dataset["ending"]
+    sizes = dict(zip(cells.dims, cells.shape, strict=True))
+    if list(sizes) != [name for name in stated.axes if name in sizes]:
+        raise RequestError(
+            f"The dimensions must stand in the order of the axes of the spec, {', '.join(stated.axes)}; got "
+            f"{', '.join(map(str, sizes))}.",
+            hint=f"Use dataset.transpose({', '.join(map(repr, stated.axes))}, missing_dims='ignore') in Python.",
+            where=place_of(dataset),
+        )
+    cut = [name for name in stated.axes if sizes.get(name) != len(getattr(stated, name))]
+    if not cut:
+        return stated
+    kept = {name: _kept(dataset, name, name in sizes) for name in cut}
+    try:
+        return stated.replace(**kept)
+    except RequestError as error:
+        raise error.at(place_of(dataset)) from None
+
+
+def _kept(dataset: Atlas, axis: str, dimension: bool) -> float | Range | Values:
+    """Return what a selection has kept of an axis: one number, or some of its values."""
+    if axis not in dataset.variables:
+        raise RequestError(
+            f"This selection has lost the coordinate {axis}, so that it cannot be told which cells it holds.",
+            hint="Select without drop=True, or take the whole atlas.",
+            where=place_of(dataset),
+        )
+    found: Array = np.asarray(dataset[axis].values, np.float64)
+    if found.ndim != dimension:
+        raise RequestError(
+            f"The coordinate {axis} of this selection does not belong to its cells: it has the shape {found.shape}.",
+            hint="Take the whole atlas, and select from it with isel or sel.",
+            where=place_of(dataset),
+        )
+    if not dimension:
+        return float(found)
+    if even := _as_range(found):
+        return even
+    if found.size > _MOST_LISTED:
+        raise RequestError(
+            f"A selection may hold at most {_MOST_LISTED} values of an axis that are not evenly spaced; got "
+            f"{found.size} of {axis}.",
+            hint="Take fewer, or the whole axis.",
+            where=place_of(dataset),
+        )
+    try:
+        return Values(tuple(found.tolist()))
+    except RequestError as error:
+        raise error.at(f"{place_of(dataset)}: {axis}") from None
+
+
+def _as_range(values: Array) -> Range | None:
+    """Return the range that has exactly these values, if there is one."""
+    for spacing in ("linear", "log"):
+        try:
+            found = Range(float(values[0]), float(values[-1]), values.size, spacing)
+        except (RequestError, IndexError):
+            continue
+        if np.array_equal(found.array(), values):
+            return found
+    return None
+
+
+def settled(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return the atlas that a dataset is: itself, or, of a selection, one whose spec asks for its cells alone.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An atlas or a selection from one, see `selected_spec`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same cells, with the dimensions in the order of the spec; what is no atlas is returned as it is. In a
+        selection the boundary is sought again among them (a refined one is bisected again), the attributes state its
+        own spec, and `history` what was taken.
+
+    Raises
+    ------
+    RequestError
+        As from `selected_spec`.
+    """
+    import xarray as xr
+
+    if not is_atlas(dataset):
+        return dataset
+    check_flags(dataset)
+    stated, dims = spec_named(dataset), dataset["ending"].dims
+    order = [name for name in stated.axes if name in dims]
+    if len(order) == len(dims) and tuple(order) != dims:
+        dataset = dataset.transpose(*order, ...)
+    spec = selected_spec(dataset)
+    if spec == stated:
+        return dataset
+    for name in ("ending", "stability"):
+        if not _is_whole_numbers(dataset, name):
+            _no_flags(name)
+    stale = [name for name in dataset.data_vars if _is_boundary(name)]
+    cells = dataset.drop_vars(stale).drop_dims([CURVES, POINTS], errors="ignore")
+    values = {
+        each.name: _on_grid(cells[each.name].variable, each, spec)
+        for each in cell_declarations(spec)
+        if each.name in cells
+    }
+    edges = edge_variables(spec, np.asarray(dataset["stability"].values))
+    held: dict[str, xr.Variable] = {
+        each.name: as_variable(each, found, spec) for each, found in coordinates(spec)
+    }
+    title = dataset.attrs.get("title")
+    taken = (f"{name}={getattr(spec, name)}" for name in stated.axes if _differ(stated, spec, name))
+    found = cells.assign(values | edges).assign_coords(held)
+    found.attrs |= {
+        "title": spec.headline if title == stated.headline else title,
+        "sweep_spec": spec.canonical(),
+        "sweep_fingerprint": spec.fingerprint(),
+        "history": f"{dataset.attrs.get('history', '')}\n{created()} selected {', '.join(taken)}".lstrip(
+            "\n"
+        ),
+    }
+    return found
+
+
+def _is_boundary(name: object) -> bool:
+    return str(name).startswith(BOUNDARY)
+
+
+def _differ(one: SweepSpec, other: SweepSpec, name: str) -> bool:
+    return bool(getattr(one, name) != getattr(other, name))
+
+
+def _on_grid(variable: "xr.Variable", declared: Declaration, spec: SweepSpec) -> "xr.Variable":
+    """Return a variable of the cells with the encoding of its grid, and the attribute that names its axes."""
+    found = variable.copy(deep=False)
+    found.encoding = encoding_of(declared, spec)
+    found.attrs.pop("cell_methods", None)
+    found.attrs |= {name: text for name, text in declared.attributes.items() if name == "cell_methods"}
+    return found

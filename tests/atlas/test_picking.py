@@ -1,0 +1,66 @@
+"""Words that pick a part of an atlas."""
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas.picking import picked
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """A small atlas with three axes, one of them logarithmic."""
+    return sweep.run(SweepSpec(alpha="0.5,0.7,1", roll_rate="1:4:16", tilt="0.1deg:10deg:5:log"))
+
+
+@pytest.mark.parametrize(
+    ("words", "places", "noted"),
+    [
+        ({"alpha": "0.5"}, {"alpha": 0}, []),
+        ({"alpha": "0.7,1"}, {"alpha": [1, 2]}, []),
+        ({"alpha": "0.5:0.8"}, {"alpha": [0, 1]}, []),
+        ({"roll_rate": "2.2"}, {"roll_rate": 6}, []),
+        (
+            {"roll_rate": "2.25rad/s"},
+            {"roll_rate": 6},
+            ["roll_rate 2.2 rad s-1 is the nearest of the atlas to 2.25"],
+        ),
+        ({"roll_rate": "0.91"}, {"roll_rate": 0}, ["roll_rate 1 rad s-1 is the nearest"]),
+        ({"tilt": "1deg:4deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),
+        # nearer to 1 deg in its logarithm, though 3.16 deg is nearer than 0.1 deg is to 0.316 deg
+        ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg is the nearest"]),
+        ({"tilt": "0.1deg,0.11deg"}, {"tilt": [0]}, ["0.11"]),
+    ],
+)
+def test_words_pick_values(atlas, words, places, noted):
+    """A number takes the axis away; a list and two ends keep it; another value than asked for is told."""
+    part, notes = picked(atlas, words)
+    expected = atlas.isel(places)
+    np.testing.assert_array_equal(part["peak_tilt"], expected["peak_tilt"])
+    assert part["ending"].dims == expected["ending"].dims
+    assert part.eulerdisk.spec.shape == expected["ending"].shape
+    assert len(notes) == len(noted)
+    assert all(words in note for words, note in zip(noted, notes, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"alpha": "2"}, r"alpha=2: 2 is outside this atlas, whose alpha is 0.5 to 1"),
+        ({"alpha": "0.71:0.9"}, "No value of alpha lies from 0.71 to 0.9"),
+        ({"alpha": "0.8:0.6"}, "the smaller one first"),
+        ({"roll_rate": "1:2:3"}, "START:STOP"),
+        ({"radius": "0.5"}, "radius is no axis of this atlas, whose axes are alpha, roll_rate, tilt"),
+        ({"aplha": "1"}, "Did you mean alpha"),
+        ({"alpha": "1deg"}, "does not fit"),
+        ({"alpha": "nan"}, "finite"),
+        ({"alpha": ""}, "is no value"),
+        ({"alpha": ":"}, "is no value"),
+    ],
+)
+def test_bad_words_are_refused(atlas, words, message):
+    """In sentences that name the axis."""
+    with pytest.raises(RequestError, match=message):
+        picked(atlas, words)

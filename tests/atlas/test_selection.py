@@ -1,0 +1,197 @@
+"""A selection from an atlas is the atlas of its own spec: to the bit what a run of that spec gives."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import sweep
+from sweep.checks.compare import compare
+from sweep.checks.verify import findings_of
+from sweep.errors import RequestError
+from sweep.files.netcdf import save
+from sweep.files.reading import open_atlas, opened, opened_file
+from sweep.request.spec import SweepSpec
+
+SPECS = {
+    "three axes": SweepSpec(alpha="0.5,0.7,1", roll_rate="1:4:16", tilt="0.5deg:4deg:5:log"),
+    "circling": SweepSpec.preset("circling").replace(tilt="5deg:25deg:4", precession_rate="0.5:5:21"),
+    "refined": SweepSpec(alpha="0.5,1", roll_rate="1:4:8", tilt="1deg:4deg:4", boundary="refined:1e-3"),
+    "two controls": SweepSpec(roll_rate="-1:3:9", precession_rate="0:4:7", tilt="2deg", contact="yes"),
+    "exact": SweepSpec(roll_rate="2:3:9", tilt="1deg:4deg:4", method="exact"),
+}
+
+
+@pytest.fixture(autouse=True)
+def fixed_time(monkeypatch):
+    """Atlases of one spec bear one date."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+
+
+@pytest.fixture(scope="module")
+def atlases():
+    """One atlas of each spec."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", "0")
+        return {name: sweep.run(spec) for name, spec in SPECS.items()}
+
+
+def _places(count):
+    """Return one place, a slice with a stride, or some places in their order."""
+    one = st.integers(0, count - 1)
+    part = st.tuples(one, one, st.integers(1, 3)).map(
+        lambda each: slice(min(each[:2]), max(each[:2]) + 1, each[2])
+    )
+    return one | part | st.sets(one, min_size=1).map(sorted)
+
+
+@st.composite
+def _selections(draw):
+    """Return the name of an atlas and places along some of its axes."""
+    name = draw(st.sampled_from([*SPECS]))
+    axes = {axis: _places(len(getattr(SPECS[name], axis))) for axis in SPECS[name].axes}
+    return name, {axis: draw(places) for axis, places in axes.items() if draw(st.booleans())}
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(_selections())
+def test_it_is_as_if_run(atlases, selection):
+    """Cells, boundary, coordinates, attributes and encodings are those of a run of the selection's own spec."""
+    name, places = selection
+    part = atlases[name].isel(places)
+    found = part.eulerdisk.atlas
+    fresh = sweep.run(part.eulerdisk.spec).assign_attrs(history=found.history)
+    xr.testing.assert_identical(found.drop_attrs(deep=False), fresh.drop_attrs(deep=False))
+    assert found.attrs == fresh.attrs
+    for each, variable in fresh.variables.items():
+        assert found[each].encoding == variable.encoding, each
+    expected = {axis: atlases[name][axis].values[chosen] for axis, chosen in places.items()}
+    for axis, values in expected.items():
+        np.testing.assert_array_equal(found[axis].values, values)
+
+
+@pytest.mark.parametrize("way", ["sweep.save", "to_netcdf"])
+@pytest.mark.parametrize(
+    ("name", "places"),
+    [
+        ("three axes", {"alpha": 1}),
+        ("three axes", {"alpha": [0, 2], "roll_rate": slice(3, 12)}),
+        ("circling", {"precession_rate": slice(4, 19, 2)}),
+        ("refined", {"alpha": 0, "roll_rate": slice(1, 7)}),
+        ("two controls", {"precession_rate": 3}),
+        ("exact", {"tilt": [1, 2]}),
+    ],
+)
+def test_a_saved_selection_is_an_atlas_for_every_check(atlases, tmp_path, way, name, places):
+    """However it was saved: it verifies, and compares as identical with a run of its own spec."""
+    part, path = atlases[name].isel(places), tmp_path / "part.nc"
+    if way == "sweep.save":
+        save(part, path)
+        assert open_atlas(path).attrs["sweep_spec"] == part.eulerdisk.spec.canonical()
+    else:
+        part.to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")
+    fresh = sweep.run(part.eulerdisk.spec)
+    with opened(path) as found, opened_file(path) as read:
+        assert compare(found, fresh).identical
+        assert findings_of(found, path).passed
+        assert [*read["ending"].dims] == [*fresh["ending"].dims]
+        assert read.attrs["sweep_spec"] == fresh.attrs["sweep_spec"]
+
+
+def test_in_memory_it_is_verified_compared_and_judged_anew(atlases):
+    """Functions take the selection itself."""
+    part = atlases["three axes"].isel(alpha=2, tilt=slice(1, 4))
+    fresh = sweep.run(part.eulerdisk.spec)
+    assert compare(part, fresh).identical
+    assert (sweep.verify(part)["audit"] == sweep.verify(fresh)["audit"]).all()
+    again = sweep.reclassify(part, "departure:2deg")
+    xr.testing.assert_equal(again, sweep.reclassify(fresh, "departure:2deg"))
+
+
+def test_the_boundary_is_that_of_the_cells_that_are_left(atlases):
+    """A row that was cut below its boundary has none any more, though the whole atlas has."""
+    whole = atlases["three axes"]
+    assert np.isfinite(whole.isel(alpha=2, tilt=slice(4)).eulerdisk.boundary()["measured"]).all()
+    assert not np.isfinite(
+        whole.isel(alpha=2, tilt=slice(4), roll_rate=slice(4)).eulerdisk.boundary()["measured"]
+    ).any()
+
+
+def test_the_history_says_what_was_taken(atlases):
+    """It can be told from the file that it is a part, and of what."""
+    part = atlases["three axes"].isel(alpha=0).eulerdisk.atlas
+    assert part.attrs["history"].endswith("1970-01-01T00:00:00Z selected alpha=0.5")
+
+
+def test_a_title_of_the_users_is_kept():
+    """One that the spec made follows the selection."""
+    atlas = sweep.run(SweepSpec(title="Mine", roll_rate="1:3:4", precession_rate="0,1"))
+    assert atlas.isel(precession_rate=0).eulerdisk.atlas.title == "Mine"
+    plain = sweep.run(SweepSpec(roll_rate="1:3:4", precession_rate="0,1"))
+    assert plain.title.startswith("Rolling and precessing")
+    assert plain.isel(precession_rate=0).eulerdisk.atlas.title.startswith("Rolling along a line")
+
+
+def test_variables_of_the_users_are_kept(atlases):
+    """What somebody has added to the cells stays beside them."""
+    atlas = atlases["three axes"].assign(mine=atlases["three axes"]["peak_tilt"] * 2.0)
+    part = atlas.isel(alpha=0).eulerdisk.atlas
+    np.testing.assert_array_equal(part["mine"], 2.0 * part["peak_tilt"])
+
+
+REFUSED = {
+    "coordinate": (lambda atlas: atlas.isel(alpha=0, drop=True), "lost the coordinate alpha"),
+    "backwards": (lambda atlas: atlas.isel(alpha=[2, 0]), "strictly increasing"),
+    "twice": (lambda atlas: atlas.isel(alpha=[0, 0]), "strictly increasing"),
+    "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), "atlas.eulerdisk.interp"),
+    "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), "atlas.eulerdisk.interp"),
+    "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), "at least one value"),
+}
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSED.values(), ids=REFUSED)
+def test_what_is_no_selection_is_refused(atlases, tmp_path, make, words):
+    """By the accessor and before anything is saved."""
+    part = make(atlases["three axes"])
+    for ask in (
+        lambda: part.eulerdisk.spec,
+        lambda: part.eulerdisk.plot(),
+        lambda: save(part, tmp_path / "part.nc"),
+    ):
+        with pytest.raises(RequestError, match=words):
+            ask()
+    assert not [*tmp_path.iterdir()]
+
+
+def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cell(atlases):
+    """Linear in a measure that is linear; a verdict is one of the cells around it."""
+    atlas = atlases["three axes"].copy(deep=True)
+    atlas["peak_tilt"] = (2.0 * atlas["roll_rate"] - 3.0 * atlas["tilt"] + atlas["alpha"]).transpose(
+        "alpha", "roll_rate", "tilt"
+    )
+    found = atlas.eulerdisk.interp(roll_rate=[1.53, 2.47], tilt="2deg", alpha=0.66)
+    expected = 2.0 * np.array([1.53, 2.47]) - 3.0 * np.radians(2.0) + 0.66
+    np.testing.assert_allclose(found["peak_tilt"], expected, rtol=1e-13)
+    near = atlas.sel(roll_rate=[1.53, 2.47], tilt=np.radians(2.0), alpha=0.66, method="nearest")
+    for name in ("ending", "stability", "steps"):
+        assert found[name].dtype == atlas[name].dtype
+        np.testing.assert_array_equal(found[name], near[name])
+    assert "sweep_spec" not in found.attrs
+    assert repr(found.eulerdisk).endswith("not a stability atlas")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"roll_rate": 0.9}, "Outside of the cells nothing is known"),
+        ({"radius": 0.5}, "radius"),
+        ({"roll_rate": "2m"}, "does not fit"),
+        ({"rol_rate": 2}, "Did you mean roll_rate"),
+        ({"tilt": np.nan}, "finite"),
+    ],
+)
+def test_places_that_are_none_are_refused(atlases, given, words):
+    """Outside of the axes, and along what is none."""
+    with pytest.raises(RequestError, match=words):
+        atlases["three axes"].eulerdisk.interp(**given)
