@@ -83,3 +83,48 @@ def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
     if "csv" in line:
         head = (tmp_path / "a.csv").read_text().partition("\n")[0].split(",")
         assert not {"remark", "sst", "time"}.intersection(head)
+
+
+def test_words_pick_a_part(command, tmp_path):
+    """`boundary`, `plot` and `export` take slices; a value beside the grid is told, and what is written is an atlas."""
+    command("run rolling alpha=0.5,1 roll_rate=2:4:9 tilt=0.1deg,1deg,2deg -o a.nc")
+    with open_atlas(tmp_path / "a.nc") as atlas:
+        part = atlas.isel(alpha=1, tilt=[1, 2]).eulerdisk.atlas
+        table = boundary_table(part) + "\n"
+    assert command("boundary a.nc alpha=1 tilt=1deg:3deg") == (0, table, "")
+    status, out, err = command("boundary a.nc alpha=0.9 tilt=1deg:3deg -o part.nc")
+    assert (status, out) == (0, table)
+    assert err == "eulerdisk: alpha 1 is the nearest of the atlas to 0.9\n"
+    assert command("verify part.nc")[0] == 0
+    assert command("info part.nc")[0] == 0
+    assert command("plot a.nc part.nc alpha=1 -o a.png")[0] == 2
+    assert command("plot a.nc alpha=1 -o a.png")[0] == 0
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert command("export a.nc alpha=1 tilt=1deg,2deg --to csv -o a.csv")[0] == 0
+    assert len((tmp_path / "a.csv").read_text().splitlines()) == 1 + part.ending.size
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("boundary a.nc alpha=1", "alpha is no axis of this atlas"),
+        ("plot a.nc tlt=1deg -o b.png", "Did you mean tilt"),
+        ("plot tilt=1deg -o b.png", "An atlas is needed"),
+        ("export a.nc tilt=9deg --to csv -o b.png", "tilt=9deg: 9 deg is outside this atlas"),
+        ("boundary a.nc tilt=1deg tilt=2deg", "Each name is given once"),
+        ("boundary a.nc tilt", "NAME=VALUE"),
+    ],
+)
+def test_a_part_that_is_none_is_refused(command, tmp_path, line, words):
+    """With nothing written."""
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    status, out, err = command(line)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert not (tmp_path / "b.png").exists()
+
+
+def test_a_file_with_an_equals_sign_is_a_file(command, tmp_path):
+    """What exists is drawn, whatever its name."""
+    command(f"run rolling {' '.join(SMALL)} -o a=1.nc")
+    assert command("plot a=1.nc tilt=1deg -o b.png")[0] == 0
