@@ -90,6 +90,16 @@ def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]
     )  # fmt: skip
 
 
+def _missing_words(name: str, axis: str, edge: str) -> str:
+    """Return what it means that a row has no value of one of `edge_names`."""
+    measured, _, predicted, critical = edge_names(axis, edge)
+    if name == predicted:
+        return "missing: theory has no value for this perturbation and criterion"
+    if name == critical:
+        return "missing: theory has no critical value for these parameters"
+    return f"missing: this row has no such boundary among its cells, and {measured}_status says why"
+
+
 def curve_quantities() -> Mapping[str, Quantity]:
     """Return what is stored of each curve."""
     return table(
@@ -131,6 +141,14 @@ _WAYS = {
     "exact": "as turning points of the exact reduction to one degree of freedom, which has no time (no duration, no "
     "fall time)",
 }
+
+#: What the software allows to do with an atlas, and how to name it.
+LICENSE = "the software is under BSD-3-Clause, and restricts nothing that is done with its data"
+_SOFTWARE = f"eulerdisk {__version__}, a Python package: pip install eulerdisk=={__version__}"
+_CITATION = (
+    f"the eulerdisk authors: eulerdisk {__version__}, stability atlases of a disk rolling without slip (software); for "
+    "the equations see references"
+)
 
 #: An attribute that ACDD recommends for every variable that is not a coordinate.
 CONTENT = {"coverage_content_type": "modelResult"}
@@ -180,6 +198,8 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     measured, halfwidth, _, _ = edge_names(axis, edge)
     for name, quantity in edge_quantities(spec.model.parameters[axis], edge).items():
         attributes = quantity.attributes() | CONTENT | _scalars(spec)
+        if quantity.flags is None:
+            attributes["comment"] = _missing_words(name, axis, edge)
         if name == measured:
             attributes["ancillary_variables"] = f"{halfwidth} {status_name(axis, edge)}"
         elif quantity.flags is not None:
@@ -233,19 +253,40 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "keywords": words.keywords,
         "references": words.references,
         "source": f"eulerdisk {__version__}, method {spec.method}",
+        "software": _SOFTWARE,
+        "license": LICENSE,
+        "citation": _CITATION,
         "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_format": np.int32(FORMAT),
-        "criterion": str(spec.criterion),
-        **{name: getattr(spec, name) for name in spec.model.settings},
-        "method": spec.method,
-        "sweep_spec": spec.canonical(),
-        "sweep_fingerprint": spec.fingerprint(),
+        **spec_attributes(spec),
         "kernel_hash": arithmetic_hash(spec),
         "versions": json.dumps(
             {name: version(name) for name in PACKAGES},
             sort_keys=True,
         ),
+    }
+
+
+def spec_attributes(spec: SweepSpec) -> dict[str, Any]:
+    """Return the global attributes that follow from a spec alone: settings and fixed parameters with their units.
+
+    The parameters are coordinates too, of no dimension; programs that select variables leave those out.
+    """
+    model = spec.model
+    quantities = {**model.settings, **{name: model.parameters[name] for name in spec.fixed}}
+    values = {name: getattr(spec, name) for name in quantities}
+    return {
+        "criterion": str(spec.criterion),
+        "criterion_meaning": ascii_text(
+            f"a cell is unstable if {spec.criterion.unstable_if(model)}; stable if it is known not to be; undecided if "
+            "neither is known"
+        ),
+        "method": spec.method,
+        **values,
+        **{f"{name}_units": quantities[name].units for name in values if not isinstance(values[name], str)},
+        "sweep_spec": spec.canonical(),
+        "sweep_fingerprint": spec.fingerprint(),
     }
 
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.cf_metadata import created
+from sweep.atlas.cf_metadata import created, spec_attributes
 from sweep.atlas.dataset import edge_variables, require, spec_of
 from sweep.atlas.selection import BOUNDARY, settled
 from sweep.engine.compute import reach_and_scale
@@ -83,8 +83,6 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec, done: str) -> "xr.Dataset":
     verdicts = dataset["stability"].copy(data=stability)
     changed = dataset.drop_vars(stale).assign({"stability": verdicts} | edges)
     return changed.assign_attrs(
-        criterion=str(spec.criterion),
-        sweep_spec=spec.canonical(),
-        sweep_fingerprint=spec.fingerprint(),
+        **spec_attributes(spec),
         history=f"{dataset.attrs.get('history', '')}\n{created()} {done}".lstrip("\n"),
     )

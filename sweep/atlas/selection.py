@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from sweep.atlas.cf_metadata import CURVES, POINTS, Declaration, cell_declarations, coordinates, created
+from sweep.atlas.cf_metadata import (
+    CURVES,
+    POINTS,
+    Declaration,
+    cell_declarations,
+    coordinates,
+    created,
+    spec_attributes,
+)
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.errors import RequestError
@@ -191,8 +199,7 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
     found = cells.assign(values | edges).assign_coords(held)
     found.attrs |= {
         "title": spec.headline if title == stated.headline else title,
-        "sweep_spec": spec.canonical(),
-        "sweep_fingerprint": spec.fingerprint(),
+        **spec_attributes(spec),
         "history": f"{dataset.attrs.get('history', '')}\n{created()} selected {', '.join(taken)}".lstrip(
             "\n"
         ),

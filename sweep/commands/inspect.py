@@ -9,10 +9,13 @@ import typer
 from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 
 if TYPE_CHECKING:
     from sweep.atlas.contents import Atlas
+
+#: How `boundary` prints for programs.
+_TABLES = ("csv", "json")
 
 
 def info(
@@ -22,11 +25,18 @@ def info(
         Path | None,
         typer.Option(metavar="PART.nc", help="Write the finished blocks of an unfinished run as an atlas."),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, in SI, instead of words.")] = False,
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
     from sweep.runs.names import unfinished
 
     folder = unfinished(atlas)
+    if folder is not None and as_json:
+        raise RequestError(
+            "--json tells of finished atlases; this run is not finished.",
+            f"Finish it, or leave --json out: eulerdisk info {atlas}.",
+            str(atlas),
+        )
     if folder is None and partial is not None:
         raise RequestError(
             f"--partial writes the finished blocks of a run in {atlas}.run; there is no unfinished run.",
@@ -40,6 +50,12 @@ def info(
         from sweep.files.reading import opened_file
 
         with opened_file(atlas) as file:
+            if as_json:
+                from sweep.commands.summary import as_json as to_json
+                from sweep.commands.summary import summary
+
+                show(to_json(summary(file)))
+                return
             show(describe(file))
             _warn(file)
 
@@ -84,17 +100,25 @@ def boundary(
         ),
     ] = None,
     overwrite: Overwrite = False,
+    kind: Annotated[
+        str | None, typer.Option("--to", metavar="FORMAT", help="Print it as csv or json, in SI.")
+    ] = None,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table; of a part of the atlas, if words pick one.
 
     eulerdisk boundary three-axes.nc alpha=0.5 tilt=1deg:3deg
     """
-    from sweep.commands.report import boundary_table
+    if kind not in (None, *_TABLES):
+        raise RequestError(
+            f"A boundary is printed as {' or '.join(_TABLES)}; got {shown(kind)}.",
+            "Write --to csv, or leave it out.",
+            "--to",
+        )
     from sweep.files.reading import opened_file
 
     if criterion is None and refine is None and output is None and not words:
         with opened_file(atlas) as file:
-            show(boundary_table(file))
+            _show_boundary(file, kind)
         return
     from sweep.atlas.reclassify import reclassify
     from sweep.atlas.reclassify import refine as refined
@@ -109,7 +133,24 @@ def boundary(
             found = refined(found, refine)
         if output is not None:
             save(found, output, overwrite=overwrite)
-        show(boundary_table(found))
+        _show_boundary(found, kind)
+
+
+def _show_boundary(atlas: "Atlas", kind: str | None) -> None:
+    """Print the boundary as a table for people, or in a format for programs."""
+    if kind is None:
+        from sweep.commands.report import boundary_table
+
+        show(boundary_table(atlas))
+    elif kind == "json":
+        from sweep.commands.summary import as_json
+        from sweep.commands.summary import boundary as plain
+
+        show(as_json(plain(atlas)))
+    else:
+        from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
+
+        show(as_csv(boundary_rows(atlas) or curve_rows(atlas)).rstrip("\n"))
 
 
 def plot(

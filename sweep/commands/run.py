@@ -70,9 +70,9 @@ def run(
         from sweep.runs.dask_executor import on_cluster
 
         executor = on_cluster(dask, say)
-    # The history names only what decides the atlas: the bytes of the file do not depend on other options or its name.
+    # The history names what decides the atlas and where it went: the bytes of the file do not depend on other options.
     origin = ["--from", str(source)] if spec is None else [spec]
-    command = shlex.join(["eulerdisk", "run", *origin, *(words or [])])
+    command = shlex.join(["eulerdisk", "run", *origin, *(words or []), "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
         failures = run_to_file(
             request,
@@ -108,7 +108,7 @@ def prepare(
     from sweep.runs.names import directory_of, resolved
 
     enter_baseline(baseline, directory_of(resolved(output)))
-    command = shlex.join(["eulerdisk", "run", spec, *(words or [])])
+    command = shlex.join(["eulerdisk", "run", spec, *(words or []), "-o", str(output)])
     journal = array_jobs.prepare(
         request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
     )

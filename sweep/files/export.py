@@ -9,7 +9,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
 from sweep.atlas.curves import without_curves
+from sweep.atlas.selection import BOUNDARY
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import published, published_folder
@@ -45,8 +47,9 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         The file, or for zarr the folder.
     kind : str
         A key of `FORMATS`. A table (csv, parquet) has one row for each cell: the parameters, the measures in SI, flags
-        as words, and the boundaries of the cell's row, but not the curves of a refined boundary. Parquet keeps units
-        and attributes in its metadata; csv has none.
+        as words. Parquet has the boundaries of the cell's row too, but no curves, and keeps units and attributes in its
+        metadata. Beside a csv is another one, ``NAME.boundary.csv``, if the atlas has a boundary: see
+        `sweep.atlas.boundary_rows`.
     overwrite : bool
         Replace what is there.
 
@@ -78,10 +81,29 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
 
 
 def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
+    rows = boundary_rows(dataset) or curve_rows(dataset)
     with published(path) as unfinished:
-        for i, table in enumerate(_tables(dataset)):
+        for i, table in enumerate(_tables(_cells(dataset))):
             # every digit, so that the number read is the number written
             table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
+    if rows:
+        with published(boundary_file(path)) as unfinished:
+            unfinished.write_text(as_csv(rows), encoding="ascii")
+
+
+def _cells(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return an atlas without its boundary."""
+    return dataset.drop_vars([name for name in dataset.data_vars if str(name).startswith(BOUNDARY)])
+
+
+def _check_csv(path: Path, overwrite: bool) -> None:
+    check_target(path, overwrite)
+    check_target(boundary_file(path), overwrite)
+
+
+def boundary_file(path: Path) -> Path:
+    """Return the file beside a table of cells that has the boundary: ``atlas.boundary.csv``."""
+    return path.with_name(f"{path.stem}.boundary{path.suffix}")
 
 
 def _write_parquet(dataset: "xr.Dataset", path: Path) -> None:
@@ -130,7 +152,7 @@ def _write_zarr(dataset: "xr.Dataset", path: Path) -> None:
 
 #: Name of the format -> the format.
 FORMATS = {
-    "csv": Format(_write_csv),
+    "csv": Format(_write_csv, check=_check_csv),
     "parquet": Format(_write_parquet, "pyarrow"),
     "zarr": Format(_write_zarr, "zarr", _check_zarr),
 }

@@ -77,7 +77,8 @@ def test_variables_are_described_by_the_table(rolling):
         assert variable.flag_values.dtype == np.int8
         assert set(np.unique(variable)) <= set(quantity.flags)
     for name, quantity in PARAMETERS.items():
-        assert rolling[name].attrs == {"long_name": quantity.long_name, "units": quantity.units}
+        comment = {"comment": quantity.description} if quantity.description else {}
+        assert rolling[name].attrs == {"long_name": quantity.long_name, "units": quantity.units} | comment
     for name in EDGE_NAMES[:4]:
         assert rolling[name.format("roll_rate")].attrs["units"] == "rad s-1"
 

@@ -210,7 +210,7 @@ def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsy
         assert again.attrs["sweep_fingerprint"] == before.attrs["sweep_fingerprint"]
         for name in before.variables:
             assert again[name].values.tobytes() == before[name].values.tobytes(), name
-        assert again.attrs["history"].endswith("eulerdisk run --from a.nc")
+        assert again.attrs["history"].endswith("eulerdisk run --from a.nc -o b.nc")
     assert run(monkeypatch, capsys, "run --from a.nc alpha=1 tilt=1deg -o c.nc")[0] == 0
     with sweep.open_atlas("c.nc") as changed:
         spec = ROLLING.replace(alpha=1.0, tilt="1deg")

@@ -1,10 +1,14 @@
 """`info`, `boundary`, `plot`: the reports and figures of an atlas; a damaged file is refused."""
 
+import csv
+import io
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import sweep
@@ -128,3 +132,52 @@ def test_a_file_with_an_equals_sign_is_a_file(command, tmp_path):
     """What exists is drawn, whatever its name."""
     command(f"run rolling {' '.join(SMALL)} -o a=1.nc")
     assert command("plot a=1.nc tilt=1deg -o b.png")[0] == 0
+
+
+def test_info_as_json(command, tmp_path):
+    """The same facts as plain values in SI; the counts are those of the cells."""
+    command(f"run rolling {' '.join(SMALL)} alpha=0.5,1 boundary=refined:1e-3 -o a.nc")
+    status, out, err = command("info a.nc --json")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    with open_atlas(tmp_path / "a.nc") as atlas:
+        assert found["cells"] == atlas.ending.size == sum(found["endings"].values())
+        assert found["verdicts"]["stable"] == int(atlas.eulerdisk.stable.sum())
+        assert found["peak_tilt"]["largest"] == float(atlas.peak_tilt.max())
+        assert {each["name"]: each for each in found["axes"]}["roll_rate"] == {
+            "name": "roll_rate", "units": "rad s-1", "count": 9, "first": 2.0, "last": 4.0, "spacing": "linear",
+        }  # fmt: skip
+        assert found["fixed"]["radius"] == {"value": 0.5, "units": "m"}
+        assert found["settings"]["step"] == {"value": "auto"}
+        assert found["boundary"][0]["smallest"] == float(atlas.boundary_roll_rate.min())
+        assert sum(found["boundary"][0]["rows"].values()) == atlas.boundary_roll_rate.size
+        assert found["sweep_spec"] == json.loads(atlas.sweep_spec)
+    assert found["history"][0].endswith("-o a.nc")
+
+
+def test_info_as_json_is_for_finished_atlases(command, tmp_path):
+    """Of an unfinished run it is refused."""
+    command(f"prepare rolling {' '.join(SMALL)} -o a.nc")
+    status, out, err = command("info a.nc --json")
+    assert (status, out) == (2, "")
+    assert "this run is not finished" in err
+
+
+def test_the_boundary_for_programs(command, tmp_path):
+    """As csv and as json it has the same rows, every digit of each number; a missing value is empty or null."""
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    rows = json.loads(command("boundary a.nc --to json")[1])["rows"]
+    read = list(csv.DictReader(io.StringIO(command("boundary a.nc --to csv")[1])))
+    assert [*rows[0]] == [*read[0]]
+    for row, other in zip(rows, read, strict=True):
+        assert {name: "" if value is None else str(value) for name, value in row.items()} == other
+    with open_atlas(tmp_path / "a.nc") as atlas:
+        measured = [np.nan if row["measured"] is None else row["measured"] for row in rows]
+        np.testing.assert_array_equal(measured, atlas.boundary_roll_rate.values)
+        np.testing.assert_array_equal([row["tilt"] for row in rows], atlas.tilt.values)
+    other = json.loads(command("boundary a.nc --to json --criterion departure:1deg")[1])
+    assert other["criterion"] == "departure:1deg"
+    assert other["rows"] != rows
+    status, out, err = command("boundary a.nc --to xml")
+    assert (status, out) == (2, "")
+    assert "csv or json; got xml" in err

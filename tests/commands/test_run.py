@@ -25,7 +25,9 @@ def test_run_writes_the_atlas(command, tmp_path):
     assert (status, out, err.splitlines()[-1]) == (0, "", "eulerdisk: a.nc: 18 cells")
     spec = sweep.SweepSpec.from_words("rolling", SMALL)
     with open_atlas(tmp_path / "a.nc") as read:
-        assert read.attrs["history"].endswith("Z eulerdisk run rolling roll_rate=2:4:9 tilt=0.1deg,1deg")
+        assert read.attrs["history"].endswith(
+            "Z eulerdisk run rolling roll_rate=2:4:9 tilt=0.1deg,1deg -o a.nc"
+        )
         xr.testing.assert_equal(read, sweep.run(spec))
         assert read.attrs["sweep_fingerprint"] == spec.fingerprint()
 

@@ -33,13 +33,14 @@ def atlas(request):
     return sweep.run(SPECS[request.param])
 
 
-def expected(atlas):
+def expected(atlas, kind):
     """Return the rows that a table has to have, made by numpy alone."""
     ending = atlas["ending"]
     rows = {}
+    # curves are no property of a cell, and the boundary of a csv is a table of its own
+    left_out = ("curve_", *(("boundary_", "predicted_", "critical_") if kind == "csv" else ()))
     for name in (*ending.dims, *PARAMETERS, *atlas.data_vars):
-        # curves are no property of a cell
-        if name in atlas and not name.startswith("curve_"):
+        if name in atlas and not name.startswith(left_out):
             variable = atlas[name]
             shape = [count if dim in variable.dims else 1 for dim, count in ending.sizes.items()]
             rows[name] = np.broadcast_to(variable.values.reshape(shape), ending.shape).reshape(-1)
@@ -65,13 +66,67 @@ def test_tables_hold_every_bit(tmp_path, monkeypatch, atlas, kind, rows):
     monkeypatch.setattr("sweep.files.export._ROWS", rows)
     path = tmp_path / f"a.{kind}"
     export(atlas, path, kind)
-    truth = expected(atlas)
+    truth = expected(atlas, kind)
     read = read_csv(path) if kind == "csv" else pd.read_parquet(path)
     assert list(read)[: atlas.ending.ndim] == list(atlas.ending.dims)
     assert set(read) == set(truth)
     for name, values in truth.items():
         np.testing.assert_array_equal(np.asarray(read[name]).astype(values.dtype), values, err_msg=name)
-    assert list(tmp_path.iterdir()) == [path]
+    apart = [tmp_path / "a.boundary.csv"] if kind == "csv" and _has_boundary(atlas) else []
+    assert sorted(tmp_path.iterdir()) == sorted([path, *apart])
+
+
+def _has_boundary(atlas):
+    return any(name.startswith("boundary_") for name in atlas.data_vars)
+
+
+@pytest.mark.parametrize("name", ["falling", "circling", "refined"])
+def test_the_boundary_is_a_table_of_its_own(tmp_path, name):
+    """One row per row of the grid: every number to the last bit, the reason where there is none."""
+    atlas = sweep.run(SPECS[name])
+    export(atlas, tmp_path / "a.csv", "csv")
+    read = read_csv(tmp_path / "a.boundary.csv")
+    rows = 0
+    for edge in ("upper", "lower"):
+        for along in [each for each in atlas.ending.dims if PARAMETERS[each].control]:
+            if f"boundary_{'lower_' * (edge == 'lower')}{along}" not in atlas:
+                continue
+            found = atlas.eulerdisk.boundary(along, edge)
+            here = [
+                i
+                for i, (parameter, side) in enumerate(zip(read["along"], read["edge"], strict=True))
+                if (parameter, side) == (along, edge)
+            ]
+            rows += len(here)
+            assert len(here) == found["measured"].size
+            for column in ("measured", "halfwidth", "predicted", "critical"):
+                values = np.array([float(read[column][i]) for i in here])
+                np.testing.assert_array_equal(values, found[column].values.reshape(-1), err_msg=column)
+            words = np.array(found["status"].attrs["flag_meanings"].split())[
+                found["status"].values.reshape(-1)
+            ]
+            assert [read["status"][i] for i in here] == words.tolist()
+            for axis in found["measured"].dims:
+                values = np.broadcast_to(
+                    found[axis].values.reshape([-1 if dim == axis else 1 for dim in found["measured"].dims]),
+                    found["measured"].shape,
+                )
+                np.testing.assert_array_equal([float(read[axis][i]) for i in here], values.reshape(-1))
+            assert {read[along][i] for i in here} == {"nan"}
+    assert rows == len(read["along"])
+
+
+def test_curves_are_the_boundary_without_a_control(tmp_path):
+    """Where no rows are, the points of the curves are the table."""
+    spec = sweep.SweepSpec(tilt="0.5deg:6deg:9", tilt_rate="0:0.5:9", roll_rate=3, boundary="refined:1e-3")
+    atlas = sweep.run(spec)
+    export(atlas, tmp_path / "a.csv", "csv")
+    read = read_csv(tmp_path / "a.boundary.csv")
+    np.testing.assert_array_equal(np.array(read["tilt"], float), atlas["curve_tilt"].values)
+    np.testing.assert_array_equal(
+        np.array(read["tilt_rate_halfwidth"], float), atlas["curve_tilt_rate_halfwidth"]
+    )
+    assert len(read["curve"]) == int(atlas["curve_point_count"].sum()) >= 4
 
 
 def test_parquet_keeps_units_and_types(tmp_path):

@@ -155,6 +155,17 @@ def test_cdo(path, truth):
     assert float(said("cdo -s outputf,%.17g -fldmean -selname,fall_time", path)) == truth.mean
 
 
+def test_cdo_keeps_the_fixed_parameters(path, tmp_path):
+    """Selecting a variable leaves out the coordinates of no dimension; the attributes with their numbers stay."""
+    program("cdo")
+    said("cdo -s selname,fall_time", path, tmp_path / "part.nc")
+    with netCDF4.Dataset(path) as whole, netCDF4.Dataset(tmp_path / "part.nc") as part:
+        for name in ("alpha", "radius", "gravity"):
+            assert part.getncattr(name) == whole[name][...].item()
+            assert part.getncattr(f"{name}_units") == whole[name].units
+        assert part.getncattr("criterion_meaning") == whole.getncattr("criterion_meaning")
+
+
 def test_nco(path, truth, tmp_path):
     """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
     program("ncwa", "ncks")

@@ -72,9 +72,10 @@ def _input(
     allows: Callable[[Array], Truths],
     words: tuple[str, ...] = (),
     added_later: bool = False,
+    description: str = "",
 ) -> Input:
     return Input(
-        name, symbol, units, long_name, GRID,
+        name, symbol, units, long_name, GRID, description,
         default=default, rule=rule, allows=allows, words=words, added_later=added_later,
     )  # fmt: skip
 
@@ -86,11 +87,16 @@ def _rate(
     words: tuple[str, ...] = (),
     control: bool = False,
     added_later: bool = False,
+    description: str = "",
 ) -> Input:
     return Input(
-        name, symbol, "rad s-1", long_name, GRID,
+        name, symbol, "rad s-1", long_name, GRID, description,
         default=0.0, words=words, control=control, added_later=added_later,
     )  # fmt: skip
+
+
+#: What the sign of an extreme means.
+_SIGNED = "signed, as the coordinate tilt: a negative one is on the side away from positive starts"
 
 
 def _upright(tilt: Array) -> Truths:
@@ -132,12 +138,14 @@ ENDINGS = Endings(
 # fmt: off
 PARAMETERS: Mapping[str, Input] = table(
     _input("tilt", r"\theta_0", "rad", "initial tilt of the plane of the disk from the vertical",
-           0.0, "|tilt| < 90 deg", _upright),
+           0.0, "|tilt| < 90 deg", _upright,
+           description="0 upright; positive: it leans to the right of where a positive roll_rate takes it"),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
     _rate("precession_rate", r"\dot\psi_0", "initial rate of the heading about the vertical",
-          STEADY_PRECESSION, control=True),
+          STEADY_PRECESSION, control=True, description="positive: to the left, counterclockwise seen from above"),
     _rate("roll_rate", r"\dot\phi_0", "initial rate of roll about the axis of the disk, in the precessing frame",
-          (STEADY_ROLL,), control=True),
+          (STEADY_ROLL,), control=True,
+          description="times the radius, the speed of the contact point along its path; positive: forwards"),
     _input("alpha", r"\alpha", "1", "axial moment of inertia over mass times radius squared (0.5 disk, 1 hoop)",
            0.5, "0 < alpha <= 1", lambda alpha: (alpha > 0.0) & (alpha <= 1.0)),
     _input("radius", "R", "m", "radius of the disk", 0.5, "radius > 0", positive),
@@ -162,8 +170,8 @@ VARIABLES: Mapping[str, Quantity] = table(
     ENDINGS.quantity,
     replace(STABILITY, description="follows from ending, tilt_min and tilt_max; a fall is unstable, an unresolved cell "
                                    "undecided"),
-    Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, "signed"),
-    Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT, "signed"),
+    Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, _SIGNED),
+    Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT, _SIGNED),
     Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
              "the larger of |tilt_min| and |tilt_max|"),
     Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",

@@ -1,0 +1,116 @@
+"""What `info --json` and `boundary --to json` print: an atlas as plain values, in SI."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from sweep.atlas.boundary_rows import boundary_rows, curve_rows
+from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.contents import Atlas, Variable
+from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
+from sweep.atlas.row_status import ROW_STATUS
+from sweep.model.quantity import Quantity
+from sweep.request.spec import SweepSpec
+
+
+def summary(dataset: Atlas) -> dict[str, Any]:
+    """Return what is in an atlas: its grid, how it was made, how the cells ended, where the boundary lies."""
+    spec = spec_of(dataset)
+    model = spec.model
+    require(dataset, (model.peak, model.error_name))
+    return {
+        "title": str(dataset.attrs.get("title", "")),
+        "model": model.name,
+        "cells": spec.size,
+        "axes": [_axis(spec, name) for name in spec.axes],
+        "fixed": {name: _with_units(getattr(spec, name), model.parameters[name]) for name in spec.fixed},
+        "computed_per_cell": {name: getattr(spec, name) for name in spec.computed},
+        "criterion": str(spec.criterion),
+        "unstable_if": spec.criterion.unstable_if(model),
+        "method": spec.method,
+        "settings": {name: _with_units(getattr(spec, name), each) for name, each in model.settings.items()},
+        "endings": _counts(dataset["ending"], model.variables["ending"]),
+        "verdicts": _counts(dataset["stability"], model.variables["stability"]),
+        model.peak: _extent(dataset[model.peak]),
+        "largest_error": {model.error_name: _extent(dataset[model.error_name])["largest"]},
+        "boundary": [_edge(dataset, axis, edge) for axis, edge in found_edges(dataset, spec)],
+        "curves": int(dataset["curve_closed"].values.size) if "curve_closed" in dataset else 0,
+        "history": str(dataset.attrs.get("history", "")).split("\n"),
+        "source": str(dataset.attrs.get("source", "")),
+        "versions": _versions(dataset),
+        "kernel_hash": str(dataset.attrs.get("kernel_hash", "")),
+        "sweep_fingerprint": str(dataset.attrs.get("sweep_fingerprint", "")),
+        "sweep_spec": json.loads(spec.canonical()),
+    }
+
+
+def boundary(dataset: Atlas) -> dict[str, Any]:
+    """Return the rows of the boundary, the points of its curves, and the units of both."""
+    spec = spec_of(dataset)
+    units = {name: spec.model.parameters[name].units for name in spec.axes}
+    return {
+        "criterion": str(spec.criterion),
+        "units": units,
+        "rows": boundary_rows(dataset),
+        "curves": curve_rows(dataset),
+    }
+
+
+def as_json(found: dict[str, Any]) -> str:
+    """Return plain values as JSON; numbers that JSON does not have are none of them."""
+    return json.dumps(found, indent=1, allow_nan=False)
+
+
+def _axis(spec: SweepSpec, name: str) -> dict[str, Any]:
+    axis = getattr(spec, name)
+    first, last = axis.ends().tolist()
+    spacing = getattr(axis, "spacing", "listed")
+    units = spec.model.parameters[name].units
+    return {
+        "name": name,
+        "units": units,
+        "count": len(axis),
+        "first": first,
+        "last": last,
+        "spacing": spacing,
+    }
+
+
+def _with_units(value: float | str, quantity: Quantity) -> dict[str, Any]:
+    return {"value": value} if isinstance(value, str) else {"value": value, "units": quantity.units}
+
+
+def _counts(variable: Variable, quantity: Quantity) -> dict[str, int]:
+    codes, counts = np.unique(variable.values, return_counts=True)
+    found = dict(zip(codes.tolist(), counts.tolist(), strict=True))
+    return {word: found.get(code, 0) for code, word in (quantity.flags or {}).items()}
+
+
+def _extent(variable: Variable) -> dict[str, Any]:
+    known = variable.values[np.isfinite(variable.values)].astype(np.float64)
+    units = str(variable.attrs.get("units", "1"))
+    if not known.size:
+        return {"smallest": None, "largest": None, "units": units}
+    return {"smallest": float(known.min()), "largest": float(known.max()), "units": units}
+
+
+def _edge(dataset: Atlas, axis: str, edge: str) -> dict[str, Any]:
+    measured, halfwidth, _, _ = edge_names(axis, edge)
+    codes, counts = np.unique(edge_status(dataset, axis, edge), return_counts=True)
+    return {
+        "along": axis,
+        "edge": edge,
+        **_extent(dataset[measured]),
+        "largest_halfwidth": _extent(dataset[halfwidth])["largest"],
+        "rows": {
+            ROW_STATUS[code]: count for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
+        },
+    }
+
+
+def _versions(dataset: Atlas) -> Any:
+    try:
+        return json.loads(str(dataset.attrs.get("versions", "{}")))
+    except (ValueError, RecursionError):
+        return {}

@@ -1,0 +1,86 @@
+"""A file explains itself: what a reader has to know of an atlas stands in its attributes."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas.cf_metadata import edge_names
+from sweep.request.spec import SweepSpec
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """An atlas with a row without a boundary."""
+    return sweep.run(SweepSpec(roll_rate="1:4:9", tilt="1deg,20deg", alpha=0.7, duration="20s", step="1ms"))
+
+
+def test_the_criterion_is_stated_in_words(atlas):
+    """Beside its code word; another criterion changes both."""
+    assert atlas.criterion == "departure:5deg"
+    assert "unstable if the tilt leaves its steady value by more than 5 deg" in atlas.criterion_meaning
+    again = sweep.reclassify(atlas, "amplification:3")
+    assert "3 times the perturbation" in again.criterion_meaning
+
+
+def test_a_missing_boundary_is_explained(atlas):
+    """Every variable of an edge says what it means that a value is missing; the row status is named."""
+    names = edge_names("roll_rate")
+    assert np.isnan(atlas[names[0]].values).any()
+    for name in names:
+        assert atlas[name].comment.startswith("missing: ")
+    assert "boundary_roll_rate_status" in atlas[names[0]].comment
+
+
+def test_settings_and_fixed_parameters_have_units(atlas):
+    """As global attributes, which selecting variables keeps; the numbers are those of the coordinates."""
+    assert (atlas.duration, atlas.duration_units) == (20.0, "s")
+    assert (atlas.step, atlas.step_units) == (0.001, "s")
+    assert (atlas.fall_tilt_units, atlas.tolerance_units) == ("rad", "rad")
+    for name in ("tilt_rate", "precession_rate", "alpha", "radius", "gravity"):
+        assert atlas.attrs[name] == atlas[name].item()
+        assert atlas.attrs[f"{name}_units"] == atlas[name].units
+    for name in ("roll_rate", "tilt"):
+        assert name not in atlas.attrs
+    automatic = sweep.run(SweepSpec(tilt="1deg"))
+    assert (automatic.step, "step_units" in automatic.attrs) == ("auto", False)
+
+
+def test_the_software_and_its_licence_are_those_of_the_package(atlas):
+    """Version, where to get it, licence and citation agree with the files of the repository."""
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+    assert f"{project['name']} {sweep.__version__}" in atlas.software
+    assert f"pip install {project['name']}=={sweep.__version__}" in atlas.software
+    assert project["license"] in atlas.license
+    cited = (CHECKOUT / "CITATION.cff").read_text()
+    title = re.search(r'title: "eulerdisk: (.*)"', cited)[1]
+    assert title in atlas.citation
+    assert re.search(r"name: (.*)", cited)[1] in atlas.citation
+
+
+@pytest.mark.parametrize("roll_rate", [5.0, -5.0])
+def test_the_signs_are_those_that_the_comments_say(roll_rate):
+    """Positive tilt leans to the right of where a positive roll rate goes, positive precession turns left.
+
+    From the path of the contact point and of the centre of mass: where the disk goes, and on which side its centre is.
+    """
+    tilt, turn, radius = 0.2, 0.3, 0.5
+    words = f"tilt={tilt} precession_rate={turn} roll_rate={roll_rate} radius={radius} duration=0.01 interval=1e-3"
+    motion = sweep.simulate(sweep.TrajectorySpec.from_words(words.split()))
+    x, y = motion["contact_x"].values, motion["contact_y"].values
+    ahead = np.array([x[1] - x[0], y[1] - y[0]]) * np.sign(roll_rate)
+    speed = np.hypot(*ahead) / 1e-3
+    assert speed == pytest.approx(abs(roll_rate) * radius, rel=1e-3)
+    aside = np.array([motion["centre_x"].values[0] - x[0], motion["centre_y"].values[0] - y[0]])
+    # to the right: clockwise from the way ahead
+    assert ahead[0] * aside[1] - ahead[1] * aside[0] < 0.0
+    assert motion["heading"].values[1] > motion["heading"].values[0]
+    table = sweep.run(SweepSpec(tilt="1deg")).coords
+    assert "leans to the right of where a positive roll_rate takes it" in table["tilt"].comment
+    assert "counterclockwise seen from above" in table["precession_rate"].comment
+    assert "speed of the contact point" in table["roll_rate"].comment
