@@ -34,6 +34,7 @@ _HELP = (
 _COMMANDS = {
     "run": "run",
     "plan": "run",
+    "batch": "batch",
     "plot": "inspect",
     "info": "inspect",
     "boundary": "inspect",

@@ -55,6 +55,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
 
         path = folder / reference
         first, *changes = shlex.split(words)
+        wrong = ""
         try:
             # the path of a spec file is relative to the folder of the test too
             spec = SweepSpec.from_words(folder / first if first.endswith(".toml") else first, changes)
@@ -67,8 +68,10 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
             with open_atlas(path) as trusted:
                 comparison = compare(run(spec), trusted, tolerances=tolerances, exact=exact)
         except RequestError as error:
-            # the message says what to do, a traceback adds nothing
-            pytest.fail(f"{words}: {error}", pytrace=False)
+            wrong = f"{words}: {error}"
+        if wrong:
+            # not where the error is handled: pytest would print both, and the message says what to do
+            pytest.fail(wrong, pytrace=False)
         if not comparison.same:
             pytest.fail(f"{words}: differs from {reference}\n{in_words(comparison)}", pytrace=False)
 

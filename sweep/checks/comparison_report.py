@@ -19,7 +19,7 @@ def in_words(comparison: Comparison) -> str:
     return "\n".join([*lines, "", *_provenance(comparison)])
 
 
-def to_junit(comparison: Comparison, name: str) -> str:
+def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
     """Return JUnit XML: a test suite with one test for each variable.
 
     Parameters
@@ -27,15 +27,19 @@ def to_junit(comparison: Comparison, name: str) -> str:
     comparison : Comparison
     name : str
         What the suite is called, for example the name of the file.
+    seconds : float
+        How long the comparison took. The variables are read and judged together, and bear equal shares of it.
     """
     name = printable(name)
     failed = [finding for finding in comparison.findings if finding.different]
-    counts = {"tests": str(len(comparison.findings)), "failures": str(len(failed)), "errors": "0"}
+    tests = len(comparison.findings)
+    counts = {"tests": str(tests), "failures": str(len(failed)), "errors": "0", "time": f"{seconds:.3f}"}
+    share = f"{seconds / tests if tests else 0.0:.4f}"
     root = ElementTree.Element("testsuites", counts)
     suite = ElementTree.SubElement(root, "testsuite", {"name": name, **counts})
     for finding in comparison.findings:
         case = ElementTree.SubElement(
-            suite, "testcase", {"classname": name, "name": finding.name, "time": "0"}
+            suite, "testcase", {"classname": name, "name": finding.name, "time": share}
         )
         if finding.different:
             text = _what(finding)

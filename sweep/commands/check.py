@@ -74,6 +74,7 @@ def compare(
     NEW.nc has is named, not judged; so is provenance.
     """
     import json
+    import time
 
     from sweep.checks.compare import compare as compared
     from sweep.checks.comparison_report import in_words, to_junit
@@ -88,13 +89,14 @@ def compare(
         for atlas in (new, reference):
             check_atlas(atlas)
         check_apart(junit, new, reference)
+    began = time.monotonic()
     with opened(new) as left, opened(reference) as right:
         comparison = compared(
             left, right, common=common, tolerances=given, exact=exact, files=(new, reference)
         )
     if junit is not None:
         with published(junit) as unfinished:
-            unfinished.write_text(to_junit(comparison, new.name), encoding="utf-8")
+            unfinished.write_text(to_junit(comparison, new.name, time.monotonic() - began), encoding="utf-8")
     if as_json:
         files = {"new": str(new), "reference": str(reference)}
         show(json.dumps(files | comparison.to_dict(), indent=1, allow_nan=False))

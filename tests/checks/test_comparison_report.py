@@ -41,8 +41,9 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
         r"DIFFERS +tilt_max +1 of 78 differ, largest difference [\d.]+ rad, allowed 2e-08\n", text
     )
     assert "because each extreme tilt is as near to the true one as its atlas states" in text
-    suite = ElementTree.fromstring(to_junit(comparison, "a.nc"))[0]
-    assert suite.attrib == {"name": "a.nc", "tests": "24", "failures": "1", "errors": "0"}
+    suite = ElementTree.fromstring(to_junit(comparison, "a.nc", 4.8))[0]
+    assert suite.attrib == {"name": "a.nc", "tests": "24", "failures": "1", "errors": "0", "time": "4.800"}
+    assert {case.get("time") for case in suite} == {"0.2000"}
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert failed == ["tilt_max"]
 

@@ -1,0 +1,199 @@
+"""A batch from its sweeps to its outcomes: each is computed, verified and compared, whatever became of the others."""
+
+import shlex
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sweep.batch.sweeps import Sweep
+from sweep.checks.compare import Comparison, compare
+from sweep.checks.verify import Findings, findings_of
+from sweep.engine.compute import arithmetic_hash
+from sweep.errors import RequestError, StoppedError
+from sweep.files.reading import opened, opened_file
+from sweep.request.spec import SweepSpec
+from sweep.runs.executor import Say, Stopping, no_op
+from sweep.runs.progress import Show
+from sweep.runs.run import Failures, run_to_file
+
+#: What became of the atlas of a sweep.
+COMPUTED, KEPT, REFUSED, FAILED = "computed", "kept", "refused", "failed"
+
+
+@dataclass
+class Outcome:
+    """What became of one sweep.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    path : Path
+        Its atlas.
+    state : str
+        COMPUTED; KEPT: it was there already, made from this spec by this code; REFUSED: the request was wrong;
+        FAILED: the atlas could not be made.
+    failures : Failures or None
+        The cells that could not be computed.
+    findings : Findings or None
+        The audit, if it was asked for.
+    comparison : Comparison or None
+        With the trusted atlas, if it was asked for.
+    problems : dict of str to str
+        Step (``run``, ``verify``, ``compare``) -> why it could not be done.
+    seconds : dict of str to float
+        Step -> how long it took.
+    """
+
+    sweep: Sweep
+    path: Path
+    state: str = FAILED
+    failures: Failures | None = None
+    findings: Findings | None = None
+    comparison: Comparison | None = None
+    problems: dict[str, str] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def too_many_failed(self, most: float) -> bool:
+        """Return whether more than `most` per cent of the cells could not be computed."""
+        return self.failures is not None and 100.0 * self.failures.total > most * self.failures.spec.size
+
+    def is_fine(self, most: float) -> bool:
+        """Return whether all that was asked for was done and found right; `most` as in `too_many_failed`."""
+        checks = (
+            self.findings is None or self.findings.passed,
+            self.comparison is None or self.comparison.same,
+        )
+        return not self.problems and all(checks) and not self.too_many_failed(most)
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What is to be done with every sweep.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the atlases are written; it exists.
+    verify : bool
+        Whether every atlas is verified.
+    reference : Path, optional
+        A folder of trusted atlases with the same names.
+    overwrite : bool
+        Whether an atlas that another spec or other code has made is replaced.
+    threads : int, optional
+        Threads to use; all if not given.
+    """
+
+    folder: Path
+    verify: bool = False
+    reference: Path | None = None
+    overwrite: bool = False
+    threads: int | None = None
+
+
+def carry_out(
+    sweeps: Sequence[Sweep],
+    wishes: Wishes,
+    *,
+    show: Show = no_op,
+    say: Say = no_op,
+    stopping: Stopping = lambda: False,
+) -> Iterator[Outcome]:
+    """Carry out sweeps one after the other, and yield what became of each.
+
+    Parameters
+    ----------
+    sweeps : sequence of Sweep
+    wishes : Wishes
+    show, say, stopping
+        As in `sweep.runs.run.run_to_file`.
+
+    Raises
+    ------
+    StoppedError
+        If `stopping` returned true. Finished atlases and blocks are kept, and the same call goes on.
+    """
+    for number, sweep in enumerate(sweeps):
+        if stopping():
+            raise StoppedError(f"{number} of {len(sweeps)} sweeps are finished")
+        path = wishes.folder / f"{sweep.name}.nc"
+        found = Outcome(sweep, path)
+        if sweep.spec is None:
+            found.state, found.problems["run"] = REFUSED, sweep.problem
+            yield found
+            continue
+        with _step(found, "run", say):
+            if _is_there(path, sweep.spec):
+                found.failures, found.state = Failures.in_file(path, sweep.spec), KEPT
+            else:
+                found.failures = run_to_file(
+                    sweep.spec,
+                    path,
+                    overwrite=wishes.overwrite,
+                    threads=wishes.threads,
+                    command=_command(sweep, path),
+                    progress=show,
+                    say=say,
+                    stopping=stopping,
+                )
+                found.state = COMPUTED
+        if "run" not in found.problems:
+            _check(found, wishes, say)
+        yield found
+
+
+def _check(found: Outcome, wishes: Wishes, say: Say) -> None:
+    if wishes.verify:
+        with _step(found, "verify", say), opened(found.path) as atlas:
+            found.findings = findings_of(atlas, found.path)
+    if wishes.reference is not None:
+        trusted = wishes.reference / found.path.name
+        with _step(found, "compare", say), opened(found.path) as new, opened(trusted) as reference:
+            found.comparison = compare(new, reference, files=(found.path, trusted))
+
+
+@contextmanager
+def _step(found: Outcome, step: str, say: Say) -> Iterator[None]:
+    """Time a step, and keep why it could not be done: the other sweeps go on."""
+    began = time.monotonic()
+    try:
+        yield
+    except StoppedError:
+        raise
+    except RequestError as error:
+        found.problems[step] = str(error)
+    except MemoryError:
+        found.problems[step] = "The memory that this process may use is not enough. Use more memory."
+    # a defect in one sweep, or an error of the system, is no reason to lose a night
+    except Exception as problem:
+        for line in traceback.format_exc().rstrip("\n").split("\n"):
+            say(line)
+        found.problems[step] = (
+            f"This is a defect of eulerdisk, or the system refuses: {type(problem).__name__}: {problem}."
+        )
+    finally:
+        found.seconds[step] = time.monotonic() - began
+
+
+def _command(sweep: Sweep, path: Path) -> str:
+    """Return the command that makes this atlas, for its history."""
+    words = (
+        ["batch", sweep.file, "-o", str(path.parent)] if sweep.table else ["run", sweep.file, "-o", str(path)]
+    )
+    return shlex.join(["eulerdisk", *words])
+
+
+def _is_there(path: Path, spec: SweepSpec) -> bool:
+    """Return whether a file is the atlas that a run of a spec would make now, as far as can be told."""
+    if not path.is_file():
+        return False
+    try:
+        with opened_file(path) as held:
+            stated = held.attrs.get("sweep_fingerprint"), held.attrs.get("kernel_hash")
+    except RequestError:
+        # not an atlas, or a damaged one: `run_to_file` says that it is in the way, or replaces it
+        return False
+    return stated == (spec.fingerprint(), arithmetic_hash(spec))

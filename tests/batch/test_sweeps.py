@@ -1,0 +1,88 @@
+"""The sweeps of a batch, as they stand in files."""
+
+import pytest
+
+from sweep.batch.sweeps import read_sweeps
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+
+SEVERAL = """
+tilt = "1deg:4deg:3"
+alpha = 1
+[[sweep]]
+name = "hoop"
+roll_rate = "1:3:4"
+[[sweep]]
+name = "disk"
+alpha = 0.5
+roll_rate = "2:4:4"
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    """Files are named relative to the folder of the test."""
+    monkeypatch.chdir(tmp_path)
+
+
+def test_one_for_each_file_and_one_for_each_table(spec_file):
+    """Presets, plain files and tables; words above the tables hold for all, a table's own before them."""
+    spec_file(SEVERAL, "several.toml")
+    spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")
+    found = read_sweeps(["rolling", "one.toml", "several.toml"])
+    assert [(each.name, each.source) for each in found] == [
+        ("rolling", "rolling"),
+        ("one", "one.toml"),
+        ("hoop", "several.toml, [[sweep]] 1"),
+        ("disk", "several.toml, [[sweep]] 2"),
+    ]
+    assert [each.spec for each in found] == [
+        SweepSpec.preset("rolling"),
+        SweepSpec(roll_rate=3, tilt="1deg"),
+        SweepSpec(tilt="1deg:4deg:3", alpha=1, roll_rate="1:3:4"),
+        SweepSpec(tilt="1deg:4deg:3", alpha=0.5, roll_rate="2:4:4"),
+    ]
+    assert found[2].spec.axes == ("tilt", "roll_rate")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("rol_rate = 3\n", "a.toml: rol_rate: rol_rate is no word"),
+        ("[[sweep]]\nname = 'b'\nrol_rate = 3\n", r"a.toml, \[\[sweep\]\] 1: rol_rate"),
+        ("tilt = 3\n", "a.toml: tilt"),
+        ("sweep = 3\n", "must be tables"),
+        ("sweep = []\n", "must be tables"),
+        ("sweep = [3]\n", "must be tables"),
+        ("]", "not TOML"),
+    ],
+)
+def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file, text, message):
+    """It says where it stands and what is wrong: the other sweeps can be computed."""
+    spec_file(text, "a.toml")
+    (found,) = read_sweeps(["a.toml"])
+    assert found.spec is None
+    with pytest.raises(RequestError, match=message):
+        raise RequestError(found.problem)
+    assert read_sweeps(["missing.toml"])[0].problem.startswith("missing.toml: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[sweep]]\nroll_rate = 3\n", "becomes that of a file.*got none"),
+        ("[[sweep]]\nname = 3\n", "becomes that of a file"),
+        ("[[sweep]]\nname = '../b'\n", r"got \.\./b"),
+        ("[[sweep]]\nname = '.b'\n", "becomes that of a file"),
+        (f"[[sweep]]\nname = '{'a' * 101}'\n", "at most 100"),
+        ("[[sweep]]\nname = 'A'\n[[sweep]]\nname = 'a'\n", "Two sweeps have the name a"),
+        ("[[sweep]]\nname = 'rolling'\n", "Two sweeps have the name rolling"),
+    ],
+)
+def test_names_that_cannot_be_those_of_files_are_refused(spec_file, text, message):
+    """Before anything is computed: nobody knows where the atlas should go."""
+    spec_file(text, "a.toml")
+    with pytest.raises(RequestError, match=message):
+        read_sweeps(["rolling", "a.toml"])
+    with pytest.raises(RequestError, match="needs sweeps"):
+        read_sweeps([])

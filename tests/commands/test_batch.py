@@ -1,0 +1,172 @@
+"""`batch`: many sweeps in one command, each computed and checked whatever became of the others."""
+
+import json
+from xml.etree import ElementTree
+
+import netCDF4
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.batch import night
+from sweep.batch.sweeps import read_sweeps
+from sweep.errors import StoppedError
+
+SEVERAL = """
+tilt = "1deg:4deg:3"
+[[sweep]]
+name = "disk"
+roll_rate = "2:4:5"
+[[sweep]]
+name = "hoop"
+alpha = 1
+roll_rate = "1:3:5"
+"""
+
+
+@pytest.fixture
+def batch(spec_file, command, tmp_path):
+    """Return a function that runs a batch of two sweeps with more words, and returns status, output, messages."""
+    spec_file(SEVERAL, "two.toml")
+    return lambda words="", specs="two.toml": command(f"batch {specs} -o tonight {words}")
+
+
+def test_every_sweep_becomes_an_atlas(batch, tmp_path):
+    """Each file is the atlas of its spec, and says which command made it; the table has a line for each."""
+    status, out, _ = batch("--verify")
+    assert status == 0
+    lines = out.splitlines()
+    assert lines[0].split() == ["sweep", "cells", "not", "computed", "verified", "reference", "time"]
+    assert [line.split()[:4] for line in lines[1:3]] == [
+        ["disk", "15", "0", "yes"],
+        ["hoop", "15", "0", "yes"],
+    ]
+    assert lines[-1].startswith("all 2 sweeps are as they should be")
+    for each in read_sweeps(["two.toml"]):
+        with sweep.open_atlas(tmp_path / "tonight" / f"{each.name}.nc") as atlas:
+            xr.testing.assert_equal(atlas, sweep.run(each.spec))
+            assert atlas.history.endswith("Z eulerdisk batch two.toml -o tonight")
+
+
+def test_a_sweep_of_a_file_of_its_own_can_be_repeated_by_run(batch, spec_file, tmp_path):
+    """Its history has the command `run` that makes it."""
+    spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")
+    batch(specs="one.toml")
+    with sweep.open_atlas(tmp_path / "tonight" / "one.nc") as atlas:
+        assert atlas.history.endswith("Z eulerdisk run one.toml -o tonight/one.nc")
+
+
+def test_the_same_command_goes_on(batch, tmp_path, monkeypatch):
+    """What is finished is kept and not written again; what other code made is in the way, unless told to replace it."""
+    batch()
+    before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "tonight").iterdir()}
+    (tmp_path / "tonight" / "hoop.nc").unlink()
+    status, out, err = batch()
+    assert (status, out.count("(kept)")) == (0, 1)
+    assert "disk: kept, 1 of 2 sweeps done" in err
+    assert (tmp_path / "tonight" / "disk.nc").stat().st_mtime_ns == before["disk.nc"]
+    with netCDF4.Dataset(tmp_path / "tonight" / "disk.nc", "a") as file:
+        file.kernel_hash = "0" * 64
+    status, out, _ = batch()
+    assert (status, "disk: " in out, "exists" in out) == (1, True, True)
+    assert batch("--overwrite")[0] == 0
+    with sweep.open_atlas(tmp_path / "tonight" / "disk.nc") as atlas:
+        assert atlas.kernel_hash != "0" * 64
+
+
+def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
+    """Between two sweeps as within one; the next call goes on."""
+    (tmp_path / "tonight").mkdir()
+    sweeps, done = read_sweeps(["two.toml"]), []
+    wishes = night.Wishes(tmp_path / "tonight")
+    with pytest.raises(StoppedError, match="1 of 2 sweeps are finished"):
+        done.extend(
+            night.carry_out(sweeps, wishes, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
+        )
+    assert [each.state for each in night.carry_out(sweeps, wishes)] == [night.KEPT, night.COMPUTED]
+
+
+def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, tmp_path):
+    """A wrong spec, a defect, too little memory: each is told in a sentence, the others are computed; status 1."""
+    spec_file("rol_rate = 3\n", "bad.toml")
+    spec_file('roll_rate = 3\ntilt = "1deg"\n', "defect.toml")
+    spec_file('roll_rate = 3\ntilt = "2deg"\n', "memory.toml")
+    run = night.run_to_file
+
+    def failing(spec, path, **rest):
+        errors = {"defect.nc": ValueError("odd"), "memory.nc": MemoryError()}
+        if path.name in errors:
+            raise errors[path.name]
+        return run(spec, path, **rest)
+
+    monkeypatch.setattr(night, "run_to_file", failing)
+    status, out, err = batch("--verify", specs="bad.toml defect.toml memory.toml two.toml")
+    assert status == 1
+    for words in (
+        "bad: bad.toml: rol_rate: ",
+        "defect: This is a defect of eulerdisk, or the system refuses: ValueError: odd.",
+        "memory: The memory that this process may use is not enough.",
+        "NOT as it should be: 3 of 5 sweeps",
+    ):
+        assert words in out
+    assert "Traceback" in err
+    assert {path.name for path in (tmp_path / "tonight").iterdir()} == {"disk.nc", "hoop.nc"}
+
+
+def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_path):
+    """The same, another one, and none: status 1 if one is not there or differs. JSON and JUnit say it too."""
+    batch()
+    (tmp_path / "tonight").rename(tmp_path / "trusted")
+    assert batch("--reference trusted")[0] == 0
+    with netCDF4.Dataset(tmp_path / "trusted" / "hoop.nc", "a") as file:
+        file["tilt_max"][...] = 0.5
+    status, out, _ = batch("--reference trusted --junit found.xml")
+    assert status == 1
+    lines = out.splitlines()
+    assert ("identical" in lines[1], "DIFFERENT in tilt_max" in lines[2]) == (True, True)
+    root = ElementTree.parse(tmp_path / "found.xml").getroot()
+    assert (root.get("tests"), root.get("failures")) == ("4", "1")
+    assert [case.get("name") for case in root.iter("testcase")] == ["run", "compare"] * 2
+    times = [float(each.get("time")) for each in root.iter("testcase")]
+    assert sum(times) == pytest.approx(float(root.get("time")), abs=0.003)
+    assert max(times) > 0.0
+    assert "tilt_max" in root.find(".//failure").get("message")
+    (tmp_path / "trusted" / "hoop.nc").unlink()
+    status, out, _ = batch("--reference trusted --json")
+    found = json.loads(out)
+    assert (status, found["fine"]) == (1, False)
+    assert [each["fine"] for each in found["sweeps"]] == [True, False]
+    assert "no such file" in found["sweeps"][1]["problems"]["compare"]
+    assert found["sweeps"][0]["comparison"]["outcome"] == "identical"
+
+
+def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
+    """More of them than --max-failed make the status 1."""
+    # no roll rate keeps a tilt without precession: invalid
+    spec_file('tilt = "1deg:4deg:3"\nprecession_rate = "0:1:2"\nroll_rate = "steady"\n', "odd.toml")
+    status, out, _ = batch(specs="odd.toml")
+    assert status == 1
+    assert "odd: 3 of 6 cells could not be computed (50 %): 3 invalid" in out
+    assert batch("--max-failed 50", specs="odd.toml")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("batch -o tonight", "SPEC"),
+        ("batch rolling -o two.toml", "this is a file"),
+        ("batch rolling -o tonight --reference missing", "there is none of this name"),
+        ("batch rolling -o tonight --junit missing/a.xml", "missing"),
+        ("batch rolling rolling -o tonight", "Two sweeps have the name rolling"),
+        ("batch rollin -o tonight", "Did you mean rolling"),
+        ("batch rolling -o tonight --threads 0", "threads"),
+        ("batch rolling -o tonight --max-failed 101", "percentage"),
+        ("batch rolling -o . --reference .", "compared with themselves"),
+    ],
+)
+def test_bad_words_are_refused(batch, command, tmp_path, words, message):
+    """Status 2, and nothing is written."""
+    status, out, err = command(words)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
