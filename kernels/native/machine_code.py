@@ -80,8 +80,10 @@ def compiled(function, types, c_types, options):
     """
     from numba.core.compiler_lock import global_compiler_lock
 
+    from kernels.native.pipeline import remembering_types
+
     dispatcher = lazy(**options)(function).compiled
-    with global_compiler_lock, _without_garbage_collection():
+    with global_compiler_lock, remembering_types(dispatcher.typingctx), _without_garbage_collection():
         dispatcher.compile(types)
         made = dispatcher.overloads[types]
         module, code = made.library.object_code()
