@@ -79,6 +79,10 @@ class Entry:
         found = struct.unpack_from("=" + "".join(map(_CODES.__getitem__, results)), result)
         return found if len(found) > 1 else (found[0] if found else None)
 
+    def address(self):
+        """Return the address of the C function, for compiled code (`kernels.native.by_address`)."""
+        return ctypes.cast(self._loaded()[0], ctypes.c_void_p).value
+
     def _loaded(self):
         """Return the C function, and the types of its results: loaded by the first thread that calls."""
         if self._found is None:
