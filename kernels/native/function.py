@@ -5,10 +5,14 @@ together). A process whose entry points are kept on disk (`kernels.native.entry`
 """
 
 import os
-from functools import cached_property, update_wrapper
+from functools import update_wrapper
+from threading import RLock
 
 #: Whether kernels run as plain Python, for measuring coverage: the variable of the environment that Numba obeys too.
 PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "").strip() not in ("", "0")
+
+#: Of all functions together: the thread that makes one may need another one, as another thread may the other way round.
+_making = RLock()
 
 
 class LazyFunction:
@@ -23,13 +27,17 @@ class LazyFunction:
     """
 
     def __init__(self, py_func, make):
-        self.py_func, self._make = py_func, make
+        self.py_func, self._make, self._made = py_func, make, None
         update_wrapper(self, py_func)
 
-    @cached_property
+    @property
     def compiled(self):
-        """Numba's function of the same name; the plain one where NUMBA_DISABLE_JIT is set."""
-        return self.py_func if PLAIN else self._make(self.py_func)
+        """Numba's function of the same name, made once; the plain one where NUMBA_DISABLE_JIT is set."""
+        if self._made is None:
+            with _making:
+                if self._made is None:
+                    self._made = self.py_func if PLAIN else self._make(self.py_func)
+        return self._made
 
     @property
     def _numba_type_(self):

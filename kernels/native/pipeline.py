@@ -53,7 +53,7 @@ def remembering_types(typing_context):
     resolve, found = typing_context.resolve_function_type, {}
 
     def remembered(function, arguments, keywords):
-        # not of kernels, which are types too and may be on their way; names of operations come with other things than types
+        # kernels are types too, and may be half compiled; what is called by a name has arguments that are no types
         known = isinstance(function, types.BaseFunction) or not isinstance(function, types.Type | str)
         if keywords or not known:
             return resolve(function, arguments, keywords)

@@ -21,6 +21,7 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.model import vector_width
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
+from sweep.model.second_process import SecondProcess
 from sweep.notices import notice
 from sweep.platforms import check_settings, usual_threads, warn_of_processor
 
@@ -51,18 +52,29 @@ class Kernel:
     cached : tuple of str, optional
         The entry points (`kernels.native.entry`) that are kept on disk, each as ``module:function``; the function
         itself if none is named. A function that is plain Python and calls compiled ones names those.
+    beside : str, optional
+        The one of them that a second process compiles while this one compiles the others: the one that takes longest.
     seconds : float, optional
-        About how long compiling all of them takes, for the notice of it.
+        About how long compiling all of them takes in one process, for the notice of it.
+    seconds_beside : float, optional
+        The same with the second process.
     """
 
     module: str
     function: str
     cached: tuple[str, ...] = ()
+    beside: str = ""
     seconds: float = 5.0
+    seconds_beside: float = 5.0
 
     def load(self) -> Callable[..., Any]:
         """Return the function, kept on disk where the cache folder can be written."""
         return _loaded(self)
+
+    def keep(self) -> None:
+        """Compile an entry point that is the function itself, unless it is kept on disk."""
+        entry: Any = self.load()
+        entry.source(entry)
 
 
 @lru_cache
@@ -74,16 +86,28 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     root = cache_root()
     places = [each.partition(":") for each in kernel.cached or (f"{kernel.module}:{kernel.function}",)]
     folders = [usable_folder(root, cache_folder([module]).name) for module, _, _ in places]
+    second = SecondProcess(kernel.beside)
     # one notice for all entry points of the kernel
-    announce = lru_cache(partial(_announce, kernel, root, all(folders)))
-    for (module, _, name), folder in zip(places, folders, strict=True):
+    announce = lru_cache(partial(_announce, kernel, root, all(folders), second))
+    for (module, colon, name), folder in zip(places, folders, strict=True):
         width = partial(vector_width.bits, root if folder else None)
-        getattr(import_module(module), name).source = KernelCache(folder, width, announce).machine_code
+        cache = KernelCache(folder, width, announce)
+        beside = module + colon + name == kernel.beside
+        getattr(import_module(module), name).source = (
+            partial(_made_beside, cache, second) if beside else cache.machine_code
+        )
     return found
 
 
-def _announce(kernel: Kernel, root: Path, kept: bool) -> None:
-    what = f"compiling {kernel.module} for this processor takes about {kernel.seconds:.0f} s"
+def _made_beside(cache: KernelCache, second: SecondProcess, entry: Any) -> Any:
+    second.wait()
+    return cache.machine_code(entry)
+
+
+def _announce(kernel: Kernel, root: Path, kept: bool, second: SecondProcess) -> None:
+    shared = kept and bool(kernel.beside) and second.start()
+    seconds = kernel.seconds_beside if shared else kernel.seconds
+    what = f"compiling {kernel.module} for this processor takes about {seconds:.0f} s"
     notice(f"{what}; {'to' if kept else 'cannot'} be kept in {root}")
 
 

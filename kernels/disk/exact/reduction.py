@@ -2,9 +2,9 @@
 
 Passes over the chunk, each in blocks of lanes ordered by panel: expansions about the starts
 (`kernels.disk.exact.near_pass`), search outward from panel to panel, roots on the panels found
-(`kernels.disk.exact.far_pass`), and quadratures where periods are asked for (`kernels.disk.exact.chunk_periods`). A lane
-never reads its neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on the
-cell alone.
+(`kernels.disk.exact.far_pass`), and quadratures where periods are asked for (`kernels.disk.exact.chunk_periods`). A
+lane never reads its neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on
+the cell alone.
 """
 
 from kernels.disk.exact.chunk import chunk_in
@@ -20,9 +20,7 @@ _find_periods = caller_of(periods)
 
 
 @internal
-def reduce_chunk(
-    start, stop, starts, fall_tilt, y_fall, periods_at, which, tables, arrays, measures, counts
-):
+def reduce_chunk(start, stop, starts, fall_tilt, y_fall, periods_at, which, tables, arrays, measures, counts):
     """Write the cells from `start` to `stop`.
 
     Arguments as in `kernels.disk.exact.extremes.reduce`; `y_fall` is the stretched `fall_tilt`, `tables` the `Tables`

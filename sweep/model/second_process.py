@@ -1,0 +1,70 @@
+"""A second process that compiles an entry point while this one compiles others.
+
+Numba's own Python code takes two thirds of the time of a compilation, so that threads would not help. The second
+process leaves what it made in the cache; whatever goes wrong with it costs the time of compiling in this process.
+"""
+
+import os
+import sys
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from sweep.platforms import usual_threads
+
+if TYPE_CHECKING:
+    import subprocess
+
+#: Seconds after which a second process that has not ended is given up; it takes about 6.
+_PATIENCE = 60.0
+
+
+class SecondProcess:
+    """Compiles one entry point, once it is started.
+
+    Parameters
+    ----------
+    entry : str
+        ``module:function``
+    """
+
+    def __init__(self, entry: str) -> None:
+        self._entry, self._over = entry, False
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> bool:
+        """Begin to compile, if there is a processor for it and nobody waits yet; returns whether it has begun."""
+        import subprocess
+
+        # the program that a frozen application is made of is no Python interpreter
+        if (
+            self._over
+            or self._process is not None
+            or usual_threads() < 2
+            or not sys.executable
+            or getattr(sys, "frozen", False)
+        ):
+            return False
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        line = [sys.executable, "-m", "sweep.model.compile_entry", *self._entry.split(":")]
+        nothing = subprocess.DEVNULL
+        with suppress(OSError):
+            self._process = subprocess.Popen(
+                line, env=environment, stdin=nothing, stdout=nothing, stderr=nothing
+            )
+        return self._process is not None
+
+    def wait(self) -> None:
+        """Return when it has ended, at once if it was not started; from now on it is not."""
+        process, self._process, self._over = self._process, None, True
+        if process is None:
+            return
+        import subprocess
+
+        try:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_PATIENCE)
+        finally:
+            # also where this process is told to end meanwhile
+            if process.poll() is None:
+                process.kill()
+                process.wait()
