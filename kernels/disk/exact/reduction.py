@@ -33,4 +33,4 @@ def reduce_chunk(
     for i in range(n):
         write_cell(chunk.cells[i], chunk.motions[i], fall_tilt, measures, counts)
     if n > 0 and with_period:
-        find_periods(n, tables, chunk, measures, counts)
+        find_periods(n, starts, tables, chunk, measures, counts)
