@@ -1,7 +1,7 @@
 """Motions near a separatrix, described from their saddle instead of from their start.
 
-Seen from the start, the excess at the saddle is a difference that keeps few digits; it decides the period. Seen from the
-saddle it is height + distance^2 Q, and all digits are kept if the height is known (`kernels.disk.exact.saddle_height`).
+Seen from the start, the excess at the saddle is a difference that keeps few digits; it decides the period. Seen from
+the saddle it is height + distance^2 Q, with all digits if the height is known (`kernels.disk.exact.saddle_height`).
 A motion is rewritten as one that starts on its saddle, without a force and with the kinetic energy -height, which is
 negative where it turns before the saddle: the quadrature of `kernels.disk.exact.period` is the same.
 """
