@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -108,7 +108,8 @@ class CellAudit:
             tallies = [each for (variable, _), each in self._tallies.items() if variable == name]
             if name in self._held and tallies:
                 counting = [each for each in tallies if each.counts(self._own)]
-                yield _joined(name, quantity, counting, self._wrong.get(name, _Places()), self._spec)
+                found = _joined(name, quantity, counting, self._wrong.get(name, _Places()), self._spec)
+                yield _with_what_is_open(found, counting)
 
     def _compute(self, span: Span, stored: Columns) -> _Computed:
         """Return what the kernels say of a block."""
@@ -255,7 +256,7 @@ class _Tally:
 
     def __init__(self, check: CellCheck) -> None:
         self.against, self.share, self.promise = check.against, check.share, check.promise
-        self.judged, self.beyond = 0, _Places()
+        self.judged, self.unknown, self.beyond = 0, 0, _Places()
         self.difference, self.allowed, self._ratio = np.nan, np.nan, -1.0
 
     def add(self, start: int, step: int, check: CellCheck) -> Truths | None:
@@ -263,6 +264,10 @@ class _Tally:
         if not check.difference.size:
             return None
         self.judged += int(np.count_nonzero(check.judged))
+        if check.unknown is not None:
+            self.unknown += int(np.count_nonzero(check.unknown))
+        elif step > 1:
+            self.unknown += (step - 1) * check.difference.size
         if self._ratio >= 0.0 and _all_right(check):
             return None
         self._compare(check)
@@ -341,6 +346,14 @@ def _joined(
         units=quantity.units,
         named=[cell_in_words(spec, place) for place in wrong.first],
     )
+
+
+def _with_what_is_open(statement: Statement, tallies: Sequence[_Tally]) -> Statement:
+    """Return the statement of a variable with the values that nothing was held against, if there are any."""
+    count = min((each.unknown for each in tallies), default=0)
+    if not count:
+        return statement
+    return replace(statement, against=f"{statement.against}; otherwise not checked: {count} values")
 
 
 def cell_in_words(spec: SweepSpec, place: int) -> str:

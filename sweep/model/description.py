@@ -165,6 +165,8 @@ class CellCheck:
         Whether only this version of the code promises it: files made by other code are not judged by it.
     share : float
         Share of the judged cells that may be further off than is allowed.
+    unknown : array of bool, shape (n,), optional
+        Of which values it is not known what they have to be, only whether they are missing, or their range.
     """
 
     name: str
@@ -174,6 +176,7 @@ class CellCheck:
     judged: Truths
     promise: bool = False
     share: float = 0.0
+    unknown: Truths | None = None
 
     @property
     def wrong(self) -> Truths:

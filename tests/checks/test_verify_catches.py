@@ -5,11 +5,9 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
 from scipy.integrate import solve_ivp
 
 import sweep
-from kernels.disk.exact.arrays import EXACT_SEPARATRIX
 from sweep.checks.verify import findings, verify
 from sweep.commands.audit_report import audit_text
-from sweep.engine.grid import whole
-from sweep.model.disk.exact import EXTREMES
+from sweep.model.disk.exact import ExactReduction
 from sweep.model.disk.tables import PARAMETERS
 from sweep.request.spec import SweepSpec
 
@@ -196,34 +194,50 @@ def test_rest_within_the_tolerance_is_as_good_as_steady():
     assert flags(verify(still)).tolist() == [["agrees", "ending_differs"], ["agrees", "agrees"]]
 
 
-def beside_a_separatrix():
-    """Return the rate [rad/s] with which a slow disk of 0.05 rad all but comes to rest on its saddle, and its words."""
-    words = ["tilt=0.05", "roll_rate=1", "method=exact"]
+def without_period(monkeypatch, place):
+    """Let the reduction of `verify` lack the period of a cell."""
+    truth = ExactReduction.truth
 
-    def turns_back(rate):
-        spec = SweepSpec.from_words("rolling", [*words, f"tilt_rate={rate!r}"])
-        measures, _ = EXTREMES.load()(np.stack(list(whole(spec).values())), spec.fall_tilt)
-        return measures[EXACT_SEPARATRIX, 0] > 0.0
+    def lacking(self, spec, starts):
+        found = truth(self, spec, starts)
+        found["nutation_period"][place] = np.nan
+        return found
 
-    low, high = -10.0, -1e-3
-    assert turns_back(high)
-    assert not turns_back(low)
-    for _ in range(44):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if turns_back(middle) else (middle, high)
-    return high, words
+    monkeypatch.setattr(ExactReduction, "truth", lacking)
 
 
-def test_a_period_that_rounding_decides_may_be_missing():
-    """Of an exact atlas a bounded cell beside a separatrix may lack its period; no other one may."""
-    rate, words = beside_a_separatrix()
-    rates = f"tilt_rate={rate * (1 - 1e-10)!r},{rate * 0.5!r}"
-    dataset = sweep.run(SweepSpec.from_words("rolling", [*words, rates]))
+def test_a_period_that_rounding_decides_is_missing(monkeypatch):
+    """Of an exact atlas those cells lack their period of which the reduction has none, and no other ones."""
+    dataset = sweep.run(SweepSpec.from_words("rolling", ["tilt=0.05,0.06", "roll_rate=1", "method=exact"]))
     assert (dataset.ending.values == ENDINGS["bounded"]).all()
-    assert np.isnan(dataset.nutation_period.values).ravel().tolist() == [True, False]
-    assert findings(verify(dataset)).passed
-    assert flags(verify(dataset)).ravel().tolist() == ["agrees", "agrees"]
-    lacking = dataset.copy(deep=True)
-    lacking.nutation_period.values[...] = np.nan
-    assert not findings(verify(lacking)).passed
-    assert flags(verify(lacking)).ravel().tolist() == ["agrees", "contradictory"]
+    # made by other code: nothing is repeated
+    dataset = dataset.assign_attrs(kernel_hash="0" * 64)
+    period = dataset.nutation_period.values
+    lacking = changed(dataset, 0, nutation_period=np.nan)
+    assert flags(verify(lacking)).tolist() == ["contradictory", "agrees"]
+    without_period(monkeypatch, 0)
+    assert flags(verify(lacking)).tolist() == ["agrees", "agrees"]
+    assert findings(verify(lacking)).passed
+    for made_up in (period[0], 1.0, 2.0 * period[0]):
+        other = changed(lacking, 0, nutation_period=made_up)
+        assert flags(verify(other)).tolist() == ["contradictory", "agrees"]
+        assert [each.name for each in findings(verify(other)).wrong] == ["nutation_period"]
+
+
+def test_a_period_that_nothing_is_known_of_is_said_not_to_be_checked(monkeypatch):
+    """Periods of which the reduction has none are counted as not checked, unless their integration is repeated."""
+    dataset = sweep.run(SweepSpec(tilt="0.05,0.06", roll_rate=1))
+    without_period(monkeypatch, 1)
+    assert not said_open(dataset)
+    assert said_open(dataset.assign_attrs(kernel_hash="0" * 64)) == {
+        "nutation_period": 1, "energy_drift": 2, "tilt_error": 2, "steps": 2, "refinements": 2,
+    }  # fmt: skip
+
+
+def said_open(dataset):
+    """Return of each variable how many values `verify` says that it has not checked."""
+    said = [
+        (each.name, each.against.split("otherwise not checked: "))
+        for each in findings(verify(dataset)).statements
+    ]
+    return {name: int(words[1].split()[0]) for name, words in said if len(words) > 1}

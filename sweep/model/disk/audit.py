@@ -217,11 +217,11 @@ def _numbers_follow(
 
 
 def _has_period(spec: Request, stored: Columns, exact: Columns) -> Truths:
-    """Return which cells have to have a period: of ``method=exact`` one may be missing that the reduction lacks too."""
+    """Return which cells have to have a period: of ``method=exact`` those of which the reduction has one."""
     bounded = ended(stored, "bounded")
     if spec.method != "exact":
         return bounded
-    return np.asarray(bounded & ~(np.isnan(stored["nutation_period"]) & np.isnan(exact["nutation_period"])))
+    return np.asarray(bounded & ~(ended(exact, "bounded") & np.isnan(exact["nutation_period"])))
 
 
 def _rounding(amplification: Array, scale: Array) -> Array:

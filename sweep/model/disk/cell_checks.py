@@ -30,6 +30,9 @@ _TILT_ROUNDING, _ENERGY_ROUNDING = 2e-14, 1e-12
 #: integration (0.4 was seen).
 _FALL_TIME, _FALL_TOLERANCE = 1e-5, 20.0
 
+#: Of a value so large a share may not be allowed if it is to count as checked.
+_WIDE = 0.1
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -109,13 +112,18 @@ def same(one: Array, other: Array, within: Array | float) -> Truths:
 
 
 def _decided(
-    facts: Facts, name: str, against: str, right: Truths, judged: Truths | None = None, promise: bool = False
+    facts: Facts,
+    name: str,
+    against: str,
+    right: Truths,
+    judged: Truths | None = None,
+    promise: bool = False,
+    unknown: Truths | None = None,
 ) -> CellCheck:
     """Return the check of a decision, which is right or wrong: the difference is 0 or 1."""
     difference = facts.nothing if right.all() else np.where(right, 0.0, 1.0)
-    return CellCheck(
-        name, against, difference, facts.nothing, facts.every if judged is None else judged, promise
-    )
+    judged = facts.every if judged is None else judged
+    return CellCheck(name, against, difference, facts.nothing, judged, promise, unknown=unknown)
 
 
 def ended(columns: Columns, *names: str) -> Truths:
@@ -134,6 +142,12 @@ def _among(values: npt.NDArray[Any], codes: Sequence[int]) -> Truths:
 def _present(values: npt.NDArray[np.float64], wanted: Truths, difference: Array) -> Array:
     """Return a difference that is NaN where a value is missing or is not wanted, and 0 where none is wanted."""
     return np.where(np.isfinite(values) != wanted, np.nan, np.where(wanted, difference, 0.0))
+
+
+def _narrow(allowed: Array, values: Array) -> Truths:
+    """Return where a check says something of a value: beside a separatrix any time may be within the tolerance."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(allowed <= _WIDE * np.abs(values))
 
 
 def _decisions(facts: Facts) -> Iterator[CellCheck]:
@@ -166,6 +180,7 @@ def _extremes(facts: Facts) -> Iterator[CellCheck]:
         _present(period, facts.has_period, difference),
         np.where(both, facts.period_allowed, 0.0),
         facts.every,
+        unknown=facts.has_period & ~(both & _narrow(facts.period_allowed, exact)),
     )
 
 
@@ -207,14 +222,14 @@ def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
         if name in stored:
             values = stored[name]
             right = (np.isfinite(values) == (there & integrated)) & ~(values < 0.0)
-            yield _decided(facts, name, _PRESENT, right)
+            yield _decided(facts, name, _PRESENT, right, unknown=there & integrated)
     if "fall_time" in stored and integrated:
         yield _fall_time(spec, facts)
     for name in ("steps", "refinements"):
         if name in stored:
             may = integrated & ~ended(stored, "not_computed", "invalid")
             right = (stored[name] == 0) | ((stored[name] > 0) & may)
-            yield _decided(facts, name, "its range", right)
+            yield _decided(facts, name, "its range", right, unknown=np.asarray(may))
     if "tilt_error" in stored and "steps" in stored:
         yield from _stated_error(facts)
 
@@ -222,15 +237,18 @@ def _of_the_integration(spec: Request, facts: Facts) -> Iterator[CellCheck]:
 def _fall_time(spec: Request, facts: Facts) -> CellCheck:
     """Return the check of the fall times: like a period, they are the longer the nearer the saddle is passed."""
     stored, exact = facts.stored["fall_time"], facts.exact["fall_time"]
-    judged = ended(facts.stored, "fell") & np.isfinite(exact)
+    fell = ended(facts.stored, "fell")
+    judged = fell & np.isfinite(exact)
     against = "a quadrature over the tilt"
     if not judged.any():
-        return CellCheck("fall_time", against, facts.nothing, facts.nothing, judged)
+        return CellCheck("fall_time", against, facts.nothing, facts.nothing, judged, unknown=fell)
     with np.errstate(divide="ignore", invalid="ignore"):
         lingering = np.fmax(1.0 / np.abs(facts.exact["separatrix"]), 0.0)
         allowed = (_FALL_TIME + spec.tolerance * (_FALL_TOLERANCE + 2.0 * lingering)) * exact
         difference = np.where(judged, np.abs(stored - exact), 0.0)
-    return CellCheck("fall_time", against, difference, allowed, judged)
+    return CellCheck(
+        "fall_time", against, difference, allowed, judged, unknown=fell & ~_narrow(allowed, exact)
+    )
 
 
 def _stated_error(facts: Facts) -> Iterator[CellCheck]:
@@ -242,15 +260,28 @@ def _stated_error(facts: Facts) -> Iterator[CellCheck]:
         right = np.isfinite(error) & (error >= 0.0)
         if failed.any():
             right = np.where(failed, np.isnan(error), right)
-        yield _decided(facts, "tilt_error", _PRESENT, right)
+        yield _decided(facts, "tilt_error", _PRESENT, right, unknown=~failed)
         yield _decided(
-            facts, "tilt_error", "0, which no integration states", error > 0.0, integrated, promise=True
+            facts,
+            "tilt_error",
+            "0, which no integration states",
+            error > 0.0,
+            integrated,
+            promise=True,
+            unknown=~failed,
         )
         true = np.maximum(facts.low, facts.high)
         judged = facts.resolved & integrated & ~ended(stored, "horizon")
         allowed = PROMISED * error + np.fmax(facts.exact["tilt_error"], 0.0) + _TILT_ROUNDING
     yield CellCheck(
-        "tilt_error", "the true error, of which it states half at least", true, allowed, judged, True, _SHARE
+        "tilt_error",
+        "the true error, of which it states half at least",
+        true,
+        allowed,
+        judged,
+        True,
+        _SHARE,
+        unknown=~failed,
     )
 
 
