@@ -1,5 +1,7 @@
 """A boundary beside the verdicts of the cells: brackets around it are bisected, and theory has lines for it."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +21,9 @@ _ROUNDING = 2e-14
 
 #: Rows with their lines of theory, and brackets, that are worked on at a time: 50 MB of starts and results.
 AT_ONCE = 2**16
+
+#: Called with the share of some work that is done, from 0 to 1.
+Seen = Callable[[float], None]
 
 Places = npt.NDArray[np.intp]
 Codes = npt.NDArray[np.integer]
@@ -48,7 +53,11 @@ class Brackets:
     far_verdict: Codes
 
 
-def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
+def unseen(share: float) -> None:
+    """Ignore how much is done."""
+
+
+def bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen = unseen) -> Brackets:
     """Bisect every bracket until it is no wider than `width`, or has no number left between its ends.
 
     Parameters
@@ -58,6 +67,8 @@ def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
     given : Brackets
     width : float
         In the SI unit of each segment's parameter.
+    seen : callable, optional
+        Called after each halving with the share of those that the widest bracket needs.
 
     Returns
     -------
@@ -67,15 +78,25 @@ def bisected(spec: SweepSpec, given: Brackets, width: float) -> Brackets:
         than a quarter of `width`: it stays as wide as the undecided stretch.
         Where the verdict changes more than once between the given ends, one of the changes is found.
     """
-    search = _Search(given)
+    search, halvings, done = _Search(given), _halvings(given, width), 0
     while True:
         before, after = search.unknown(width)
         if not before.size + after.size:
+            seen(1.0)
             return replace(given, near=search.near, far=search.far)
+        # undecided stretches have two sides to narrow, which takes more
+        seen(min(done / halvings, 1.0))
+        done += 1
         middle = search.middles(before, after)
         found = verdicts(spec, given, np.concatenate((before, after)), middle)
         search.record_before(before, middle[: before.size], found[: before.size])
         search.record_after(after, middle[before.size :], found[before.size :])
+
+
+def _halvings(given: Brackets, width: float) -> int:
+    """Return how often the widest bracket has to be halved, at least once."""
+    widest = float(np.max(np.abs(given.far - given.near), initial=0.0))
+    return max(1, math.ceil(math.log2(max(widest / width, 1.0)))) if widest else 1
 
 
 class _Search:

@@ -1,74 +1,56 @@
-"""The boundary of stability that a grid of verdicts has, found from its cells in C order, span by span."""
+"""The boundary of stability that a grid of verdicts has: of its rows, and of its curves, one slice after the other."""
 
-import itertools
+import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import AT_ONCE, Brackets, bisected, rows_along, theory_lines
-from sweep.atlas.cf_metadata import EDGES, Declaration, curve_declarations, edge_declarations
+from sweep.atlas.boundary import Brackets, Seen, bisected, rows_along, unseen
+from sweep.atlas.cf_metadata import EDGES, curve_declarations, edge_declarations
 from sweep.atlas.curves import Curves, curves
 from sweep.atlas.neighbours import NeighbourSearch
 from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
-from sweep.engine.grid import blocks, starts_of
+from sweep.atlas.slices import SlicedVariables, slices_of
+from sweep.engine.grid import Span, blocks, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import STABLE, UNSTABLE, Array
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
+#: Cells that are read at a time: verdicts of a megabyte. Chunks at the ends of such a span may be inflated twice.
+READ_CELLS = 2**20
+
+#: Returns the verdicts (`sweep.model.quantity`) of any span of the cells in C order, as int8, shape (len(span),).
+Read = Callable[[Span], Verdicts]
+
+_Parts = Iterator[list[npt.NDArray[Any]]]
+
 
 class BoundarySearch:
-    """The boundary of a grid, from the verdicts of its cells, which come in C order in spans of any size.
-
-    Of the verdicts it keeps 7 to 22 bytes per row along each control parameter among the axes (`RowSearch`). Where the
-    boundary is refined, it keeps the last line of cells and 9 bytes per point of the curves too (`NeighbourSearch`).
+    """The boundary of a grid, from the verdicts of its cells, of which it holds those of a slice of the rows.
 
     Parameters
     ----------
     spec : SweepSpec
+    read : callable
+        Gives the verdicts. Those of a cell are asked for once for each control among the axes, a second time for each
+        that has a lower edge, and once more for the curves.
+    seen : callable, optional
+        Called now and then with the share of the work that is done, from 0 to 1.
     """
 
-    def __init__(self, spec: SweepSpec) -> None:
-        self._spec, self._cells = spec, 0
+    def __init__(self, spec: SweepSpec, read: Read, seen: Seen = unseen) -> None:
+        self._spec, self._read, self._seen = spec, read, seen
         controls = spec.model.controls(spec.axes)
-        self._rows = {axis: RowSearch(spec.shape, spec.axes.index(axis)) for axis in controls}
-        has_curves = spec.boundary_width is not None and len(spec.axes) > 1
-        self._neighbours = NeighbourSearch(spec.shape) if has_curves else None
-        self._searches: list[RowSearch | NeighbourSearch] = [
-            *self._rows.values(),
-            *([self._neighbours] if self._neighbours else []),
-        ]
+        self._rows = [_Rows(spec, axis, read) for axis in controls]
+        self._has_curves = spec.boundary_width is not None and len(spec.axes) > 1
+        self._done, self._total = 0, len(EDGES) * sum(rows.count for rows in self._rows)
 
-    def add(self, start: int, stability: Verdicts) -> None:
-        """Take the verdicts of the next cells.
-
-        Parameters
-        ----------
-        start : int
-            Flat index of the first of them: the number of cells that were given before.
-        stability : array of int8, shape (n,)
-            Verdicts (`sweep.model.quantity`).
-
-        Raises
-        ------
-        ValueError
-            If other cells come next, or there are not so many.
-        """
-        stop = start + stability.size
-        if start != self._cells or stop > self._spec.size:
-            raise ValueError(f"cells {self._cells} to {self._spec.size} come next, not {start} to {stop}")
-        self._cells = stop
-        for search in self._searches:
-            search.add(start, stability)
-
-    def variables(
-        self, seen: Callable[[float], None] = lambda _: None
-    ) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
-        """Yield the variables of the boundary with their values, once all cells are there.
-
-        `seen` is called with the share of the rows that have been searched, from 0 to 1, now and then.
+    def variables(self) -> Iterator[SlicedVariables]:
+        """Yield the variables of the boundary; the values of each have to be taken before the next are asked for.
 
         One value per row of each control for the edges: the upper edge (stable above) along every such axis, and the
         lower edge (stable below) where theory or the cells have one. The measured value lies in the middle of the
@@ -77,65 +59,125 @@ class BoundarySearch:
         ``boundary = "refined"`` the bracket is bisected.
 
         Where the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
-
-        At most 50 bytes per row along one axis, or 52 per point of the curves, are held at a time, if the caller lets
-        go of each array before it takes the next.
-
-        Raises
-        ------
-        ValueError
-            If cells are missing.
         """
-        if self._cells != self._spec.size:
-            raise ValueError(f"only {self._cells} of {self._spec.size} cells were given")
-        done, total = 0, len(EDGES) * sum(rows.rows for rows in self._rows.values())
-
-        def count(rows: int) -> None:
-            nonlocal done
-            done += rows
-            # the curves are bisected at once, and have as much to do as the edges
-            seen(done / total / (2.0 if self._neighbours else 1.0))
-
-        for axis, rows in self._rows.items():
-            lines = theory_lines(self._spec, axis)
+        for rows in self._rows:
             for edge in EDGES:
-                yield from _edge(self._spec, axis, rows, edge, lines.pop(edge, None), count)
-        if self._spec.boundary_width is not None and self._neighbours is not None:
-            yield from _with_points(curves(self._spec, self._neighbours.pairs(), self._spec.boundary_width))
+                if edge == "lower" and not rows.have_lower:
+                    self._count(rows.count, 0.0)
+                    continue
+                yield SlicedVariables(
+                    edge_declarations(self._spec, rows.axis, edge), rows.shape, self._edge(rows, edge)
+                )
+        if self._has_curves:
+            yield from self._curves()
+
+    def _edge(self, rows: "_Rows", edge: str) -> _Parts:
+        for span, _ in slices_of(rows.shape):
+            yield rows.values(edge, span, partial(self._count, len(span)))
+            self._done += len(span)
+
+    def _count(self, rows: int, share: float) -> None:
+        """Say how much is done when a share of some rows is."""
+        # the curves have as much to bisect as the edges
+        self._seen((self._done + share * rows) / self._total / (2.0 if self._has_curves else 1.0))
+
+    def _curves(self) -> Iterator[SlicedVariables]:
+        spec = self._spec
+        search = NeighbourSearch(spec.shape)
+        for span in blocks(spec.size, READ_CELLS):
+            search.add(span.start, self._read(span))
+        lines = curves(spec, search.pairs())
+        del search
+        # the classic model of netCDF allows no dimension of length 0, except an unlimited one
+        if not lines.counts.size:
+            return
+        of_curves, of_points = curve_declarations(spec)
+        each = (lines.counts.astype("i4"), lines.closed.astype("i1"))
+        slices = (span for span, _ in slices_of(lines.counts.shape))
+        yield SlicedVariables(
+            of_curves,
+            lines.counts.shape,
+            ([part[span.start : span.stop] for part in each] for span in slices),
+        )
+        yield SlicedVariables(of_points, lines.cells.shape, self._points(lines))
+
+    def _points(self, lines: Curves) -> _Parts:
+        assert self._spec.boundary_width is not None
+        size = lines.cells.size
+        for span, _ in slices_of((size,)):
+
+            def seen(share: float, span: Span = span) -> None:
+                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / size)
+
+            points = lines.measured(span, self._spec.boundary_width, seen)
+            yield [part for axis in self._spec.axes for part in points.along(axis)]
 
 
-def _edge(
-    spec: SweepSpec,
-    axis: str,
-    rows: RowSearch,
-    edge: str,
-    line: tuple[Array, Array] | None,
-    seen: Callable[[int], None],
-) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
-    """Yield the variables of an edge along an axis, if there is one; `line` is that of theory."""
-    measured, halfwidth = _measured(spec, axis, rows, edge, seen)
-    if edge == "lower" and line is None and not np.isfinite(measured).any():
-        return
-    critical, predicted = line or np.full((2, *measured.shape), np.nan)
-    values = (measured, halfwidth, predicted, critical, _status(rows, edge).reshape(measured.shape))
-    yield from zip(edge_declarations(spec, axis, edge), values, strict=True)
+class _Rows:
+    """The rows along one control: all cells along it, the other axes fixed; counted in C order of the other axes."""
+
+    def __init__(self, spec: SweepSpec, axis: str, read: Read) -> None:
+        self._spec, self._read, self.axis = spec, read, axis
+        self._along = rows_along(spec, axis)
+        self.shape, self.count = self._along.shape, self._along.size
+        #: Whether theory or the cells have a lower edge in the rows of which values were made.
+        self.have_lower = False
+        self._last: tuple[Span, RowSearch] | None = None
+
+    def values(self, edge: str, span: Span, seen: Seen) -> list[npt.NDArray[Any]]:
+        """Return measured place, half-width, line of prediction, critical line and status of an edge in some rows."""
+        rows, starts = self._searched(span), starts_of(self._along, span)
+        lines = self._spec.model.lines(self._spec, self.axis, starts)
+        every = Span(0, rows.rows)
+        self.have_lower |= "lower" in lines or bool((rows.bracket("lower", every)[0] != NOWHERE).any())
+        inside, outside = (
+            _values(getattr(self._spec, self.axis), places) for places in rows.bracket(edge, every)
+        )
+        if (width := self._spec.boundary_width) is not None:
+            inside, outside = _narrowed(self._spec, self.axis, starts, inside, outside, width, seen)
+        seen(1.0)
+        # of rows for which theory has no edge it may have no line
+        critical, predicted = lines.get(edge) or np.full((2, len(span)), np.nan)
+        return [
+            0.5 * (inside + outside),
+            0.5 * np.abs(outside - inside),
+            predicted,
+            critical,
+            rows.status(edge, every),
+        ]
+
+    def _searched(self, span: Span) -> RowSearch:
+        """Return what the cells of some rows say of their edges; kept until other rows are asked for."""
+        if self._last is None or self._last[0] != span:
+            self._last = (span, self._search(span))
+        return self._last[1]
+
+    def _search(self, span: Span) -> RowSearch:
+        shape, number = self._spec.shape, self._spec.axes.index(self.axis)
+        count, inner = shape[number], math.prod(shape[number + 1 :])
+        plane, column = divmod(span.start, inner)
+        if len(span) < inner:
+            # the rows begin on one line of cells and go through all lines of its plane
+            search = RowSearch((1, count, len(span)), 1)
+            begins = range(plane * count * inner + column, (plane + 1) * count * inner, inner)
+            cells = (Span(begin, begin + len(span)) for begin in begins)
+        else:
+            search = RowSearch((len(span) // inner, count, inner), 1)
+            begin = span.start * count
+            cells = (
+                Span(begin + each.start, begin + each.stop) for each in blocks(len(span) * count, READ_CELLS)
+            )
+        at = 0
+        for each in cells:
+            search.add(at, self._read(each))
+            at += len(each)
+        return search
 
 
-def _measured(
-    spec: SweepSpec, axis: str, rows: RowSearch, edge: str, seen: Callable[[int], None]
-) -> tuple[Array, Array]:
-    """Return the middles and the half-widths of the brackets of an edge along an axis, over the remaining axes."""
-    middle, half, width = np.empty(rows.rows), np.empty(rows.rows), spec.boundary_width
-    along = rows_along(spec, axis)
-    for span in blocks(rows.rows, AT_ONCE):
-        inside, outside = (_values(getattr(spec, axis), places) for places in rows.bracket(edge, span))
-        if width is not None:
-            starts = starts_of(along, span)
-            inside, outside = _narrowed(spec, axis, starts, inside, outside, width)
-        middle[span.start : span.stop] = 0.5 * (inside + outside)
-        half[span.start : span.stop] = 0.5 * np.abs(outside - inside)
-        seen(len(span))
-    return middle.reshape(along.shape), half.reshape(along.shape)
+def in_memory(stability: Verdicts) -> Read:
+    """Return a function that gives the verdicts of a grid in memory."""
+    flat = stability.reshape(-1)
+    return lambda span: flat[span.start : span.stop]
 
 
 def _values(axis: Range | Values, places: Places) -> Array:
@@ -143,31 +185,14 @@ def _values(axis: Range | Values, places: Places) -> Array:
 
 
 def _narrowed(
-    spec: SweepSpec, axis: str, starts: Starts, inside: Array, outside: Array, width: float
+    spec: SweepSpec, axis: str, starts: Starts, inside: Array, outside: Array, width: float, seen: Seen
 ) -> tuple[Array, Array]:
     """Bisect the brackets of some rows, all at once."""
     found = np.flatnonzero(np.isfinite(inside))
     number = np.full(found.size, list(spec.model.parameters).index(axis))
     codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
     held = {name: each[found] for name, each in starts.items()}
-    fine = bisected(spec, Brackets(held, number, inside[found], outside[found], *codes), width)
+    fine = bisected(spec, Brackets(held, number, inside[found], outside[found], *codes), width, seen)
     narrow = np.full((2, inside.size), np.nan)
     narrow[:, found] = fine.near, fine.far
     return narrow[0], narrow[1]
-
-
-def _status(rows: RowSearch, edge: str) -> npt.NDArray[np.int8]:
-    codes = np.empty(rows.rows, np.int8)
-    for span in blocks(rows.rows, AT_ONCE):
-        codes[span.start : span.stop] = rows.status(edge, span)
-    return codes
-
-
-def _with_points(lines: Curves) -> Iterator[tuple[Declaration, npt.NDArray[Any]]]:
-    """Yield the variables of the curves."""
-    # the classic model of netCDF allows no dimension of length 0, except an unlimited one
-    if not lines.counts.size:
-        return
-    of_points = (part(axis) for axis in lines.spec.axes for part in (lines.places, lines.widths))
-    values = itertools.chain((lines.counts.astype("i4"), lines.closed.astype("i1")), of_points)
-    yield from zip(curve_declarations(lines.spec), values, strict=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from sweep.atlas.row_status import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
@@ -192,7 +191,7 @@ def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: s
 
 
 def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
-    """Return the variables of one edge of the unstable band, in the order in which `boundaries` has their values."""
+    """Return the variables of one edge of the unstable band, in the order in which their values come."""
     dims = tuple(name for name in spec.axes if name != axis)
     declared = []
     measured, halfwidth, _, _ = edge_names(axis, edge)
@@ -208,28 +207,26 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     return declared
 
 
-def curve_declarations(spec: SweepSpec) -> list[Declaration]:
-    """Return the variables of the boundary's curves: of every curve, then of every point along every axis."""
-    declared = []
+def curve_declarations(spec: SweepSpec) -> tuple[list[Declaration], list[Declaration]]:
+    """Return the variables of every curve of the boundary, and those of every point along every axis."""
+    of_curves, of_points = list[Declaration](), list[Declaration]()
     for quantity in curve_quantities().values():
         ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
         attributes = quantity.attributes() | CONTENT | ragged
-        declared.append(Declaration(quantity.name, (CURVES,), quantity.dtype, attributes))
+        of_curves.append(Declaration(quantity.name, (CURVES,), quantity.dtype, attributes))
     for quantity in point_quantities(spec.model.parameters, spec.axes).values():
         attributes = quantity.attributes() | CONTENT
-        declared.append(Declaration(quantity.name, (POINTS,), quantity.dtype, attributes))
-    return declared
+        of_points.append(Declaration(quantity.name, (POINTS,), quantity.dtype, attributes))
+    return of_curves, of_points
 
 
-def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
-    """Return the axes with their values, and the fixed parameters as scalars."""
-    found = []
-    for name in (*spec.axes, *spec.fixed):
-        value = getattr(spec, name)
-        values = value.array() if name in spec.axes else np.array(value)
-        dims = (name,) if name in spec.axes else ()
-        found.append((Declaration(name, dims, "f8", spec.model.parameters[name].attributes(), True), values))
-    return found
+def coordinate_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the axes, and the fixed parameters, which are scalars."""
+    parameters = spec.model.parameters
+    return [
+        Declaration(name, (name,) if name in spec.axes else (), "f8", parameters[name].attributes(), True)
+        for name in (*spec.axes, *spec.fixed)
+    ]
 
 
 def global_attributes(spec: SweepSpec, command: str, made: str | None = None) -> dict[str, Any]:

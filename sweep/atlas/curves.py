@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import AT_ONCE, Brackets, bisected, verdicts
+from sweep.atlas.boundary import AT_ONCE, Brackets, Seen, bisected, unseen, verdicts
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.neighbours import Pairs
-from sweep.engine.grid import blocks, starts_at
+from sweep.engine.grid import Span, blocks, starts_at
 from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
 from sweep.request.spec import SweepSpec
 
@@ -27,7 +27,7 @@ class Curves:
     """Curves as chains of points, one chain after the other.
 
     Each curve lies in a plane of the last two axes. Each point lies on a line of the grid between two neighbouring
-    cells of unlike verdicts: its place along one axis was measured and has a half-width, the others are the grid's.
+    cells of unlike verdicts.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ class Curves:
         Flat index of the first of the two cells of each point.
     along_last : array of bool, shape (points,)
         Whether they are neighbours along the last axis, not along the last but one.
-    middles, halfwidths : arrays, shape (points,)
-        Of the bracket along that axis, in SI.
+    verdicts : array of int8, shape (points,)
+        Verdict of the first of the two cells.
     """
 
     spec: SweepSpec
@@ -47,31 +47,54 @@ class Curves:
     closed: Truths
     cells: Ints
     along_last: Truths
+    verdicts: npt.NDArray[np.int8]
+
+    def measured(self, span: Span, width: float, seen: Seen = unseen) -> "Points":
+        """Return some points, each bisected between its two cells to a bracket of some width [SI unit of its axis].
+
+        `seen` is called with the share that is done.
+        """
+        part = slice(span.start, span.stop)
+        cells, along_last = self.cells[part], self.along_last[part]
+        near, far = _bracket(self.spec, cells, along_last, self.verdicts[part], width, seen)
+        return Points(self.spec, cells, along_last, 0.5 * (near + far), 0.5 * np.abs(far - near))
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of curves: the place along one axis was measured and has a half-width, the others are the grid's.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    cells, along_last : arrays, shape (n,)
+        As in `Curves`.
+    middles, halfwidths : arrays, shape (n,)
+        Of the bracket along the measured axis, in SI.
+    """
+
+    spec: SweepSpec
+    cells: Ints
+    along_last: Truths
     middles: Array
     halfwidths: Array
 
-    def places(self, axis: str) -> Array:
-        """Return where each point lies along an axis, in SI."""
+    def along(self, axis: str) -> tuple[Array, Array]:
+        """Return where each point lies along an axis, and its half-width there, 0 where it was not measured; in SI."""
         after = self.spec.shape[self.spec.axes.index(axis) + 1 :]
-        values, found = getattr(self.spec, axis), np.empty(self.cells.size)
-        for span in blocks(found.size, AT_ONCE):
-            cells = self.cells[span.start : span.stop]
-            found[span.start : span.stop] = values.at(cells // math.prod(after) % len(values))
-        np.copyto(found, self.middles, where=self._measured(axis))
-        return found
+        values = getattr(self.spec, axis)
+        places = values.at(self.cells // math.prod(after) % len(values))
+        is_measured = self._is_measured(axis)
+        return np.where(is_measured, self.middles, places), np.where(is_measured, self.halfwidths, 0.0)
 
-    def widths(self, axis: str) -> Array:
-        """Return the half-width of each point along an axis, in SI; 0 where it was not measured."""
-        return np.where(self._measured(axis), self.halfwidths, 0.0)
-
-    def _measured(self, axis: str) -> Truths:
+    def _is_measured(self, axis: str) -> Truths:
         if axis not in self.spec.axes[-2:]:
             return np.zeros(self.cells.size, bool)
         return np.asarray(self.along_last == (axis == self.spec.axes[-1]))
 
 
-def curves(spec: SweepSpec, pairs: Pairs, width: float) -> Curves:
-    """Bisect all places where neighbouring cells have unlike verdicts, and join them to curves.
+def curves(spec: SweepSpec, pairs: Pairs) -> Curves:
+    """Join all places where neighbouring cells have unlike verdicts to curves.
 
     Parameters
     ----------
@@ -79,13 +102,12 @@ def curves(spec: SweepSpec, pairs: Pairs, width: float) -> Curves:
         Of two axes or more; the curves lie in the planes of the last two.
     pairs : Pairs
         These neighbours.
-    width : float
-        Width of the brackets, in the SI unit of each axis.
 
     Returns
     -------
     Curves
-        The open ones first. At most 52 bytes per point are held, and 260 per point of one plane while they are joined.
+        The open ones first. They hold 10 bytes per point; 60 per point, and 260 per point of one plane, are needed
+        while they are joined.
 
     Notes
     -----
@@ -93,9 +115,7 @@ def curves(spec: SweepSpec, pairs: Pairs, width: float) -> Curves:
     it is integrated like a cell. A curve ends at the border of the grid and at undecided cells.
     """
     order, counts, closed = _joined(spec, pairs)
-    cells, along_last = pairs.cells[order], order >= pairs.down
-    middles, halfwidths = _brackets(spec, cells, along_last, pairs.verdicts[order], width)
-    return Curves(spec, counts, closed, cells, along_last, middles, halfwidths)
+    return Curves(spec, counts, closed, pairs.cells[order], order >= pairs.down, pairs.verdicts[order])
 
 
 def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
@@ -103,23 +123,18 @@ def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
     return dataset.drop_dims((CURVES, POINTS), errors="ignore")
 
 
-def _brackets(
-    spec: SweepSpec, cells: Ints, along_last: Truths, codes: npt.NDArray[np.int8], width: float
+def _bracket(
+    spec: SweepSpec, cells: Ints, along_last: Truths, codes: npt.NDArray[np.int8], width: float, seen: Seen
 ) -> tuple[Array, Array]:
-    """Return the middle and the half-width of the bisected bracket between each cell, with its code, and the next."""
-    middles, halfwidths = np.empty(cells.size), np.empty(cells.size)
+    """Return the ends of the bisected bracket between each cell, with its code, and the next."""
     one, other = spec.axes[-2:]
-    numbers = [list(spec.model.parameters).index(name) for name in (other, one)]
-    for span in blocks(cells.size, AT_ONCE):
-        part = slice(span.start, span.stop)
-        along = np.where(along_last[part], *numbers)
-        starts = starts_at(spec, cells[part])
-        beyond = starts_at(spec, cells[part] + np.where(along_last[part], 1, spec.shape[-1]))
-        near, far = (np.where(along_last[part], each[other], each[one]) for each in (starts, beyond))
-        opposite = np.where(codes[part] == STABLE, UNSTABLE, STABLE)
-        fine = bisected(spec, Brackets(starts, along, near, far, codes[part], opposite), width)
-        middles[part], halfwidths[part] = 0.5 * (fine.near + fine.far), 0.5 * np.abs(fine.far - fine.near)
-    return middles, halfwidths
+    along = np.where(along_last, *(list(spec.model.parameters).index(name) for name in (other, one)))
+    starts = starts_at(spec, cells)
+    beyond = starts_at(spec, cells + np.where(along_last, 1, spec.shape[-1]))
+    near, far = (np.where(along_last, each[other], each[one]) for each in (starts, beyond))
+    opposite = np.where(codes == STABLE, UNSTABLE, STABLE)
+    fine = bisected(spec, Brackets(starts, along, near, far, codes, opposite), width, seen)
+    return fine.near, fine.far
 
 
 def _joined(spec: SweepSpec, pairs: Pairs) -> tuple[Ints, Ints, Truths]:

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import BoundarySearch, in_memory
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     EDGES,
     Declaration,
     cell_declarations,
-    coordinates,
     edge_names,
     global_attributes,
     status_name,
@@ -20,6 +19,7 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.row_search import row_status
 from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
+from sweep.atlas.slices import coordinates, whole
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import BLOCK_CELLS, chunk_shape
 from sweep.errors import RequestError
@@ -57,7 +57,7 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
     return xr.Dataset(
         {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
         | edge_variables(spec, stability),
-        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
+        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
         global_attributes(spec, command),
     )
 
@@ -171,9 +171,7 @@ def boundaries(
 
     One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
     """
-    search = BoundarySearch(spec)
-    search.add(0, stability.reshape(-1))
-    return list(search.variables())
+    return whole(BoundarySearch(spec, in_memory(stability)).variables())
 
 
 def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:

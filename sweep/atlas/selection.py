@@ -13,12 +13,12 @@ from sweep.atlas.cf_metadata import (
     POINTS,
     Declaration,
     cell_declarations,
-    coordinates,
     created,
     spec_attributes,
 )
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
+from sweep.atlas.slices import coordinates, whole
 from sweep.errors import RequestError
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
@@ -192,7 +192,7 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
     }
     edges = edge_variables(spec, np.asarray(dataset["stability"].values))
     held: dict[str, xr.Variable] = {
-        each.name: as_variable(each, found, spec) for each, found in coordinates(spec)
+        each.name: as_variable(each, found, spec) for each, found in whole(coordinates(spec))
     }
     title = dataset.attrs.get("title")
     taken = (f"{name}={getattr(spec, name)}" for name in stated.axes if _differ(stated, spec, name))

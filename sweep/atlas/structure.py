@@ -4,6 +4,7 @@ Its variables have the dimensions, types, units and flags that its spec asks for
 coordinates. A selection from an atlas is one too: an axis may be shorter, or a scalar.
 """
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -21,6 +22,7 @@ from sweep.atlas.cf_metadata import (
     status_name,
 )
 from sweep.atlas.contents import Atlas, Variable
+from sweep.atlas.slices import slices_of
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
@@ -95,12 +97,18 @@ def _coordinate_problem(found: Variable, dims: tuple[str, ...]) -> str:
         return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
     if found.dtype.kind != "f":
         return f"must be numbers of floating point; got {found.dtype}"
-    values: Array = np.atleast_1d(found.values)
-    if values.size > 1 and np.isfinite(values).all() and (np.diff(values) < 0.0).all():
+    finite, rises, falls, last = True, True, True, np.zeros(0)
+    for _, places in slices_of(found.shape):
+        values: Array = np.concatenate((last, np.atleast_1d(np.asarray(found[places], np.float64))))
+        finite &= bool(np.isfinite(values).all())
+        with np.errstate(invalid="ignore"):
+            steps = np.diff(values)
+        rises &= bool((steps > 0.0).all())
+        falls &= bool((steps < 0.0).all())
+        last = values[-1:]
+    if finite and falls and not rises:
         return f"runs backwards and must increase, as by dataset.sortby({dims[0]!r}) in Python"
-    if not values.size or not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
-        return "must be finite and increasing"
-    return ""
+    return "" if last.size and finite and rises else "must be finite and increasing"
 
 
 def known_names(spec: SweepSpec) -> set[str]:
@@ -129,7 +137,7 @@ def strangers(dataset: Atlas, spec: SweepSpec) -> dict[str, str]:
 def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
     """Return the declarations of the boundaries; of each group an atlas has all or none."""
     edges = [edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES]
-    return [*edges, curve_declarations(spec)]
+    return [*edges, [*itertools.chain(*curve_declarations(spec))]]
 
 
 def _variable_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:

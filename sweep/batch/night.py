@@ -147,11 +147,15 @@ def carry_out(
 
 def _check(found: Outcome, wishes: Wishes, say: Say) -> None:
     if wishes.verify:
-        with _step(found, "verify", say), opened(found.path) as atlas:
+        with _step(found, "verify", say), opened(found.path, indexed=False) as atlas:
             found.findings = findings_of(atlas, found.path)
     if wishes.reference is not None:
         trusted = wishes.reference / found.path.name
-        with _step(found, "compare", say), opened(found.path) as new, opened(trusted) as reference:
+        with (
+            _step(found, "compare", say),
+            opened(found.path, indexed=False) as new,
+            opened(trusted, indexed=False) as reference,
+        ):
             found.comparison = compare(new, reference, files=(found.path, trusted))
 
 

@@ -11,6 +11,7 @@ from sweep.atlas.dataset import spec_of
 from sweep.checks.coordinates import check_coordinates, values_of
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Quantity
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 #: Settings that change the errors of the measures of a cell and not their meaning.
 _STEPPING = ("step", "tolerance")
+
+#: Where values of an axis are: indices, or a slice.
+_Places = npt.NDArray[np.intp] | slice
 
 #: Options that change neither the measures of a cell nor their meaning.
 _PRESENTATION = ("title", "boundary", "device")
@@ -29,7 +33,7 @@ class Pair:
 
     `specs` are those of both, with their whole grids. `cut` names the axes of which only a part is common,
     `cell_variables` is the table of what either has of every cell. `as_given` says of both whether all cells are there,
-    in their order in the atlas.
+    in their order in the atlas; `in_blocks` whether they can be read block by block.
     """
 
     new: "xr.Dataset"
@@ -40,6 +44,7 @@ class Pair:
     cell_variables: Mapping[str, Quantity]
     notes: tuple[str, ...]
     as_given: tuple[bool, bool]
+    in_blocks: tuple[bool, bool]
 
     @property
     def spec(self) -> SweepSpec:
@@ -83,23 +88,25 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         check_coordinates(dataset, spec)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
-    values = {name: (values_of(specs[0], name), values_of(specs[1], name)) for name in axes}
-    places = {name: _matches(*both, specs[0].model.parameters[name]) for name, both in values.items()}
-    cut = frozenset(name for name in axes if any(places[name][0].size < each.size for each in values[name]))
+    places = {name: _places(specs, name) for name in axes}
+    cut = frozenset(name for name, each in places.items() if each.cut)
     if not common:
         _check_same_grid(specs, axes, cut)
-    empty = [name for name, (left, _) in places.items() if not left.size]
+    empty = [name for name, each in places.items() if not each.count]
     if empty:
         raise RequestError(
             f"The two atlases have no cell in common: no value of {', '.join(empty)} is in both.",
             hint="Compare atlases of overlapping grids.",
         )
-    as_given = _is_whole(new, axes, cut), _is_whole(reference, axes, cut)
+    in_order = _is_in_order(new, axes), _is_in_order(reference, axes)
+    as_given = in_order[0] and not cut, in_order[1] and not cut
+    # single indices netCDF reads one by one, and other orders of the axes only as a whole
+    sliced = [all(isinstance(each.of[side], slice) for each in places.values()) for side in (0, 1)]
     parts = [
         _with_coordinates(dataset, spec)
         if as_given[side]
         else _part(
-            _with_coordinates(dataset, spec), axes, {name: both[side] for name, both in places.items()}
+            _with_coordinates(dataset, spec), axes, {name: each.of[side] for name, each in places.items()}
         )
         for side, (dataset, spec) in enumerate(zip((new, reference), specs, strict=True))
     ]
@@ -113,9 +120,10 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
             name: quantity for each in specs for name, quantity in each.model.cell_variables(each).items()
         },
         notes=tuple(
-            f"only a part of {name} is common: {places[name][0].size} values" for name in axes if name in cut
+            f"only a part of {name} is common: {places[name].count} values" for name in axes if name in cut
         ),
         as_given=as_given,
+        in_blocks=(in_order[0] and sliced[0], in_order[1] and sliced[1]),
     )
 
 
@@ -166,6 +174,39 @@ def _same(left: Any, right: Any, quantity: Quantity) -> Any:
     return np.isclose(left, right, rtol=quantity.tolerance.relative, atol=quantity.tolerance.absolute)
 
 
+@dataclass(frozen=True)
+class _Common:
+    """The values of a parameter that two atlases have in common: their places in each, and how many they are.
+
+    `cut` says whether either has others.
+    """
+
+    of: tuple[_Places, _Places]
+    count: int
+    cut: bool
+
+
+def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
+    held = [getattr(spec, name) for spec in specs]
+    if held[0] == held[1] and isinstance(held[0], Range | Values):
+        # the arrays of a long axis are not made
+        return _Common((slice(None), slice(None)), len(held[0]), False)
+    values = values_of(specs[0], name), values_of(specs[1], name)
+    found = _matches(*values, specs[0].model.parameters[name])
+    count = found[0].size
+    return _Common(
+        (_as_slice(found[0]), _as_slice(found[1])), count, any(count < each.size for each in values)
+    )
+
+
+def _as_slice(places: npt.NDArray[np.intp]) -> _Places:
+    """Return increasing places as a slice where they are evenly spaced: cells of those are read in blocks."""
+    steps = np.diff(places)
+    if not steps.size or (steps != steps[0]).any():
+        return places
+    return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))
+
+
 def _matches(
     new: Array, reference: Array, quantity: Quantity
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
@@ -178,13 +219,13 @@ def _matches(
     return nearest[found], found
 
 
-def _is_whole(dataset: "xr.Dataset", axes: tuple[str, ...], cut: frozenset[str]) -> bool:
-    """Return whether all cells are common, and every variable has its axes in the order of `axes`."""
+def _is_in_order(dataset: "xr.Dataset", axes: tuple[str, ...]) -> bool:
+    """Return whether an atlas has all axes, and every variable has its axes in the order of `axes`."""
     in_order = all(
         tuple(name for name in each.dims if name in axes) == tuple(name for name in axes if name in each.dims)
         for each in dataset.variables.values()
     )
-    return not cut and in_order and set(axes) <= set(dataset.dims)
+    return in_order and set(axes) <= set(dataset.dims)
 
 
 def _with_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
@@ -192,9 +233,7 @@ def _with_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
     return dataset.set_coords([name for name in spec.fixed if name in dataset.data_vars])
 
 
-def _part(
-    dataset: "xr.Dataset", axes: tuple[str, ...], places: dict[str, npt.NDArray[np.intp]]
-) -> "xr.Dataset":
+def _part(dataset: "xr.Dataset", axes: tuple[str, ...], places: Mapping[str, _Places]) -> "xr.Dataset":
     """Select cells; a parameter that is fixed here and an axis there becomes an axis of one value."""
     cells = dataset.expand_dims([name for name in axes if name not in dataset.dims])
     # curves have dimensions of their own

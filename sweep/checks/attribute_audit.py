@@ -2,13 +2,20 @@
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.cf_metadata import Declaration, cell_declarations, coordinates, global_attributes
+from sweep.atlas.cf_metadata import (
+    Declaration,
+    cell_declarations,
+    coordinate_declarations,
+    global_attributes,
+)
+from sweep.atlas.slices import SlicedVariables, coordinates
 from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.errors import shown
@@ -60,33 +67,44 @@ def attribute_statements(
     # words may change with the version though the arithmetic stays
     own = own and str(dataset.attrs.get("source")).startswith(f"eulerdisk {__version__}, ")
     yield from _global_statements(spec, dataset, own)
-    declared = [*(each for each, _ in coordinates(spec)), *cell_declarations(spec), *boundary]
+    declared = [*coordinate_declarations(spec), *cell_declarations(spec), *boundary]
     yield from _variable_statements({each.name: each for each in declared}, dataset, own)
 
 
 def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
     """Yield what is found of the coordinates: the axes and the fixed parameters, whose shapes are known to be right."""
-    for declared, values in coordinates(spec):
-        if declared.name not in dataset:
-            continue
-        stored = np.asarray(dataset[declared.name].values, np.float64)
-        allowed = _ROUNDING * np.abs(values)
-        difference = np.where(stored == values, 0.0, np.abs(stored - values))
-        wrong = ~(difference <= allowed)
-        worst = np.unravel_index(int(np.argmax(np.nan_to_num(difference, nan=np.inf))), difference.shape)
-        named = [
-            row_in_words(spec, dict(zip(declared.dims, place, strict=True))) for place in np.argwhere(wrong)
-        ]
-        yield Statement(
-            declared.name,
-            "the axis of the spec" if declared.dims else "the value in the spec",
-            judged=int(values.size),
-            wrong=int(np.count_nonzero(wrong)),
-            difference=float(difference[worst]),
-            allowed=float(allowed[worst]),
-            units=str(declared.attributes["units"]),
-            named=named[:MOST_NAMED] if declared.dims else [],
-        )
+    for variables in coordinates(spec):
+        if variables.declared[0].name in dataset:
+            yield _of_coordinate(spec, dataset, variables)
+
+
+def _of_coordinate(spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables) -> Statement:
+    (declared,) = variables.declared
+    # of equal differences the first one is told
+    count, most, difference, allowed, named = 0, -1.0, 0.0, 0.0, list[str]()
+    for span, places, (values,) in variables.each():
+        stored = np.asarray(dataset[declared.name][places], np.float64)
+        bound = _ROUNDING * np.abs(values)
+        apart = np.where(stored == values, 0.0, np.abs(stored - values))
+        wrong = ~(apart <= bound)
+        count += int(np.count_nonzero(wrong))
+        size = np.nan_to_num(apart, nan=np.inf)
+        worst = np.unravel_index(int(np.argmax(size)), size.shape)
+        if size[worst] > most:
+            most, difference, allowed = float(size[worst]), float(apart[worst]), float(bound[worst])
+        if declared.dims:
+            for place in np.flatnonzero(wrong)[: MOST_NAMED - len(named)]:
+                named.append(row_in_words(spec, {declared.name: span.start + place}))
+    return Statement(
+        declared.name,
+        "the axis of the spec" if declared.dims else "the value in the spec",
+        judged=math.prod(variables.shape),
+        wrong=count,
+        difference=difference,
+        allowed=allowed,
+        units=str(declared.attributes["units"]),
+        named=named,
+    )
 
 
 def made_by(dataset: "xr.Dataset", code: str) -> bool:

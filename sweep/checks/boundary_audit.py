@@ -1,17 +1,17 @@
 """The boundary of an atlas found again from its verdicts, and its brackets held against the exact reference."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import judged
-from sweep.atlas.boundary_search import BoundarySearch
-from sweep.atlas.cf_metadata import EDGES, Declaration, edge_names
+from sweep.atlas.boundary import judged, rows_along
+from sweep.atlas.cf_metadata import CURVES, EDGES, POINTS, Declaration, edge_names
+from sweep.atlas.slices import SlicedVariables, Slices
 from sweep.checks.cell_audit import row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement
-from sweep.engine.grid import completed, whole
+from sweep.engine.grid import Span, completed, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
@@ -28,31 +28,25 @@ _LAST_BITS = 1e-15
 #: A bracket that was bisected elsewhere may be so many times as wide as it comes out here, or as the spec asks for.
 _WIDER = 4.0
 
-Values = npt.NDArray[np.generic]
+#: What a variable was held against, the differences, and what is allowed.
 _Check = tuple[str, Array, Array]
 
-
-#: The variables of the boundary by their names.
-Boundaries = Mapping[str, tuple[Declaration, Values]]
-
-
-def found_again(search: BoundarySearch) -> Boundaries:
-    """Return the variables of the boundary that the stored verdicts of an atlas have."""
-    return {each.name: (each, np.asarray(values)) for each, values in search.variables()}
+#: The variables of one slice by their names.
+_Columns = Mapping[str, Array]
 
 
 def boundary_statements(
-    spec: SweepSpec, dataset: "xr.Dataset", again: Boundaries, repeated: bool
-) -> list[Statement]:
-    """Return what is found of the variables of the boundary: edges, lines of theory, curves.
+    spec: SweepSpec, dataset: "xr.Dataset", again: Iterable[SlicedVariables], repeated: bool
+) -> Iterator[tuple[Declaration, Statement | None]]:
+    """Yield the variables of the boundary, edges, lines of theory and curves, and what is found of each.
 
     Parameters
     ----------
     spec : SweepSpec
     dataset : xarray.Dataset
-        The atlas.
-    again : Boundaries
-        As from `found_again`.
+        The atlas, which may lack some of them: of those nothing is found.
+    again : iterable of SlicedVariables
+        The boundary that the stored verdicts have.
     repeated : bool
         Whether a computation here comes out the same, to the bit, as where the atlas was made.
 
@@ -61,23 +55,82 @@ def boundary_statements(
     All of them follow from the stored verdicts: they are found again. Where the spec asks for a refined boundary, the
     exact reference must besides have unlike verdicts at the two ends of every bracket.
     """
-    halves = _halfwidths(spec)
-    brackets = dict(_brackets(spec, dataset, halves)) if spec.boundary_width is not None else {}
-    statements = []
-    for name, (declared, expected) in again.items():
-        if name not in dataset:
-            continue
-        stored = dataset[name].values
-        if stored.shape != expected.shape:
-            statements.append(_other_shape(name, stored, expected))
-            continue
-        checks = [_found_again(spec, name, dataset, again, halves, repeated)]
-        measured = halves.get(name, name)
-        if measured in brackets:
-            wrong = brackets[measured].astype(np.float64)
-            checks.append(("unlike exact verdicts at the ends of its bracket", wrong, np.zeros(wrong.shape)))
-        statements.append(_statement(spec, declared, checks))
-    return statements
+    for variables in again:
+        audit = _GroupAudit(spec, dataset, variables, repeated)
+        for declared in variables.declared:
+            yield declared, audit.statement(declared)
+
+
+class _GroupAudit:
+    """What is found of the variables of one edge, of the curves, or of their points; slice by slice."""
+
+    def __init__(
+        self, spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables, repeated: bool
+    ) -> None:
+        self._spec, self._dataset, self._shape = spec, dataset, variables.shape
+        self._repeated, self._halves = repeated, _halfwidths(spec)
+        named = {each.name: each for each in variables.declared}
+        self._tallies = {
+            name: _Tally(spec, declared)
+            for name, declared in named.items()
+            if name in dataset and dataset[name].shape == variables.shape
+        }
+        held = self._halves if spec.boundary_width is not None else {}
+        self._brackets = {
+            middle: half for half, middle in held.items() if {half, middle} <= self._tallies.keys()
+        }
+        if CURVES in variables.declared[0].dims or (
+            POINTS in variables.declared[0].dims and not named.keys() <= self._tallies.keys()
+        ):
+            # the coordinates of a point are needed to have its exact verdict
+            self._brackets = {}
+        for span, places, values in variables.each():
+            self._add(span, places, dict(zip(named, values, strict=True)))
+
+    def _add(self, span: Span, places: Slices, again: _Columns) -> None:
+        stored = {
+            name: np.asarray(self._dataset[name][places], np.float64).reshape(again[name].shape)
+            for name in self._tallies
+        }
+        wrong = {middle: self._alike(span, stored, middle, half) for middle, half in self._brackets.items()}
+        for name, tally in self._tallies.items():
+            checks = [_found_again(self._spec, name, stored[name], again, self._halves, self._repeated)]
+            ends = wrong.get(self._halves.get(name, name))
+            if ends is not None:
+                checks.append(
+                    ("unlike exact verdicts at the ends of its bracket", ends, np.zeros(ends.shape))
+                )
+            tally.add(places, checks)
+
+    def _alike(self, span: Span, stored: _Columns, middle: str, half: str) -> Array:
+        """Return 1 where both ends of a bracket have one exact verdict, else 0; an end on the edge is undecided."""
+        spec, axis = self._spec.replace(method="exact"), _axis_of(self._spec, middle)
+        centre, width = stored[middle].reshape(-1), stored[half].reshape(-1)
+        known = np.isfinite(centre) & np.isfinite(width)
+        if middle.startswith("curve_"):
+            # a point lies on the grid along all axes but the measured one
+            known &= width > 0.0
+            starts = _point_starts(spec, stored, len(span))
+        else:
+            starts = starts_of(rows_along(self._spec, axis), span)
+        wrong = np.zeros(len(span))
+        wrong[known] = _same_verdicts(spec, axis, starts, known, centre[known], width[known])
+        return wrong.reshape(stored[middle].shape)
+
+    def statement(self, declared: Declaration) -> Statement | None:
+        """Return what was found of a variable; None if the atlas lacks it."""
+        if declared.name in self._tallies:
+            return self._tallies[declared.name].statement()
+        if declared.name not in self._dataset:
+            return None
+        stored = self._dataset[declared.name]
+        words = f"{_by(stored.shape)} values instead of {_by(self._shape)}"
+        size = int(stored.size)
+        return Statement(declared.name, "the stored verdicts", judged=size, wrong=size, named=[words])
+
+
+def _by(shape: tuple[int, ...]) -> str:
+    return " x ".join(map(str, shape))
 
 
 def _halfwidths(spec: SweepSpec) -> dict[str, str]:
@@ -89,17 +142,10 @@ def _halfwidths(spec: SweepSpec) -> dict[str, str]:
 
 
 def _found_again(
-    spec: SweepSpec,
-    name: str,
-    dataset: "xr.Dataset",
-    again: Boundaries,
-    halves: Mapping[str, str],
-    repeated: bool,
+    spec: SweepSpec, name: str, stored: Array, again: _Columns, halves: Mapping[str, str], repeated: bool
 ) -> _Check:
-    """Return what a variable was held against, the difference, and what is allowed."""
-    declared, expected = again[name]
-    stored = np.asarray(dataset[name].values, np.float64)
-    wanted = np.asarray(expected, np.float64)
+    """Return what the values of a variable in a slice were held against, the difference, and what is allowed."""
+    wanted = np.asarray(again[name], np.float64)
     size = np.abs(np.nan_to_num(wanted))
     middles = {middle: half for half, middle in halves.items()}
     against, allowed = "the stored verdicts", np.zeros(wanted.shape)
@@ -107,60 +153,31 @@ def _found_again(
         against, allowed = "the line of theory, computed again", _THEORY_ROUNDING * size
     elif name in halves or name in middles:
         middle = halves.get(name, name)
-        place = np.abs(np.nan_to_num(np.asarray(again[middle][1], np.float64)))
+        place = np.abs(np.nan_to_num(again[middle]))
         allowed = _ROUNDING * place
         if spec.boundary_width is not None:
             against = "the stored verdicts, bisected again"
             if repeated:
                 allowed = _LAST_BITS * place
             else:
-                width = np.nan_to_num(np.asarray(again[middles[middle]][1], np.float64))
+                width = np.nan_to_num(again[middles[middle]])
                 allowed = allowed + np.where(
                     width > 0.0, _WIDER * np.maximum(width, spec.boundary_width), 0.0
                 )
-    elif declared.dtype.startswith("f"):
+    elif again[name].dtype.kind == "f":
         allowed = _THEORY_ROUNDING * size
     same = (stored == wanted) | (np.isnan(stored) & np.isnan(wanted))
     with np.errstate(invalid="ignore"):
         return against, np.where(same, 0.0, np.abs(stored - wanted)), allowed
 
 
-def _other_shape(name: str, stored: Values, expected: Values) -> Statement:
-    words = f"{' x '.join(map(str, stored.shape))} values instead of {' x '.join(map(str, expected.shape))}"
-    return Statement(
-        name, "the stored verdicts", judged=int(stored.size), wrong=int(stored.size), named=[words]
-    )
-
-
-def _brackets(
-    spec: SweepSpec, dataset: "xr.Dataset", halves: Mapping[str, str]
-) -> Iterator[tuple[str, npt.NDArray[np.bool_]]]:
-    """Yield the name of each measured place with where the ends of its brackets have the wrong exact verdicts."""
-    exact = spec.replace(method="exact")
-    for half, middle in halves.items():
-        if half not in dataset or middle not in dataset:
-            continue
-        if dataset[half].values.shape != dataset[middle].values.shape:
-            continue
-        axis = _axis_of(spec, middle)
-        places, width = (np.asarray(dataset[name].values, np.float64) for name in (middle, half))
-        starts = _curve_starts(spec, dataset) if middle.startswith("curve_") else _row_starts(spec, axis)
-        if starts is None or any(each.size != places.size for each in starts.values()):
-            continue
-        known = (np.isfinite(places) & np.isfinite(width)).ravel()
-        if middle.startswith("curve_"):
-            # a point lies on the grid along all axes but the measured one
-            known &= width.ravel() > 0.0
-        wrong = np.zeros(places.size, bool)
-        wrong[known] = _alike(exact, axis, starts, known, places.ravel()[known], width.ravel()[known])
-        yield middle, wrong.reshape(places.shape)
-
-
-def _alike(spec: SweepSpec, axis: str, starts: Starts, which: Truths, places: Array, width: Array) -> Truths:
+def _same_verdicts(
+    spec: SweepSpec, axis: str, starts: Starts, which: Truths, places: Array, width: Array
+) -> Truths:
     """Return where both ends of a bracket have one exact verdict; an end on the edge itself is undecided."""
     ends = []
     for end in (places - width, places + width):
-        chosen = {name: end if name == axis else each.ravel()[which] for name, each in starts.items()}
+        chosen = {name: end if name == axis else each[which] for name, each in starts.items()}
         ends.append(judged(spec, completed(spec, chosen)) if end.size else np.zeros(0, np.int8))
     return np.asarray((ends[0] == ends[1]) & (ends[0] != UNDECIDED))
 
@@ -171,42 +188,68 @@ def _axis_of(spec: SweepSpec, middle: str) -> str:
     return next(axis for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] == middle)
 
 
-def _row_starts(spec: SweepSpec, axis: str) -> Starts:
-    """Return the starts of the rows along an axis; what they hold for the axis does not matter."""
-    return whole(spec.replace(**{axis: next((float(end) for end in getattr(spec, axis).ends() if end), 1.0)}))
-
-
-def _curve_starts(spec: SweepSpec, dataset: "xr.Dataset") -> Starts | None:
-    """Return the starts at the points of the curves; None if a coordinate of theirs is missing."""
-    names = {name: f"curve_{name}" for name in spec.axes}
-    if any(name not in dataset for name in names.values()):
-        return None
-    points = {name: np.asarray(dataset[stored].values, np.float64) for name, stored in names.items()}
-    count = points[spec.axes[0]].size
+def _point_starts(spec: SweepSpec, stored: _Columns, count: int) -> Starts:
+    """Return the starts at some points of the curves."""
+    points = {name: stored[f"curve_{name}"] for name in spec.axes}
     fixed = {name: np.full(count, getattr(spec, name)) for name in spec.fixed}
     computed = {name: np.full(count, np.nan) for name in spec.computed}
     return {name: {**points, **fixed, **computed}[name] for name in spec.model.parameters}
 
 
-def _statement(spec: SweepSpec, declared: Declaration, checks: list[_Check]) -> Statement:
-    """Return the statement of a variable, with the difference that the first wrong check found, or the first of all."""
-    wrongs = [~(difference <= allowed) for _, difference, allowed in checks]
-    worst = int(np.argmax([wrong.any() for wrong in wrongs]))
-    _, difference, allowed = checks[worst]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(np.where(difference == 0.0, 0.0, difference / allowed), nan=np.inf)
-    place = np.unravel_index(int(np.argmax(ratio)), ratio.shape) if ratio.size else None
-    some = np.any(wrongs, axis=0)
-    return Statement(
-        declared.name,
-        "; ".join(against for against, _, _ in checks),
-        judged=max(1, int(ratio.size)),
-        wrong=int(np.count_nonzero(some)),
-        difference=float(difference[place]) if place is not None else 0.0,
-        allowed=float(allowed[place]) if place is not None else 0.0,
-        units=str(declared.attributes.get("units", "1")),
-        named=[_place_in_words(spec, declared, each) for each in np.argwhere(some)[:MOST_NAMED]],
-    )
+class _Tally:
+    """What the checks of one variable have found so far: of each the worst value, of all the wrong ones."""
+
+    def __init__(self, spec: SweepSpec, declared: Declaration) -> None:
+        self._spec, self._declared = spec, declared
+        self._judged, self._wrong = 0, 0
+        self._named: list[str] = []
+        self._worst: list[_Worst] = []
+
+    def add(self, places: Slices, checks: list[_Check]) -> None:
+        """Add the checks of a slice, always the same ones in the same order."""
+        self._worst = self._worst or [_Worst(against) for against, _, _ in checks]
+        wrongs = [worst.add(*check[1:]) for worst, check in zip(self._worst, checks, strict=True)]
+        some = np.any(wrongs, axis=0)
+        self._judged += some.size
+        if count := int(np.count_nonzero(some)):
+            self._wrong += count
+            begin = np.array([part.start for part in places], np.intp)
+            first = np.argwhere(some)[: MOST_NAMED - len(self._named)]
+            self._named += [_place_in_words(self._spec, self._declared, begin + each) for each in first]
+
+    def statement(self) -> Statement:
+        """Return the statement, with the difference that the first wrong check found, or the first of all."""
+        worst = next((each for each in self._worst if each.wrong), self._worst[0])
+        return Statement(
+            self._declared.name,
+            "; ".join(each.against for each in self._worst),
+            judged=self._judged,
+            wrong=self._wrong,
+            difference=worst.difference,
+            allowed=worst.allowed,
+            units=str(self._declared.attributes.get("units", "1")),
+            named=self._named,
+        )
+
+
+class _Worst:
+    """The value with the largest difference over what is allowed, of equal ones the first; and whether one is wrong."""
+
+    def __init__(self, against: str) -> None:
+        self.against, self.wrong = against, False
+        self.difference, self.allowed, self._ratio = 0.0, 0.0, -1.0
+
+    def add(self, difference: Array, allowed: Array) -> Truths:
+        """Add some values; return those further off than is allowed."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.nan_to_num(np.where(difference == 0.0, 0.0, difference / allowed), nan=np.inf)
+        place = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+        if ratio[place] > self._ratio:
+            self._ratio = float(ratio[place])
+            self.difference, self.allowed = float(difference[place]), float(allowed[place])
+        wrong = np.asarray(~(difference <= allowed))
+        self.wrong |= bool(wrong.any())
+        return wrong
 
 
 def _place_in_words(spec: SweepSpec, declared: Declaration, place: npt.NDArray[np.intp]) -> str:

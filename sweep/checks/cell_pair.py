@@ -82,9 +82,10 @@ class CellPair:
         self.shape: tuple[int, ...] = pair.reference["ending"].shape
         self._readers: list[CellReader] = []
         held = []
-        for dataset, file, given in zip((pair.new, pair.reference), files, pair.as_given, strict=True):
+        sides = zip((pair.new, pair.reference), files, pair.as_given, pair.in_blocks, strict=True)
+        for dataset, file, given, in_blocks in sides:
             names = _cell_shaped(dataset, pair.axes)
-            reader = CellReader(dataset, names, file if given else None, whole=not given)
+            reader = CellReader(dataset, names, file if given else None, whole=not (given or in_blocks))
             self._readers.append(self._stack.enter_context(reader))
             held.append(set(names))
         self.names = held[0] & held[1]
@@ -162,5 +163,10 @@ def _cell_shaped(dataset: "xr.Dataset", axes: tuple[str, ...]) -> list[str]:
 
 
 def _at(values: "xr.DataArray", index: dict[str, Any], shape: tuple[int, ...]) -> Array:
-    found = values.values[tuple(index[str(name)] for name in values.dims)]
-    return np.broadcast_to(np.asarray(found), shape)
+    if 0 in shape:
+        return np.zeros(shape)
+    places = [index[str(name)] for name in values.dims]
+    # of a long axis no more than these cells need
+    box = tuple(slice(int(each.min()), int(each.max()) + 1) for each in places)
+    inside = tuple(each - part.start for each, part in zip(places, box, strict=True))
+    return np.broadcast_to(np.asarray(values[box])[inside], shape)

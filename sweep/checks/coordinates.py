@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from sweep.atlas.dataset import place_of
+from sweep.atlas.slices import slices_of
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
@@ -34,18 +35,19 @@ def check_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> None:
     """
     for name in (*spec.axes, *spec.fixed):
         quantity = spec.model.parameters[name]
-        expected = values_of(spec, name)
+        value = getattr(spec, name)
+        size = len(value) if name in spec.axes else 1
         if name not in dataset.variables:
-            if quantity.added_later and np.array_equal(expected, [quantity.default]):
+            if quantity.added_later and np.array_equal(values_of(spec, name), [quantity.default]):
                 continue
             _refuse(dataset, name, "is missing")
         found = dataset[name]
         units = found.attrs.get("units")
         if units != quantity.units:
             _refuse(dataset, name, f"must have the units {quantity.units}; got {units}")
-        if found.dtype.kind not in "fiu" or found.size != expected.size:
-            _refuse(dataset, name, f"must be {expected.size} numbers; got {found.size} of type {found.dtype}")
-        _check_values(dataset, quantity, np.asarray(found.values, np.float64).reshape(-1), expected)
+        if found.dtype.kind not in "fiu" or found.size != size:
+            _refuse(dataset, name, f"must be {size} numbers; got {found.size} of type {found.dtype}")
+        _check_values(dataset, quantity, spec)
 
 
 def values_of(spec: SweepSpec, name: str) -> Array:
@@ -54,19 +56,27 @@ def values_of(spec: SweepSpec, name: str) -> Array:
     return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
 
 
-def _check_values(dataset: "xr.Dataset", quantity: Input, found: Array, expected: Array) -> None:
-    rule = quantity.tolerance
+def _check_values(dataset: "xr.Dataset", quantity: Input, spec: SweepSpec) -> None:
+    name, rule = quantity.name, quantity.tolerance
+    held, found = getattr(spec, name), dataset[name]
+    ends = held.ends() if isinstance(held, Range | Values) else np.array([float(held)])
     # a value near 0 inside a range is known to the rounding of its ends
-    allowed = rule.absolute + rule.relative * np.abs(expected) + _ROUNDING * np.abs(expected).max()
-    # written so that NaN is beyond
-    beyond = np.flatnonzero(~(np.abs(found - expected) <= allowed))
-    if beyond.size:
-        first = int(beyond[0])
+    rounding = _ROUNDING * float(np.abs(ends).max())
+    wrong, first = 0, ""
+    for span, places in slices_of(found.shape):
+        expected = held.at(np.arange(span.start, span.stop)) if isinstance(held, Range | Values) else ends
+        stored = np.asarray(found[places], np.float64).reshape(-1)
+        allowed = rule.absolute + rule.relative * np.abs(expected) + rounding
+        # written so that NaN is beyond
+        beyond = np.flatnonzero(~(np.abs(stored - expected) <= allowed))
+        wrong += beyond.size
+        if beyond.size and not first:
+            first = f"{float(stored[beyond[0]])!r} instead of {float(expected[beyond[0]])!r}"
+    if wrong:
         _refuse(
             dataset,
-            quantity.name,
-            f"must hold the values of the spec of its file; {beyond.size} of {found.size} are others, the first "
-            f"{float(found[first])!r} instead of {float(expected[first])!r}",
+            name,
+            f"must hold the values of the spec of its file; {wrong} of {found.size} are others, the first {first}",
         )
 
 

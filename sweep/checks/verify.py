@@ -1,6 +1,7 @@
 """Hold all that an atlas states against what it follows from: its spec, and the exact extremes of the same starts."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+import contextlib
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -9,19 +10,24 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary_search import BoundarySearch
-from sweep.atlas.cf_metadata import coordinates, created, declare_cells
+from sweep.atlas.cf_metadata import Declaration, coordinate_declarations, created, declare_cells
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.atlas.row_search import legal
 from sweep.atlas.selection import settled
+from sweep.atlas.slices import coordinates, whole
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
 from sweep.checks.audit_summary import AuditSummary
-from sweep.checks.boundary_audit import boundary_statements, found_again
-from sweep.checks.cell_audit import STEPS, CellAudit, stride_of
+from sweep.checks.boundary_audit import boundary_statements
+from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
 from sweep.checks.statement import Statement, from_text, to_text
-from sweep.engine.compute import arithmetic_hash, use_threads
+from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
+from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError
+from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.cell_reader import CellReader, UnreadableError
+from sweep.files.paths import check_target
+from sweep.files.publish import published
 from sweep.model.description import ExactReference
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import prefetch
@@ -122,26 +128,79 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     spec, reference = _checked(dataset)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
-
-    def keep(span: Span, variables: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        for name, column in found.items():
-            column[span.start : span.stop] = variables[name]
-
-    statements = _audit(dataset, spec, reference, keep, None)
+    with _audit(dataset, spec, reference) as audit:
+        for span, variables in audit.blocks():
+            for name, column in found.items():
+                column[span.start : span.stop] = variables[name]
+        statements = audit.statements()
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
-        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
-        {
-            **dataset.attrs,
-            "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
-            "summary": "Every cell of a stability atlas held against the exact extreme "
-            f"{spec.model.coordinate}s and period of its motion.",
-            "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
-            "tolerance": spec.tolerance,
-            "method": spec.method,
-            _STATEMENTS: to_text(statements),
-        },
+        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
+        {**_attributes(dataset, spec), _STATEMENTS: to_text(statements)},
     )
+
+
+def verify_to_file(
+    dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, file: Path | None = None
+) -> Findings:
+    """Write the audit of an atlas, as `verify` returns it, to a new file, and return its `findings`.
+
+    The cells are written while the next ones are audited: no more than some blocks are in memory at once.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    path : Path
+        The file; it appears only when it is complete.
+    overwrite : bool
+        Replace an existing file, at the very end.
+    file : Path, optional
+        As in `findings_of`.
+
+    Raises
+    ------
+    RequestError
+        As from `verify`, and if the file exists, its folder does not or cannot be written, or the disk has not enough
+        room; nothing has been touched then.
+    StorageError
+        If the file system refuses.
+    """
+    dataset = settled(dataset)
+    spec, reference = _checked(dataset)
+    declared = declare_cells(spec, reference.audit.variables, "audit")
+    summary = AuditSummary(reference.audit)
+    check_target(path, overwrite)
+    needed = FILE_SHARE * spec.size * sum(np.dtype(each.dtype).itemsize for each in declared) + 1e5
+    check_room(path, needed)
+    with published(path, needed) as unfinished, _audit(dataset, spec, reference, file) as audit:
+        writer = AtlasWriter(unfinished, spec, _attributes(dataset, spec), usable_threads(None), declared)
+        blocks = (Block(span, _stored(declared, found)) for span, found in audit.blocks())
+        for block in writer.write_cells(blocks):
+            summary.add(block.span.start, block.columns)
+        text = to_text(audit.statements())
+        writer.add_attributes({_STATEMENTS: text})
+        writer.check()
+    return _findings(spec, summary, spec.tolerance, from_text(text))
+
+
+def _stored(
+    declared: Sequence[Declaration], found: Mapping[str, npt.NDArray[Any]]
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the variables of an audit in the types that its file has for them."""
+    return {each.name: np.asarray(found[each.name], each.dtype) for each in declared}
+
+
+def _attributes(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, Any]:
+    """Return the attributes of an audit, but for its statements."""
+    return {
+        **{str(name): value for name, value in dataset.attrs.items()},
+        "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
+        "summary": "Every cell of a stability atlas held against the exact extreme "
+        f"{spec.model.coordinate}s and period of its motion.",
+        "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
+        "tolerance": spec.tolerance,
+        "method": spec.method,
+    }
 
 
 def findings(audited: "xr.Dataset") -> Findings:
@@ -151,11 +210,9 @@ def findings(audited: "xr.Dataset") -> Findings:
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}
     for span in blocks(audited["audit"].size):
         summary.add(span.start, {name: each[span.start : span.stop] for name, each in columns.items()})
-    dims = [str(name) for name in audited["audit"].dims]
     return _findings(
         spec,
         summary,
-        {name: audited[name].values for name in dims},
         float(audited.attrs["tolerance"]),
         from_text(str(audited.attrs[_STATEMENTS])),
     )
@@ -178,24 +235,24 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None) -> Findings:
     dataset = settled(dataset)
     spec, reference = _checked(dataset)
     summary = AuditSummary(reference.audit)
-    statements = _audit(dataset, spec, reference, lambda span, found: summary.add(span.start, found), file)
-    axes = {name: getattr(spec, name).array() for name in spec.axes}
-    return _findings(spec, summary, axes, spec.tolerance, from_text(to_text(statements)))
+    with _audit(dataset, spec, reference, file) as audit:
+        for span, found in audit.blocks():
+            summary.add(span.start, found)
+        statements = audit.statements()
+    return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)))
 
 
 def _findings(
     spec: SweepSpec,
     summary: AuditSummary,
-    axes: Mapping[str, npt.NDArray[np.float64]],
     tolerance: float,
     statements: Sequence[Statement],
 ) -> Findings:
     model, audit = spec.model, _reference(spec).audit
-    shape = tuple(values.size for values in axes.values())
     named = []
     for flag, place in summary.named():
-        places = np.unravel_index(place, shape)
-        where = {name: float(values[i]) for (name, values), i in zip(axes.items(), places, strict=True)}
+        places = zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)
+        where = {name: float(getattr(spec, name).at(each)) for name, each in places}
         named.append((flag, where))
     return Findings(
         counts=summary.counts,
@@ -214,41 +271,57 @@ def _findings(
     )
 
 
+@contextlib.contextmanager
 def _audit(
-    dataset: "xr.Dataset",
-    spec: SweepSpec,
-    reference: ExactReference,
-    keep: Callable[[Span, Mapping[str, npt.NDArray[np.generic]]], None],
-    file: Path | None,
-) -> list[Statement]:
-    """Audit all that an atlas holds, and return the statements; `keep` is given the variables of the audit."""
+    dataset: "xr.Dataset", spec: SweepSpec, reference: ExactReference, file: Path | None = None
+) -> Iterator["_Audit"]:
+    """Open an atlas for an audit of all that it holds."""
     use_threads(None)
-    own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
     held = _held(dataset, spec, reference)
-    search = BoundarySearch(spec)
     with CellReader(dataset, held, file) as reader:
-        stride = _stride(dataset, reader, held) if own else 0
-        cells = CellAudit(spec, reference, held, own, stride)
-        with prefetch(_read(dataset, reader, held, search)) as stored:
-            for span, found in cells.audited(stored):
-                keep(span, found)
-    again = found_again(search)
-    return [
-        *coordinate_statements(spec, dataset),
-        *cells.statements(),
-        *boundary_statements(spec, dataset, again, cells.repeated),
-        *attribute_statements(spec, dataset, [each for each, _ in again.values()], own),
-    ]
+        yield _Audit(dataset, spec, reference, reader, held)
+
+
+class _Audit:
+    """The audit of an atlas: first of its cells, block by block, then of all else."""
+
+    def __init__(
+        self,
+        dataset: "xr.Dataset",
+        spec: SweepSpec,
+        reference: ExactReference,
+        reader: CellReader,
+        held: Sequence[str],
+    ) -> None:
+        self._dataset, self._spec, self._reader, self._held = dataset, spec, reader, held
+        self._own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
+        stride = _stride(dataset, reader, held) if self._own else 0
+        self._cells = CellAudit(spec, reference, held, self._own, stride)
+
+    def blocks(self) -> Iterator[AuditedBlock]:
+        """Yield all cells in C order with the variables of the audit."""
+        with prefetch(_read(self._dataset, self._reader, self._held)) as stored:
+            yield from self._cells.audited(stored)
+
+    def statements(self) -> list[Statement]:
+        """Return what is found of each variable and attribute, once all cells were taken."""
+        spec, dataset, reader = self._spec, self._dataset, self._reader
+        search = BoundarySearch(spec, lambda span: legal(reader.read("stability", span)))
+        boundary = list(boundary_statements(spec, dataset, search.variables(), self._cells.repeated))
+        return [
+            *coordinate_statements(spec, dataset),
+            *self._cells.statements(),
+            *(statement for _, statement in boundary if statement is not None),
+            *attribute_statements(spec, dataset, [declared for declared, _ in boundary], self._own),
+        ]
 
 
 def _read(
-    dataset: "xr.Dataset", reader: CellReader, names: Sequence[str], search: BoundarySearch
+    dataset: "xr.Dataset", reader: CellReader, names: Sequence[str]
 ) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]], None, None]:
-    """Yield the cells of an atlas, and give its verdicts to the search for its boundary."""
+    """Yield the cells of an atlas."""
     try:
-        for span, stored in reader.blocks(names):
-            search.add(span.start, legal(stored["stability"]))
-            yield span, stored
+        yield from reader.blocks(names)
     except UnreadableError as problem:
         _refuse(dataset, f"{problem.name} cannot be read, {problem}")
 
@@ -283,10 +356,11 @@ def _checked(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference]:
         )
     # an older file has no coordinate for a parameter that was added later
     later = {name for name in spec.fixed if spec.model.parameters[name].added_later}
-    for each, values in coordinates(spec):
+    for each in coordinate_declarations(spec):
         if each.name in later and each.name not in dataset:
             continue
-        if each.name not in dataset or dataset[each.name].values.shape != values.shape:
+        shape = tuple(len(getattr(spec, name)) for name in each.dims)
+        if each.name not in dataset or dataset[each.name].shape != shape:
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     return spec, reference
 

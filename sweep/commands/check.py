@@ -21,24 +21,19 @@ def verify(
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
     from sweep.atlas.dataset import spec_named
-    from sweep.checks.verify import findings, findings_of
-    from sweep.checks.verify import verify as audited
+    from sweep.checks.verify import findings_of, verify_to_file
     from sweep.commands.audit_report import audit_text
-    from sweep.files.netcdf import save
     from sweep.files.paths import check_apart, check_target
     from sweep.files.reading import opened
 
-    with opened(atlas) as dataset:
+    with opened(atlas, indexed=False) as dataset:
         spec = spec_named(dataset)
         if write is None:
             found = findings_of(dataset, atlas)
         else:
             check_apart(write, atlas)
             check_target(write, overwrite)
-            audit = audited(dataset)
-    if write is not None:
-        save(audit, write, overwrite=overwrite)
-        found = findings(audit)
+            found = verify_to_file(dataset, write, overwrite=overwrite, file=atlas)
     show(audit_text(found, spec))
     if not found.passed:
         raise typer.Exit(1)
@@ -90,7 +85,7 @@ def compare(
             check_atlas(atlas)
         check_apart(junit, new, reference)
     began = time.monotonic()
-    with opened(new) as left, opened(reference) as right:
+    with opened(new, indexed=False) as left, opened(reference, indexed=False) as right:
         comparison = compared(
             left, right, common=common, tolerances=given, exact=exact, files=(new, reference)
         )

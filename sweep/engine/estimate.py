@@ -30,11 +30,17 @@ _PROCESS_BYTES = 270e6
 #: Bytes per cell of a block in all its stages at once: being computed, being written, being compressed.
 _STAGES_BYTES = 500
 
-#: Bytes per row along a control: of its verdicts, kept while cells come, and of its boundary, at the end.
-_ROW_KEPT_BYTES, _ROW_BYTES = 22, 58
+#: Bytes of a row of an edge in a file: four numbers and a code.
+_EDGE_BYTES = 33
+
+#: Rows along a control whose boundary is found at a time (`sweep.atlas.slices`), and bytes of each with its starts.
+_ROWS_AT_ONCE, _ROW_BYTES = 2**16, 800
 
 #: Bytes per point of the curves of a refined boundary, and of those in one plane while they are joined.
 _POINT_BYTES, _JOINED_BYTES = 60, 260
+
+#: Bytes that a run stays below, whatever its size, unless curves are joined.
+_MOST_BYTES = 1e9
 
 #: How often a curve crosses each line of cells, either way.
 _CROSSINGS = 2
@@ -57,7 +63,13 @@ def _bytes(quantities: Mapping[str, Quantity]) -> int:
 
 def file_bytes(spec: SweepSpec) -> float:
     """Return the bytes of the finished file, at most."""
-    return FILE_SHARE * spec.size * cell_bytes(spec) + 1e5
+    return FILE_SHARE * spec.size * cell_bytes(spec) + plain_bytes(spec, edges=2) + 1e5
+
+
+def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
+    """Return the bytes of the axes and of so many edges along every control, which a file stores as they are."""
+    rows = sum(spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes))
+    return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows
 
 
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
@@ -68,13 +80,29 @@ def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
 def boundary_bytes(spec: SweepSpec) -> float:
     """Return the bytes that the search for the boundary holds at most (`sweep.atlas.boundary_search`)."""
     rows = [spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes)]
-    held = _ROW_KEPT_BYTES * sum(rows) + _ROW_BYTES * max(rows, default=0)
+    return _ROW_BYTES * min(max(rows, default=0), _ROWS_AT_ONCE) + curve_bytes(spec)
+
+
+def curve_bytes(spec: SweepSpec) -> float:
+    """Return the bytes that the curves of a refined boundary take while they are joined, about; 0 if there are none."""
     if spec.boundary_width is None or len(spec.axes) < 2:
-        return held
+        return 0.0
     lines, line = spec.shape[-2:]
     in_plane = _CROSSINGS * (lines + line)
     points = in_plane * (spec.size // (lines * line))
-    return held + 2 * line + _POINT_BYTES * points + _JOINED_BYTES * in_plane
+    return 2 * line + _POINT_BYTES * points + _JOINED_BYTES * in_plane
+
+
+def large_memory(spec: SweepSpec) -> str:
+    """Return why a run of a spec may need more than a gigabyte of memory, and what to do; empty if it does not."""
+    needed = curve_bytes(spec)
+    if _PROCESS_BYTES + needed < _MOST_BYTES:
+        return ""
+    return (
+        f"the curves of the refined boundary are joined in memory, which takes about {size(needed)} if each crosses "
+        f"every line of cells {_CROSSINGS} times; any other boundary takes less than 1 GB in all "
+        "(boundary=grid), and so do fewer values along the last two axes"
+    )
 
 
 def suitable_block(rate: float, least: int) -> int:

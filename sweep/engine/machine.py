@@ -10,11 +10,12 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from sweep.engine.grid import Span, starts_of
+from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import GRID
+from sweep.model.quantity import GRID, Array
 from sweep.platforms import check_features
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -103,7 +104,8 @@ def starts_hash(spec: SweepSpec) -> str:
     for name in spec.axes:
         axis = getattr(spec, name)
         assert isinstance(axis, Range | Values)
-        digest.update(axis.array().tobytes())
+        for span in blocks(len(axis)):
+            digest.update(axis.at(np.arange(span.start, span.stop)).tobytes())
     for span in (Span(0, min(spec.size, _CELLS)), Span(max(0, spec.size - _CELLS), spec.size)):
         for values in starts_of(spec, span).values():
             digest.update(np.asarray(values, np.float64).tobytes())
@@ -116,6 +118,10 @@ class RecordedRange(Range):
     def array(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Return the values, shape (count,)."""
         return np.array(self._recorded)
+
+    def at(self, places: npt.ArrayLike) -> Array:
+        """Return the values at some places, shape of `places`."""
+        return self.array()[np.asarray(places, np.intp)]
 
     @classmethod
     def of(cls, given: Range, values: list[float]) -> "RecordedRange":

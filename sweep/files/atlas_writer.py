@@ -9,7 +9,7 @@ import contextlib
 import errno
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
@@ -18,7 +18,9 @@ import numpy as np
 import numpy.typing as npt
 from isal.isal_zlib import crc32
 
-from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations, coordinates
+from sweep.atlas.boundary_search import Read
+from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
+from sweep.atlas.slices import SlicedVariables, coordinates, slices_of
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape, chunks
 from sweep.files.chunk_filter import packed
@@ -61,6 +63,8 @@ class AtlasWriter:
         The global attributes.
     threads : int
         Threads that filter chunks, beside the one that writes them.
+    cells : sequence of Declaration, optional
+        The variables with one value per cell; those of an atlas if not given.
 
     Raises
     ------
@@ -68,23 +72,33 @@ class AtlasWriter:
         From every method: if the file system or netCDF refuses, or the file does not hold what was written.
     """
 
-    def __init__(self, path: Path, spec: SweepSpec, attributes: Mapping[str, Any], threads: int = 1) -> None:
+    def __init__(
+        self,
+        path: Path,
+        spec: SweepSpec,
+        attributes: Mapping[str, Any],
+        threads: int = 1,
+        cells: Sequence[Declaration] | None = None,
+    ) -> None:
         # absolute, because netCDF-C leaves out blanks at the begin of a name
         self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
-        self._cells, self._chunk = cell_declarations(spec), chunk_shape(spec.shape)
-        # checksums of what was written: the stored chunks of a variable, values at its ends, and small variables
+        self._cells = cell_declarations(spec) if cells is None else cells
+        self._chunk = chunk_shape(spec.shape)
+        # checksums of what was written: the stored chunks of a variable, values at its ends, and all values of others,
+        # with their shapes
         self._stored = dict.fromkeys((each.name for each in self._cells if spec.axes), 0)
         self._values = list[tuple[str, tuple[slice, ...], int]]()
+        self._sliced = list[tuple[str, tuple[int, ...], int]]()
         self._attributes: dict[str, Mapping[str, Any]] = {"": dict(attributes)}
         with self._opened("w") as file:
             file.setncatts(dict(attributes))
             for name, count in zip(spec.axes, spec.shape, strict=True):
                 file.createDimension(name, count)
-            for coordinate, values in coordinates(spec):
-                self._write_whole(file, coordinate, values)
+            for each in coordinates(spec):
+                self._write_slices(file, each)
             if spec.axes:
-                for each in self._cells:
-                    self._declare(file, each, self._chunk)
+                for declared in self._cells:
+                    self._declare(file, declared, self._chunk)
 
     def write_cells(
         self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
@@ -119,22 +133,34 @@ class AtlasWriter:
                 self._write_chunk(file, chunk)
                 yield chunk.block
 
-    def write_boundary(self, variables: Iterable[tuple[Declaration, npt.NDArray[Any]]]) -> None:
-        """Write the variables of the boundary, with the dimensions that only they have."""
+    def write_boundary(self, boundary: Callable[[Read], Iterable[SlicedVariables]]) -> None:
+        """Write the variables of the boundary, with the dimensions that only they have.
+
+        Parameters
+        ----------
+        boundary : callable
+            Returns these variables; it is given a function that returns the stored verdicts of any span of the cells.
+        """
         with self._opened("a") as file:
-            for declared, values in variables:
-                for name, count in zip(declared.dims, values.shape, strict=True):
+            stability = file["stability"]
+            stability.set_auto_maskandscale(False)
+            for variables in boundary(lambda span: _flat(stability, span)):
+                for name, count in zip(variables.declared[0].dims, variables.shape, strict=True):
                     if name not in file.dimensions:
                         file.createDimension(name, count)
-                self._write_whole(file, declared, values)
-                # the next ones are made only now, and these may be large
-                del values
+                self._write_slices(file, variables)
+
+    def add_attributes(self, attributes: Mapping[str, Any]) -> None:
+        """Write global attributes that were not known before the cells."""
+        with self._opened("a") as file:
+            file.setncatts(dict(attributes))
+        self._attributes[""] = {**self._attributes[""], **attributes}
 
     def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
         """Read the file again; an OSError says that it does not hold what was written.
 
         All chunks are read as they are stored; each one has been inflated before it was written. The first and the last
-        chunk and the small variables are read by netCDF through its filters, as readers will. `seen` is called with the
+        chunk and all other variables are read by netCDF through its filters, as readers will. `seen` is called with the
         number of cells that have been looked at.
         """
         wrong, cells = list[str](), 0
@@ -151,6 +177,9 @@ class AtlasWriter:
             file.set_auto_maskandscale(False)
             for name, slices, checksum in self._values:
                 if crc32(np.asarray(file[name][slices], order="C")) != checksum:
+                    wrong.append(name)
+            for name, shape, checksum in self._sliced:
+                if _checksum(file[name], shape) != checksum:
                     wrong.append(name)
             for name, attributes in self._attributes.items():
                 wrong += _wrong_attributes(file[name] if name else file, attributes, name)
@@ -171,13 +200,22 @@ class AtlasWriter:
         block = Block(given.span, complete(given.span, given.columns))
         with self._opened("a") as file:
             for each in self._cells:
-                self._write_whole(file, each, block.columns[each.name].reshape(()))
+                self._write_slices(file, SlicedVariables([each], (), [[block.columns[each.name]]]))
         return block
 
-    def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
-        filled = np.asarray(_filled(declared, values), declared.dtype, order="C")
-        self._declare(file, declared)[...] = filled
-        self._values.append((declared.name, (slice(None),) * values.ndim, crc32(filled)))
+    def _write_slices(self, file: Any, variables: SlicedVariables) -> None:
+        into, checksums = list[Any](), [0] * len(variables.declared)
+        for _, places, values in variables.each():
+            for number, (declared, each) in enumerate(zip(variables.declared, values, strict=True)):
+                if number == len(into):
+                    # with the first slice, not all before it: so the file of a small atlas stays what it was
+                    into.append(self._declare(file, declared))
+                filled = np.asarray(_filled(declared, each), order="C")
+                # netCDF takes no empty tuple for the place of a single number
+                into[number][places or ...] = filled
+                checksums[number] = crc32(filled, checksums[number])
+        names = (each.name for each in variables.declared)
+        self._sliced += [(name, variables.shape, each) for name, each in zip(names, checksums, strict=True)]
 
     def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
         span, columns = chunk.block.span, chunk.block.columns
@@ -200,6 +238,39 @@ class AtlasWriter:
         fill = {} if declared.fill is None else {"_FillValue": declared.fill}
         self._attributes[declared.name] = {**declared.attributes, **fill}
         return variable
+
+
+def _checksum(variable: Any, shape: tuple[int, ...]) -> int:
+    """Return the checksum of the values of a variable as they are stored, slice by slice."""
+    found = 0
+    for _, places in slices_of(shape):
+        found = crc32(np.asarray(variable[places], order="C"), found)
+    return found
+
+
+def _flat(variable: Any, span: Span) -> npt.NDArray[Any]:
+    """Read a span of the cells, in C order, from a variable of a file."""
+    return np.concatenate([np.asarray(variable[part]).reshape(-1) for part in _parts(variable.shape, span)])
+
+
+def _parts(shape: tuple[int, ...], span: Span) -> Iterator[tuple[slice, ...]]:
+    """Cut a span of cells into boxes of the grid, in C order."""
+    if not shape:
+        yield ()
+        return
+    inner = math.prod(shape[1:])
+    at = span.start
+    while at < span.stop:
+        place, begin = divmod(at, inner)
+        lines = (span.stop - at) // inner
+        if lines and not begin:
+            yield (slice(place, place + lines), *(slice(0, n) for n in shape[1:]))
+            at += lines * inner
+            continue
+        end = min(inner, begin + span.stop - at)
+        for rest in _parts(shape[1:], Span(begin, end)):
+            yield (slice(place, place + 1), *rest)
+        at += end - begin
 
 
 def _wrong_attributes(found: Any, attributes: Mapping[str, Any], name: str) -> Iterator[str]:

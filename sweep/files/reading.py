@@ -12,6 +12,7 @@ from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.atlas.selection import is_whole, settled
+from sweep.atlas.slices import slices_of
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.atlas_file import AtlasFile, no_atlas
@@ -22,11 +23,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def open_atlas(path: str | Path) -> "xr.Dataset":
+def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
 
     Variables that another program has added are kept if they are numbers on the grid of the cells. Others are left
     out, with a `LeftOutWarning`.
+
+    Parameters
+    ----------
+    path : str or Path
+    indexed : bool
+        Whether cells can be selected by their coordinates: for that xarray holds every axis in memory.
 
     Raises
     ------
@@ -40,13 +47,17 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
 
     with _netcdf_errors(path):
         dataset = xr.open_dataset(
-            path.absolute(), engine="netcdf4", decode_times=False, drop_variables=[*left_out]
+            path.absolute(),
+            engine="netcdf4",
+            decode_times=False,
+            drop_variables=[*left_out],
+            create_default_indexes=indexed,
         )
     # the attribute `coordinates` of any variable may have made another one of them a coordinate
     wrong = [name for name in dataset.coords if name not in spec_named(dataset).model.parameters]
-    if indexed := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
+    if stray := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
         dataset.close()
-        raise no_atlas(path, f"{shown(indexed[0])} is a coordinate that no atlas has")
+        raise no_atlas(path, f"{shown(stray[0])} is a coordinate that no atlas has")
     _tell(path, left_out)
     if not wrong:
         return dataset
@@ -56,12 +67,12 @@ def open_atlas(path: str | Path) -> "xr.Dataset":
 
 
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator["xr.Dataset"]:
+def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
     """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it.
 
     A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.settled`).
     """
-    with open_atlas(path) as dataset, damage_named(dataset):
+    with open_atlas(path, indexed=indexed) as dataset, damage_named(dataset):
         yield settled(dataset)
 
 
@@ -109,7 +120,8 @@ def damage_named(dataset: Atlas) -> Iterator[None]:
 def _can_be_read(variable: Variable) -> bool:
     try:
         # not `values`, which would be kept in memory
-        np.asarray(variable[...])
+        for _, places in slices_of(variable.shape):
+            np.asarray(variable[places])
     except Exception:
         # only the libraries work here: see `_netcdf_errors`
         return False

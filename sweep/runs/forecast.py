@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import BoundarySearch, in_memory
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import compute, derive_block, measure_block
@@ -97,7 +97,7 @@ class Forecast:
 
     def file_bytes(self, spec: SweepSpec) -> float:
         """Return the bytes of the file."""
-        return min(self.file * spec.size + 1e5, estimate.file_bytes(spec))
+        return min(self.file * spec.size + estimate.plain_bytes(spec) + 1e5, estimate.file_bytes(spec))
 
 
 def describe(
@@ -131,13 +131,15 @@ def describe(
         taken = estimate.duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
+    large = estimate.large_memory(spec)
+    why = f": {large}" if large else ""
     free = estimate.free_bytes(path)
     room = f"{estimate.size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {expected}",
-        f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}",
+        f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}{why}",
         f"disk     {about} {estimate.size(journal)} for the journal, which goes at the end, and {about} "
         f"{estimate.size(file)} for the file; {room} in {path.parent.resolve()}",
     ]
@@ -167,7 +169,8 @@ def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
         if spec.size < _FEW:
             raise
         _, journal, file = _keeping(spec, _RATE_UNKNOWN)
-        estimate.check_room(path, min(most, journal * cells + file * spec.size + 1e5))
+        known = journal * cells + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
+        estimate.check_room(path, min(most, known))
 
 
 def _keeping(
@@ -210,11 +213,11 @@ def _search_seconds(spec: SweepSpec, rate: float, clock: Callable[[], float] = t
 
 
 def _seconds(sample: SweepSpec, clock: Callable[[], float]) -> float:
-    search = BoundarySearch(sample)
-    search.add(0, np.asarray(compute(sample, whole(sample))["stability"]))
+    read = in_memory(np.asarray(compute(sample, whole(sample))["stability"]))
     began = clock()
-    for _ in search.variables():
-        pass
+    for variables in BoundarySearch(sample, read).variables():
+        for _ in variables.each():
+            pass
     return clock() - began
 
 

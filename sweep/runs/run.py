@@ -109,7 +109,7 @@ class Failures:
         for name, place in zip(self.spec.axes, np.unravel_index(cell, self.spec.shape), strict=True):
             quantity = self.spec.model.parameters[name]
             units = "deg" if quantity.units == "rad" else ""
-            words.append(f"{name}={getattr(self.spec, name).array()[place] * quantity.plot_scale:.9g}{units}")
+            words.append(f"{name}={getattr(self.spec, name).at(place) * quantity.plot_scale:.9g}{units}")
         return " ".join(words) or "the only cell"
 
 
@@ -188,7 +188,7 @@ def run_to_file(
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         check_room(path, spec, spec.size - journal.cells(journal.held()))
-        for warning in one_sided(spec):
+        for warning in (*one_sided(spec), *filter(None, [estimate.large_memory(spec)])):
             say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
@@ -319,13 +319,14 @@ def write_atlas(
         timetable.report(int(done))
 
     spec = writer.spec
-    search, failures = BoundarySearch(spec), Failures(spec)
+    failures = Failures(spec)
     for block in cells:
-        search.add(block.span.start, block.columns["stability"])
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
-    writer.write_boundary(search.variables(lambda share: seen(share * bisected)))
+    writer.write_boundary(
+        lambda read: BoundarySearch(spec, read, lambda share: seen(share * bisected)).variables()
+    )
     timetable.begin(CHECKING)
     writer.check(seen)
     return failures

@@ -1,14 +1,15 @@
-"""The variables of a boundary: their values by hand, and from cells that come in spans."""
+"""The variables of a boundary: their values by hand, and slice by slice."""
 
 import tracemalloc
 
 import numpy as np
 import pytest
 
-from sweep.atlas import boundary, boundary_search
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas import boundary_search, slices
+from sweep.atlas.boundary_search import BoundarySearch, in_memory
 from sweep.atlas.dataset import boundaries
-from sweep.engine.estimate import boundary_bytes
+from sweep.engine.compute import compute
+from sweep.engine.grid import whole
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
@@ -54,25 +55,6 @@ def test_a_grid_without_a_rate_axis_has_no_boundary():
     assert boundaries(spec, np.array([STABLE, UNSTABLE])) == []
 
 
-@pytest.mark.parametrize("start", [0, 3, 5])
-def test_cells_come_in_order(start):
-    """Cells that do not follow on those before, or that the grid does not have, are refused."""
-    search = BoundarySearch(SweepSpec(tilt="0.01,0.02", roll_rate="1,2,3"))
-    search.add(0, verdicts("uu")[0])
-    with pytest.raises(ValueError, match=f"cells 2 to 6 come next, not {start} to"):
-        search.add(start, verdicts("su")[0])
-    with pytest.raises(ValueError, match="cells 2 to 6 come next, not 2 to 7"):
-        search.add(2, verdicts("susus")[0])
-
-
-def test_all_cells_are_needed():
-    """A boundary that the missing cells may change is not given out."""
-    search = BoundarySearch(SweepSpec(tilt="0.01,0.02", roll_rate="1,2,3"))
-    search.add(0, verdicts("uusuu")[0])
-    with pytest.raises(ValueError, match="only 5 of 6 cells"):
-        next(search.variables())
-
-
 #: Rows of a plane and of a cube, with a boundary along one rate or both.
 SPECS = {
     "band": SweepSpec(roll_rate="-4:4:9", tilt="-2deg:2deg:5", boundary="refined:1e-3"),
@@ -83,38 +65,65 @@ SPECS = {
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("at_once", [2, 7])
 @pytest.mark.parametrize("name", SPECS)
-def test_rows_at_a_time_change_no_bit(name, monkeypatch):
+def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
     """Brackets, lines of theory and codes are the same however many rows are worked on at a time."""
     spec = SPECS[name]
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
-    monkeypatch.setattr(boundary, "AT_ONCE", 3)
-    monkeypatch.setattr(boundary_search, "AT_ONCE", 2)
+    monkeypatch.setattr(slices, "SLICE_VALUES", at_once)
+    monkeypatch.setattr(boundary_search, "READ_CELLS", at_once + 2)
     found = variables(spec, stability)
     assert list(found) == list(expected)
     for each in found:
         np.testing.assert_array_equal(found[each], expected[each], each)
 
 
-@pytest.mark.parametrize("order", ["rows are contiguous", "rows are strided"])
-def test_the_memory_grows_with_the_rows_and_not_with_the_cells(order, monkeypatch):
-    """Of 6e6 cells in 2e4 rows less is held than one byte per cell: what is expected per row, and the work at hand."""
-    for module in (boundary, boundary_search):
-        monkeypatch.setattr(module, "AT_ONCE", 2**11)
+@pytest.mark.compiled
+def test_it_says_how_far_it_is():
+    """While brackets are bisected the share that is done goes up from 0 to 1, many times within one slice."""
+    spec = SweepSpec.preset("circling").replace(
+        tilt="2deg:25deg:6", precession_rate="0.2:5:7", boundary="refined:1e-6"
+    )
+    stability = np.asarray(compute(spec, whole(spec))["stability"])
+    heard = []
+    for each in BoundarySearch(spec, in_memory(stability), heard.append).variables():
+        each.whole()
+    assert heard == sorted(heard)
+    assert (heard[0], heard[-1]) == (0.0, 1.0)
+    assert len(heard) > 50
+
+
+#: Axes of 6e6 cells in 2e4 rows of 300, and of 300 planes of which each is a line of 2e4 cells.
+ORDERS = {
+    "rows are contiguous": {"tilt": "0.1deg:4deg:20000", "roll_rate": "1:4:300"},
+    "rows are strided": {
+        "roll_rate": "1:4:300", "alpha": "0.5:1:10", "gravity": "1:9:20", "tilt": "0.1deg:4deg:100",
+    },
+    "rows are long": {"tilt": "0.1deg:4deg:20", "roll_rate": "1:4:300000"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_the_memory_grows_neither_with_the_cells_nor_with_the_rows(order, monkeypatch):
+    """Of 6e6 cells and up to 2e4 rows what is held is that of a slice; each cell is read once for the one control."""
+    monkeypatch.setattr(slices, "SLICE_VALUES", 2**9)
+    monkeypatch.setattr(boundary_search, "READ_CELLS", 2**13)
     monkeypatch.setattr("sweep.atlas.row_search._AT_ONCE", 2**13)
-    axes = {"tilt": "0.1deg:4deg:20000", "roll_rate": "1:4:300"}
-    if order == "rows are strided":
-        axes = {"roll_rate": "1:4:300", "alpha": "0.5:1:10", "gravity": "1:9:20", "tilt": "0.1deg:4deg:100"}
-    spec = SweepSpec(**axes)
-    block = np.repeat(np.array([UNSTABLE, STABLE], np.int8), 150000)
+    spec, read = SweepSpec(**ORDERS[order]), []
+
+    def verdicts_of(span):
+        read.append(len(span))
+        return np.where(np.arange(span.start, span.stop) < spec.size // 2, UNSTABLE, STABLE).astype(np.int8)
+
     tracemalloc.start()
-    search = BoundarySearch(spec)
-    for start in range(0, spec.size, block.size):
-        search.add(start, block)
-    for _, values in search.variables():
-        assert values.size == 20000
-        del values
+    for variables in BoundarySearch(spec, verdicts_of).variables():
+        assert variables.shape == tuple(len(getattr(spec, name)) for name in spec.axes if name != "roll_rate")
+        for _, _, values in variables.each():
+            assert max(each.size for each in values) <= 2**9
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < boundary_bytes(spec) + 1e6 < 3e6
+    assert sum(read) == spec.size
+    # the values of an axis that is not long are made again for each slice
+    assert peak < 2e6 + 3 * 8 * 300000 * (order == "rows are long")

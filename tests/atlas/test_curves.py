@@ -17,17 +17,35 @@ from sweep.atlas.curves import curves
 from sweep.atlas.neighbours import NeighbourSearch
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
+from sweep.engine.grid import Span
 from sweep.figures import plots
 from sweep.figures.disk import regimes as regimemap
 from sweep.files.export import export
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 
+class Drawn:
+    """Curves with all their points, bisected to a width."""
+
+    def __init__(self, lines, width):
+        self.counts, self.closed = lines.counts, lines.closed
+        self.points = lines.measured(Span(0, lines.cells.size), width)
+        self.halfwidths = self.points.halfwidths
+
+    def places(self, axis):
+        """Where the points lie along an axis."""
+        return self.points.along(axis)[0]
+
+    def widths(self, axis):
+        """Their half-widths along an axis."""
+        return self.points.along(axis)[1]
+
+
 def curves_of(spec, stability, width):
     """Return the curves of a grid in memory."""
     search = NeighbourSearch(spec.shape)
     search.add(0, stability.reshape(-1))
-    return curves(spec, search.pairs(), width)
+    return Drawn(curves(spec, search.pairs()), width)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from sweep.atlas import boundary, neighbours
 from sweep.atlas import curves as curves_of
 from sweep.atlas.curves import curves
 from sweep.atlas.neighbours import NeighbourSearch
+from sweep.engine.grid import Span
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
@@ -105,8 +106,10 @@ def test_curves_of_any_grid(grid, at_once):
         mock.patch.object(boundary, "AT_ONCE", at_once),
         mock.patch.object(curves_of, "AT_ONCE", at_once),
     ):
+        found = curves(spec, searched(grid))
+        spans = [Span(at, min(at + at_once, found.cells.size)) for at in range(0, found.cells.size, at_once)]
         # wider than any bracket: the middles stay those of the grid
-        found = curves(spec, searched(grid), 10.0)
+        points = [found.measured(span, 10.0) for span in spans]
     chains, closed = referee.chains(grid, like_corner)
     assert found.counts.tolist() == [len(chain) for chain in chains]
     assert found.closed.tolist() == closed
@@ -116,5 +119,6 @@ def test_curves_of_any_grid(grid, at_once):
     after = here + np.where(order < down.size, grid.shape[-1], 1)
     for name, each in zip(names, coordinates, strict=True):
         one, other = each.reshape(-1)[here], each.reshape(-1)[after]
-        assert found.places(name).tolist() == (0.5 * (one + other)).tolist()
-        assert found.widths(name).tolist() == (0.5 * np.abs(other - one)).tolist()
+        places, widths = ([v for each in points for v in each.along(name)[k].tolist()] for k in (0, 1))
+        assert places == (0.5 * (one + other)).tolist()
+        assert widths == (0.5 * np.abs(other - one)).tolist()

@@ -5,6 +5,7 @@ to hide behind: a file holds no hash of its own content, and the fingerprint of 
 """
 
 import hashlib
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,6 +16,7 @@ from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.dataset import assemble
 from sweep.checks.verify import _checked, findings, verify
 from sweep.engine.compute import run_blocks
+from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 
@@ -100,17 +102,13 @@ _KEPT = {}
 
 
 class _Search(BoundarySearch):
-    def __init__(self, spec):
-        super().__init__(spec)
-        self._key = spec.canonical()
-
-    def add(self, start, stability):
-        super().add(start, stability)
-        self._key += stability.tobytes().hex()
+    def __init__(self, spec, read):
+        super().__init__(spec, read)
+        self._key = spec.canonical() + read(Span(0, spec.size)).tobytes().hex()
 
     def variables(self):
         if self._key not in _KEPT:
-            _KEPT[self._key] = list(super().variables())
+            _KEPT[self._key] = [replace(each, parts=list(each.parts)) for each in super().variables()]
         yield from _KEPT[self._key]
 
 

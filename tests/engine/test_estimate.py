@@ -42,10 +42,30 @@ def test_a_coarse_grid_is_spread_over_the_grid(cells):
         SweepSpec(roll_rate="1:4:100000", tilt="1deg:5deg:100000"),
         SweepSpec(roll_rate="1:4:100000", tilt="1deg:5deg:100000", boundary="refined"),
         SweepSpec(roll_rate="1:4:2000", precession_rate="1:4:2000", tilt="1deg:5deg:2000"),
+        SweepSpec(roll_rate="1:4:1050", tilt="1deg:5deg:1000000000"),
+        SweepSpec(tilt="1deg:5deg:1000000000", roll_rate="1:4:1050"),
     ],
 )
 def test_the_memory_of_a_run_does_not_grow_with_its_cells(spec):
-    """A run of 1e10 cells stays below 1 GB."""
+    """A run of 1e10 cells and more stays below 1 GB, also in 1e9 rows, and nobody is warned of it."""
     assert estimate.memory_bytes(spec) < 1e9
+    assert estimate.large_memory(spec) == ""
     few = spec.replace(roll_rate="1:4:1000")
     assert spec.size - few.size > estimate.memory_bytes(spec)
+
+
+def test_curves_that_need_a_gigabyte_are_announced():
+    """Joining 1e8 points takes more: the sentence says how much, why, and what takes less."""
+    spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:100000000", boundary="refined")
+    assert 1e10 < estimate.curve_bytes(spec) < estimate.memory_bytes(spec)
+    told = estimate.large_memory(spec)
+    assert "about 64 GB" in told
+    assert "boundary=grid" in told
+    assert estimate.large_memory(spec.replace(boundary="grid")) == ""
+
+
+def test_what_a_file_stores_as_it_is():
+    """The axes and the edge of a million rows of three cells, as numbers of bytes: half of what the cells take."""
+    spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:1000000")
+    assert estimate.plain_bytes(spec) == 8 * 1000003 + 33 * 1000000
+    assert estimate.plain_bytes(spec.replace(roll_rate=2.0)) == 8 * 1000000

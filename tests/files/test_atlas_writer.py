@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes
 
-from sweep.atlas.dataset import boundaries
+from sweep.atlas import slices
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import Span
 from sweep.files import chunk_filter
-from sweep.files.atlas_writer import AtlasWriter, regroup
+from sweep.files.atlas_writer import AtlasWriter, _flat, regroup
 from sweep.files.raw_chunks import RawChunks
 from sweep.request.spec import SweepSpec
 
@@ -35,8 +37,9 @@ def small_chunks(monkeypatch):
 def written(tmp_path, small_chunks):
     """Return a writer whose file is complete, but not checked yet, and the path of that file."""
     writer = AtlasWriter(tmp_path / "a.nc", SPEC, {"title": "x"}, 2)
-    stability = np.concatenate([block.columns["stability"] for block in writer.write_cells(run_blocks(SPEC))])
-    writer.write_boundary(boundaries(SPEC, stability.reshape(SPEC.shape)))
+    for _ in writer.write_cells(run_blocks(SPEC)):
+        pass
+    writer.write_boundary(lambda read: BoundarySearch(SPEC, read).variables())
     return writer, tmp_path / "a.nc"
 
 
@@ -127,6 +130,69 @@ def the_boundary(path):
     """Change a value of the boundary."""
     with netCDF4.Dataset(path, "a") as file:
         file["boundary_roll_rate_status"][0] = 5
+
+
+#: Rows along both rates, some with a lower edge; curves; no axis at all.
+SLICED = {
+    "both rates": SweepSpec(alpha="0.5,1", roll_rate="-4:4:9", precession_rate="0:2:4", tilt="1deg:9deg:3"),
+    "curves": SweepSpec.preset("circling").replace(
+        tilt="2deg:25deg:16", precession_rate="0.2:5:17", boundary="refined:1e-3"
+    ),
+    "one cell": SweepSpec(roll_rate=3.0),
+}
+
+
+def finished(path, spec):
+    """Return the writer of a whole atlas."""
+    writer = AtlasWriter(path, spec, {"title": "x"})
+    for _ in writer.write_cells(run_blocks(spec)):
+        pass
+    writer.write_boundary(lambda read: BoundarySearch(spec, read).variables())
+    return writer
+
+
+@pytest.mark.parametrize("name", SLICED)
+def test_small_slices_change_no_value_and_every_one_is_checked(tmp_path, monkeypatch, name):
+    """Axes, edges and curves are the same however few values are written at a time; the last value is looked at."""
+    spec = SLICED[name]
+    finished(tmp_path / "whole.nc", spec).check()
+    monkeypatch.setattr(slices, "SLICE_VALUES", 5)
+    monkeypatch.setattr("sweep.atlas.boundary_search.READ_CELLS", 7)
+    path = tmp_path / "sliced.nc"
+    writer = finished(path, spec)
+    writer.check()
+    with netCDF4.Dataset(tmp_path / "whole.nc") as whole, netCDF4.Dataset(path) as sliced:
+        for file in (whole, sliced):
+            file.set_auto_maskandscale(False)
+        assert list(whole.variables) == list(sliced.variables)
+        assert any(name.startswith(("boundary_lower", "curve")) for name in sliced.variables) == bool(
+            spec.axes
+        )
+        for each in whole.variables:
+            assert whole[each][...].tobytes() == sliced[each][...].tobytes(), each
+            assert whole[each].__dict__.keys() == sliced[each].__dict__.keys()
+        names = [each.name for each in sliced.variables.values() if each.dimensions != spec.axes]
+    for each in names:
+        with netCDF4.Dataset(path, "a") as file:
+            file.set_auto_maskandscale(False)
+            last = (-1,) * file[each].ndim or ...
+            before = file[each][last]
+            file[each][last] = 3 if before != 3 else 4
+        with pytest.raises(OSError, match=rf"\b{each}$"):
+            writer.check()
+        with netCDF4.Dataset(path, "a") as file:
+            file.set_auto_maskandscale(False)
+            file[each][last] = before
+    writer.check()
+
+
+@given(st.data(), array_shapes(min_dims=1, max_dims=4, max_side=5))
+def test_any_span_of_the_cells_is_read_back(data, shape):
+    """A span of the cells in C order is cut into boxes that hold these cells, each once, in order."""
+    cells = np.arange(np.prod(shape)).reshape(shape)
+    start = data.draw(st.integers(0, cells.size - 1))
+    stop = data.draw(st.integers(start + 1, cells.size))
+    assert _flat(cells, Span(start, stop)).tolist() == list(range(start, stop))
 
 
 @pytest.mark.parametrize(

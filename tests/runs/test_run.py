@@ -277,9 +277,9 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     """The boundary is searched with as many threads as the blocks are computed with."""
     used = []
 
-    def searched(search, seen):
+    def searched(search):
         used.append(workers.used())
-        return variables(search, seen)
+        return variables(search)
 
     variables = run.BoundarySearch.variables
     monkeypatch.setattr(run.BoundarySearch, "variables", searched)

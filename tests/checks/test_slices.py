@@ -1,0 +1,123 @@
+"""Checks of long axes and boundaries go slice by slice: what they find is the same, wherever the slices end."""
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas import slices
+from sweep.checks.compare import compare
+from sweep.checks.coordinates import check_coordinates
+from sweep.checks.verify import findings, findings_of, verify, verify_to_file
+from sweep.errors import RequestError
+from sweep.files import cell_reader
+from sweep.files.cell_reader import CellReader
+from sweep.files.netcdf import save
+from sweep.files.reading import open_atlas
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+SPEC = SweepSpec.preset("circling").replace(
+    tilt="2deg:25deg:16", precession_rate="0.2:5:17", boundary="refined:1e-3"
+)
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas with two edges and curves, not to be changed."""
+    return sweep.run(SPEC)
+
+
+@pytest.fixture
+def small_slices(monkeypatch):
+    """Let a slice hold five values, here four, and let seven cells be read at a time."""
+    monkeypatch.setattr(slices, "SLICE_VALUES", 5)
+    monkeypatch.setattr("sweep.atlas.boundary_search.READ_CELLS", 7)
+
+
+def test_the_audit_finds_the_same(atlas, monkeypatch, request):
+    """The statements of a right atlas, and of one with wrong values in several slices, are the same to the letter."""
+    wrong = atlas.copy(deep=True)
+    for name, values in wrong.variables.items():
+        if values.dims and values.dims != SPEC.axes:
+            flat = np.array(values.values).reshape(-1)
+            flat[1::6] = flat[1::6] + 1
+            wrong[name] = wrong[name].copy(data=flat.reshape(values.shape))
+    whole = [findings(verify(each)).statements for each in (atlas, wrong)]
+    assert [sum(each.wrong for each in statements) > 0 for statements in whole] == [False, True]
+    request.getfixturevalue("small_slices")
+    again = [findings(verify(each)).statements for each in (atlas, wrong)]
+    assert repr(again) == repr(whole)
+
+
+@pytest.mark.parametrize("place", [0, 3, 4, 15])
+def test_a_wrong_coordinate_is_found_in_every_slice(atlas, small_slices, place):
+    """The message counts it, and tells the value."""
+    tilt = atlas["tilt"].values.copy()
+    tilt[place] *= 1.0 + 1e-9
+    with pytest.raises(RequestError, match="1 of 16 are others, the first") as caught:
+        check_coordinates(atlas.assign_coords(tilt=("tilt", tilt, atlas["tilt"].attrs)), SPEC)
+    assert repr(float(tilt[place])) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "spoil", [lambda t: t[[3, 4]][::-1], lambda t: [t[3], np.nan], lambda t: [t[3], t[3]]]
+)
+def test_an_axis_has_to_increase_from_slice_to_slice(atlas, small_slices, tmp_path, spoil):
+    """A file is refused whose axis does not increase where one slice ends and the next begins."""
+    tilt = atlas["tilt"].values.copy()
+    tilt[[3, 4]] = spoil(tilt)
+    save(atlas.assign_coords(tilt=("tilt", tilt, atlas["tilt"].attrs)), tmp_path / "a.nc")
+    with pytest.raises(RequestError, match="the coordinate tilt must be finite and increasing"):
+        open_atlas(tmp_path / "a.nc")
+
+
+def test_an_audit_that_is_written_at_once_is_the_audit(atlas, tmp_path, monkeypatch):
+    """The file holds what `verify` returns, and the findings are those of the audit in memory."""
+    save(atlas, tmp_path / "a.nc")
+    with open_atlas(tmp_path / "a.nc", indexed=False) as opened:
+        found = verify_to_file(opened, tmp_path / "b.nc", file=tmp_path / "a.nc")
+        expected, same = verify(opened), findings_of(opened)
+    assert repr(found) == repr(same) == repr(findings(expected))
+    with _opened(tmp_path / "b.nc") as stored:
+        assert set(stored.variables) == set(expected.variables)
+        for name, values in expected.variables.items():
+            np.testing.assert_array_equal(stored[name].values, values.values, str(name))
+            assert stored[name].dtype == values.dtype
+            assert stored[name].attrs.keys() == values.attrs.keys()
+        free = ("history",)
+        assert {k: str(v) for k, v in stored.attrs.items() if k not in free} == {
+            k: str(v) for k, v in expected.attrs.items() if k not in free
+        }
+
+
+def _opened(path):
+    import xarray as xr
+
+    return xr.open_dataset(path, engine="netcdf4")
+
+
+@pytest.mark.parametrize(
+    ("values", "in_blocks"), [("2deg:25deg:31", True), ("2deg,10deg,20deg,25deg", False)]
+)
+def test_common_cells_are_read_in_blocks_where_they_are_evenly_spaced(
+    atlas, tmp_path, monkeypatch, values, in_blocks
+):
+    """A grid of half the steps shares each other value: blocks of both are read; of an uneven one all is read."""
+    axis = values if in_blocks else ",".join(repr(float(v)) for v in atlas["tilt"].values[[0, 3, 4, 9]])
+    other = sweep.run(SPEC.replace(tilt=axis))
+    save(atlas, tmp_path / "a.nc")
+    save(other, tmp_path / "b.nc")
+    asked, begin = [], CellReader.__init__
+
+    def spied(self, dataset, names, file=None, whole=False):
+        asked.append(whole)
+        begin(self, dataset, names, file, whole)
+
+    monkeypatch.setattr(CellReader, "__init__", spied)
+    monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 50)
+    with open_atlas(tmp_path / "a.nc") as one, open_atlas(tmp_path / "b.nc") as two:
+        in_files = compare(one, two, common=True, files=(tmp_path / "a.nc", tmp_path / "b.nc"))
+    assert asked == [not in_blocks, False]
+    assert in_files.same
+    assert repr(in_files) == repr(compare(atlas, other, common=True))
