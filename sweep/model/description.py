@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import DECISION, Array, Input, Quantity, Truths, Word
+from sweep.model.quantity import DECISION, Array, Input, Quantity, Substitute, Truths, Word
 
 #: Values of named quantities, one per cell, shape (n,) each.
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -261,6 +261,8 @@ class Model(ABC):
         where the request says ``auto``) and `tolerance` among them.
     options : mapping of str to Word
         Settings that are text, beside the engine's own.
+    substitutes : mapping of str to Substitute
+        What a request may give instead of a parameter.
     methods : tuple of str
         How cells can be computed, the default first; ``exact`` needs `exact`.
     endings : Endings
@@ -286,7 +288,7 @@ class Model(ABC):
         the same module.
     words : Words
     synonyms : mapping of str to str
-        Names of the equations and of other books -> names of parameters, for suggestions.
+        Names of the equations and of other books -> names of parameters and substitutes, for suggestions.
     ambiguous : mapping of str to str
         Part of an unknown word -> what to say instead of it.
     exact : ExactReference or None
@@ -302,6 +304,7 @@ class Model(ABC):
     parameters: Mapping[str, Input]
     settings: Mapping[str, Input]
     options: Mapping[str, Word] = MappingProxyType({})
+    substitutes: Mapping[str, Substitute] = MappingProxyType({})
     methods: tuple[str, ...] = ("rk4",)
     endings: Endings
     variables: Mapping[str, Quantity]

@@ -140,17 +140,33 @@ class Input(Quantity):
     """A quantity that a request may set: its default and the rule for its values.
 
     `allows` takes an array of values in `units` and returns an array of bool. Every rule is an interval, so a
-    range is allowed if both its ends are. `words` may be given instead of a number. The boundary of stability is
-    sought along every axis that is a `control`. `added_later` marks what older atlases do not mention: the canonical
-    text of a spec leaves it out while it has its default, which therefore must never change.
+    range is allowed if both its ends are. `words` may be given instead of a number; `meaning` says of several what each
+    asks for. The boundary of stability is sought along every axis that is a `control`. `added_later` marks what older
+    atlases do not mention: the canonical text of a spec leaves it out while it has its default, which therefore must
+    never change.
     """
 
     default: float | str
     rule: str = "any finite number"
     allows: Callable[[Array], Truths] = field(default=np.isfinite, hash=False)
     words: tuple[str, ...] = ()
+    meaning: str = ""
     control: bool = False
     added_later: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Substitute(Quantity):
+    """A quantity that may be given instead of a parameter, which follows from it: a scaled rate, or a speed.
+
+    substitute = parameter * scale(values): `scale` takes a mapping with the values [SI] of the parameters `needs`, for
+    which a request gives no words, and returns a number above zero. Requests alone know substitutes: specs and files
+    hold the parameter.
+    """
+
+    parameter: str
+    needs: tuple[str, ...]
+    scale: Callable[[Mapping[str, float]], float] = field(hash=False)
 
 
 @dataclass(frozen=True)
@@ -168,7 +184,7 @@ class Word:
     decides: bool = True
 
 
-_Row = TypeVar("_Row", Quantity, Input, Word)
+_Row = TypeVar("_Row", Quantity, Input, Substitute, Word)
 
 
 def table(*rows: _Row) -> Mapping[str, _Row]:

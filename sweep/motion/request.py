@@ -20,6 +20,7 @@ from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
 from sweep.model.quantity import ERROR_GAUGE, GRID, Array, Input, Quantity, Tolerance, Word, positive, table
 from sweep.request.spec import MOST_STEPS
+from sweep.request.substitutes import resolved
 from sweep.request.values import read_number
 from sweep.request.words import AUTOMATIC, names, one_of, read_input, read_title, split_words, unknown_word
 
@@ -35,8 +36,7 @@ _FORCE = Tolerance(1e-6, 1e-6, "forces follow from the squares of rates and a se
 
 #: The words of a request for one motion whose values are numbers.
 MOTION_INPUTS: Mapping[str, Input] = table(
-    # no words for the precession rate: which of its two steady values to take matters for sweeps only
-    *(each if each.name == "roll_rate" else replace(each, words=()) for each in PARAMETERS.values()),
+    *PARAMETERS.values(),
     Input("mass", "m", "kg", "mass of the disk", GRID, default=1.0, rule="mass > 0", allows=positive),
     Input(
         "friction", r"\mu", "1", "friction coefficient of disk and plane", GRID,
@@ -107,7 +107,7 @@ TRAJECTORY: Mapping[str, Quantity] = table(
 TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)
 
 
-_NAMES = (*MOTION_INPUTS, *MOTION_WORDS)
+_NAMES = (*MOTION_INPUTS, *MOTION_WORDS, *DISK.substitutes)
 #: Words of a sweep only, for suggestions.
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
     "model": "eulerdisk simulate follows the disk, and no other model"
@@ -139,13 +139,15 @@ _Fields = make_dataclass(
 class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from tables, which mypy does not follow
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
-    Its fields have the names of `MOTION_INPUTS` and `MOTION_WORDS`, in their order. `roll_rate` may be ``"steady"``,
-    `step` and `interval` may be ``"auto"``.
+    Its fields have the names of `MOTION_INPUTS` and `MOTION_WORDS`, in their order. `roll_rate` may be ``"steady"``, or
+    `precession_rate` ``"steady-slow"`` or ``"steady-fast"``; `step` and `interval` may be ``"auto"``.
     """
 
     @classmethod
     def read(cls, **words: Any) -> Self:
         """Return the request of these words: text with units, or numbers in SI.
+
+        Instead of a rate it may be given scaled, or as a speed, as in a sweep (`sweep.request.substitutes`).
 
         Raises
         ------
@@ -155,6 +157,7 @@ class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from ta
         for name in words:
             if name not in _NAMES:
                 unknown_word(name, _NAMES, DISK, _ELSEWHERE)
+        words = resolved(words, DISK, read=read_number)
         given: dict[str, Any] = {name: row.default for name, row in MOTION_INPUTS.items()}
         given |= {name: row.default for name, row in MOTION_WORDS.items()} | words
         values: dict[str, Any] = {name: _read_word(name, raw) for name, raw in given.items()}

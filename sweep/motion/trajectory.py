@@ -9,10 +9,9 @@ import numpy.typing as npt
 
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
-from kernels.disk.steady import steady_roll_rate
 from sweep.atlas.cf_metadata import COMPRESSION, CONTENT, CONVENTIONS, ascii_text, created
 from sweep.errors import RequestError
-from sweep.model.disk.tables import STEADY_ROLL
+from sweep.model.disk.initial_conditions import complete, computed_rate
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion.request import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY, TrajectorySpec
@@ -94,12 +93,18 @@ def simulate(
 
 
 def _start(spec: TrajectorySpec) -> Array:
-    values = {name: getattr(spec, name) for name in arrays.PARAMETERS}
-    if spec.roll_rate == STEADY_ROLL:
-        values["roll_rate"] = steady_roll_rate(
-            spec.tilt, spec.precession_rate, spec.alpha, spec.radius, spec.gravity
+    """Return the start, shape (len(PARAMETERS),), with the rate that keeps the tilt where the request asks for it."""
+    values = complete(spec, {name: getattr(spec, name) for name in arrays.PARAMETERS})
+    rate = computed_rate(spec)
+    if rate is not None and not np.isfinite(values[rate]):
+        given = "precession_rate" if rate == "roll_rate" else "roll_rate"
+        raise RequestError(
+            f"No {rate} keeps this tilt constant; got {rate}={getattr(spec, rate)} with {given}="
+            f"{getattr(spec, given):.6g} tilt={math.degrees(spec.tilt):.6g}deg.",
+            hint=f"Give a larger {given}, a tilt other than 0, or a number for {rate}.",
+            where=rate,
         )
-    return np.array(list(values.values()), dtype=np.float64)
+    return np.array([values[name] for name in arrays.PARAMETERS], dtype=np.float64)
 
 
 def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:

@@ -10,7 +10,7 @@ The same words in Python, in TOML and on the command line::
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
@@ -22,9 +22,11 @@ from sweep.model.description import Model
 from sweep.model.quantity import Input, Word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
+from sweep.request.substitutes import changed, parameter_of, resolved
 from sweep.request.words import (
     GRID,
     find_spec_file,
+    known_words,
     names,
     options,
     place,
@@ -50,6 +52,10 @@ class SweepSpec:
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
         Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
         rates that keep the tilt constant at a given `roll_rate`. Another model has parameters of its own.
+    scaled_tilt_rate, scaled_precession_rate, scaled_roll_rate, speed
+        Instead of a rate: the rate in units of sqrt(gravity/radius), a pure number; instead of `roll_rate`: the speed
+        of the contact point along its path, roll_rate * radius, m/s. The spec holds the rate, in rad/s. Not where
+        gravity or radius varies.
     criterion : Criterion or str
         What counts as unstable, e.g. ``departure:5deg``.
     duration, step : float or str
@@ -96,10 +102,11 @@ class SweepSpec:
     def __init__(self, /, **words: Any) -> None:
         model = registry.named(str(words.pop("model", registry.DEFAULT)))
         order = words.pop("axes", None)
-        known = names(model)
+        known = known_words(model)
         for name in words:
             if name not in known:
                 unknown_word(name, known, model, _elsewhere())
+        words = resolved(words, model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         model.check(values)
@@ -179,15 +186,17 @@ class SweepSpec:
         return None if self.boundary == GRID else float(self.boundary.partition(":")[2])
 
     @classmethod
-    def preset(cls, name: str) -> Self:
-        """Return one of the specs that come with a model, for the disk: rolling, spinning, circling.
+    def preset(cls, name: str, /, **changes: Any) -> Self:
+        """Return one of the specs that come with a model, for the disk: rolling, spinning, circling; with changes.
+
+        Their rates are scaled: ``preset("rolling", radius="12mm")`` covers the boundary of that disk.
 
         Raises
         ------
         RequestError
-            If there is no such preset.
+            If there is no such preset, or the result is not a request.
         """
-        return cls.from_words(name, ())
+        return cls._changed_file(find_spec_file(name), lambda model: _known_changes(changes, model))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -217,31 +226,64 @@ class SweepSpec:
         RequestError
             If the file or a word cannot be read, or the result is not a request.
         """
-        path = find_spec_file(spec)
+        return cls._changed_file(find_spec_file(spec), lambda model: split_changes(words, model))
+
+    @classmethod
+    def read(cls, spec: "SweepSpec | str | Path", /, **changes: Any) -> "SweepSpec":
+        """Return a spec with changes, as `replace` makes them in a spec, and `from_words` in a preset or a file.
+
+        Parameters
+        ----------
+        spec : SweepSpec, str or Path
+            A spec, the name of a preset, or the path of a TOML file.
+        **changes
+            Words with their values, text or numbers in SI.
+
+        Raises
+        ------
+        RequestError
+            If the file or a word cannot be read, or the result is not a request.
+        """
+        if isinstance(spec, SweepSpec):
+            return spec.replace(**changes) if changes else spec
+        if not isinstance(spec, str | Path):
+            raise RequestError(
+                f"A spec is a SweepSpec, the name of a preset or the path of a .toml file; got {shown(spec)}.",
+                hint='Write "rolling", for instance.',
+            )
+        return cls._changed_file(find_spec_file(spec), lambda model: _known_changes(changes, model))
+
+    @classmethod
+    def _changed_file(cls, path: Path, changes_of: Callable[[Model], Mapping[str, Any]]) -> Self:
+        """Return the spec in a file with the changes that a function gives for its model."""
         held = read_file(path)
         try:
             model = registry.named(str(held.get("model", registry.DEFAULT)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
-        changes = split_changes(words, model)
+        changes = changes_of(model)
+        theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
-            return cls(**{**held, **changes})
+            return cls(**changed(held, changes, model))
         except RequestError as error:
-            if error.where is None or error.where == str(path) or error.where.partition("=")[0] in changes:
+            if error.where is None or error.where == str(path) or error.where.partition("=")[0] in theirs:
                 raise
             raise error.at(f"{place(path)}: {error.where}") from None
 
     def replace(self, **changes: Any) -> Self:
         """Return this spec with other values; its axes keep their places, new ones follow in the order given.
 
+        With another `radius` or `gravity` the rates stay as they are, in rad/s: a spec does not know whether they were
+        scaled when they were given.
+
         Raises
         ------
         RequestError
             If the result is not a request.
         """
-        words = self.words()
-        kept = {name: words[name] for name in words if name in self.axes or name not in changes}
-        return type(self)(**{"model": self.model.name, **kept, **changes})
+        words, given = self.words(), {parameter_of(name, self.model) for name in changes}
+        kept = {name: words[name] for name in words if name in self.axes or name not in given}
+        return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value; axes first, for their order is the order of the words."""
@@ -307,7 +349,16 @@ def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
     ------
     RequestError
     """
-    return split_words(words, names(model), model, _elsewhere())
+    return split_words(words, known_words(model), model, _elsewhere())
+
+
+def _known_changes(changes: Mapping[str, Any], model: Model) -> Mapping[str, Any]:
+    """Return changes of a spec file, of which every name has to be one that the command line knows too."""
+    known = known_words(model)
+    for name in changes:
+        if name not in known and name != "axes":
+            unknown_word(name, known, model, _elsewhere())
+    return changes
 
 
 def _elsewhere() -> Mapping[str, str]:

@@ -72,6 +72,7 @@ _FITTING: Mapping[str, str] = {
     "rad": "deg, rad, arcmin",
     "rad s-1": "rad/s, deg/s, rpm, turn/s",
     "m": "m, cm, inch",
+    "m s-1": "m/s, cm/s, km/h",
     "m s-2": "m/s2, cm/s2, g_0",
     "s": "s, ms, min",
     "kg": "kg, g, pound",
@@ -84,6 +85,8 @@ _EVERYDAY: Mapping[str, tuple[str, float]] = {units: (units, 1.0) for units in _
     "°": ("rad", math.radians(1.0)),
     "rad/s": ("rad s-1", 1.0),
     "deg/s": ("rad s-1", math.radians(1.0)),
+    "m/s": ("m s-1", 1.0),
+    "cm/s": ("m s-1", 0.01),
     "m/s2": ("m s-2", 1.0),
 }
 

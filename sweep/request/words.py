@@ -46,6 +46,11 @@ def names(model: Model) -> tuple[str, ...]:
     return (*model.parameters, *model.settings, *options(model))
 
 
+def known_words(model: Model) -> tuple[str, ...]:
+    """Return all words that a request for a model may give: `names`, and what stands for a parameter."""
+    return (*names(model), *model.substitutes)
+
+
 def presets(model: Model) -> tuple[str, ...]:
     """Return the names of the presets of a model."""
     return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
@@ -211,12 +216,20 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
         if quantity.words and word and not NOT_FINITE.fullmatch(str(raw).strip()):
             raise RequestError(
                 f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
-                f"{' or '.join(quantity.words)}.",
-                hint=suggestion(raw, quantity.words)
-                or f"Write {quantity.name}={quantity.words[0]}, or a value.",
+                f"{' or '.join(quantity.words)}{quantity.meaning and f' ({quantity.meaning})'}.",
+                hint=_word_meant(str(raw).strip(), quantity),
                 where=error.where,
             ) from None
         raise
+
+
+def _word_meant(text: str, quantity: Input) -> str:
+    """Return what to write instead of a text that is none of the words of a quantity."""
+    # the nearest of several that begin alike would be a guess
+    begun = [word for word in quantity.words if word.startswith(text)]
+    if len(begun) > 1:
+        return f"Write {' or '.join(f'{quantity.name}={word}' for word in begun)}."
+    return suggestion(text, quantity.words) or f"Write {quantity.name}={quantity.words[0]}, or a value."
 
 
 def allowed(value: Value, quantity: Input, raw: object) -> Value:

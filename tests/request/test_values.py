@@ -215,7 +215,15 @@ def test_everyday_units_agree_with_pint(unit):
 
     spelled = unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2")
     units, factor = _EVERYDAY[unit]
-    si = {"rad": "rad", "rad s-1": "rad/s", "m": "m", "m s-2": "m/s**2", "s": "s", "kg": "kg"}[units]
+    si = {
+        "rad": "rad",
+        "rad s-1": "rad/s",
+        "m": "m",
+        "m s-1": "m/s",
+        "m s-2": "m/s**2",
+        "s": "s",
+        "kg": "kg",
+    }[units]
     # 1e-15: pint may round its own product once.
     assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)
 

@@ -30,6 +30,7 @@ class Disk(Model):
 
     name = "disk"
     parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
+    substitutes = tables.SUBSTITUTES
     methods = ("rk4", "exact")
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
@@ -48,6 +49,8 @@ class Disk(Model):
         "g": "gravity",
         "m": "mass",
         "r": "radius",
+        "v": "speed",
+        "velocity": "speed",
         "theta": "tilt",
         "theta_dot": "tilt_rate",
         "psi_dot": "precession_rate",

@@ -36,6 +36,7 @@ from sweep.model.quantity import (
     Array,
     Input,
     Quantity,
+    Substitute,
     Tolerance,
     Truths,
     Word,
@@ -48,6 +49,10 @@ STEADY_ROLL = "steady"
 
 #: The words for `precession_rate` that ask for the slower or the faster rate which keeps the tilt constant.
 STEADY_PRECESSION = ("steady-slow", "steady-fast")
+_TWO_RATES = (
+    "two precession rates keep the tilt constant at a given roll_rate; steady-slow asks for the slower one, "
+    "steady-fast for the faster one"
+)
 
 _TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
 _AMPLIFICATION = Tolerance(
@@ -85,13 +90,24 @@ def _rate(
     symbol: str,
     long_name: str,
     words: tuple[str, ...] = (),
+    meaning: str = "",
     control: bool = False,
     added_later: bool = False,
     description: str = "",
 ) -> Input:
     return Input(
         name, symbol, "rad s-1", long_name, GRID, description,
-        default=0.0, words=words, control=control, added_later=added_later,
+        default=0.0, words=words, meaning=meaning, control=control, added_later=added_later,
+    )  # fmt: skip
+
+
+def _scaled(rate: str, symbol: str) -> Substitute:
+    """Return the pure number that may be given instead of a rate: the rate in units of sqrt(gravity/radius)."""
+    return Substitute(
+        f"scaled_{rate}", rf"{symbol}\sqrt{{R/g}}", "1", f"{rate} in units of sqrt(gravity/radius)", GRID,
+        parameter=rate, needs=("radius", "gravity"),
+        # not a product with sqrt(gravity/radius): of the default disk some rates of the presets are none to the bit
+        scale=lambda disk: math.sqrt(disk["radius"] / disk["gravity"]),
     )  # fmt: skip
 
 
@@ -142,7 +158,8 @@ PARAMETERS: Mapping[str, Input] = table(
            description="0 upright; positive: it leans to the right of where a positive roll_rate takes it"),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
     _rate("precession_rate", r"\dot\psi_0", "initial rate of the heading about the vertical",
-          STEADY_PRECESSION, control=True, description="positive: to the left, counterclockwise seen from above"),
+          STEADY_PRECESSION, _TWO_RATES, control=True,
+          description="positive: to the left, counterclockwise seen from above"),
     _rate("roll_rate", r"\dot\phi_0", "initial rate of roll about the axis of the disk, in the precessing frame",
           (STEADY_ROLL,), control=True,
           description="times the radius, the speed of the contact point along its path; positive: forwards"),
@@ -150,6 +167,15 @@ PARAMETERS: Mapping[str, Input] = table(
            0.5, "0 < alpha <= 1", lambda alpha: (alpha > 0.0) & (alpha <= 1.0)),
     _input("radius", "R", "m", "radius of the disk", 0.5, "radius > 0", positive),
     _input("gravity", "g", "m s-2", "acceleration of gravity", 9.81, "gravity > 0", positive),
+)
+
+SUBSTITUTES: Mapping[str, Substitute] = table(
+    _scaled("tilt_rate", r"\dot\theta_0"),
+    _scaled("precession_rate", r"\dot\psi_0"),
+    _scaled("roll_rate", r"\dot\phi_0"),
+    # equal arcs on the rim and on the plane: that is rolling without slipping
+    Substitute("speed", "v", "m s-1", "speed of the contact point along its path", GRID,
+               parameter="roll_rate", needs=("radius",), scale=lambda disk: disk["radius"]),
 )
 
 SETTINGS: Mapping[str, Input] = table(

@@ -1,0 +1,176 @@
+"""What may be given instead of a parameter: rates in units of sqrt(gravity/radius), the speed of the contact point.
+
+A request that gives a substitute becomes one that gives the parameter, before anything else is read: specs,
+fingerprints and files know parameters only, in SI.
+"""
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NoReturn
+
+import numpy as np
+
+from sweep.errors import RequestError, shown
+from sweep.model.description import Model
+from sweep.model.quantity import Quantity, Substitute
+from sweep.request.axes import Range, Values
+from sweep.request.values import Value, read_value
+from sweep.request.words import allowed, read_input
+
+_NOTHING: Mapping[str, object] = MappingProxyType({})
+
+
+def parameter_of(name: str, model: Model) -> str:
+    """Return the parameter that a word gives: that of a substitute, for any other word its own name."""
+    return model.substitutes[name].parameter if name in model.substitutes else name
+
+
+def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Return words with changes; a word that is changed keeps its place, new ones follow in the order given.
+
+    A change of a parameter replaces its substitutes, and the reverse.
+
+    Raises
+    ------
+    RequestError
+        If the changes give a parameter in two ways.
+    """
+    _check_once(changes, model)
+    change_of = {parameter_of(name, model): name for name in changes}
+    merged: dict[str, Any] = {}
+    for name, value in held.items():
+        change = change_of.get(parameter_of(name, model))
+        merged |= {name: value} if change is None else {change: changes[change]}
+    return {**merged, **changes}
+
+
+def resolved(
+    words: Mapping[str, Any],
+    model: Model,
+    fixed: Mapping[str, object] = _NOTHING,
+    read: Callable[[object, Quantity], Value] = read_value,
+) -> dict[str, Any]:
+    """Return words in which every substitute has become its parameter, in SI and in its place.
+
+    The ends of a range become the ends of a range with as many values, spaced alike.
+
+    Parameters
+    ----------
+    words : mapping of str to anything
+        Words of a request with their values, as given.
+    model : Model
+    fixed : mapping of str to anything, optional
+        Values of parameters that `words` do not give, instead of the defaults of the model.
+    read : callable, optional
+        What reads a value; `sweep.request.values.read_number` where a list or a range is refused.
+
+    Raises
+    ------
+    RequestError
+        If a parameter is given in two ways, a value cannot be read, or a parameter varies that a substitute needs.
+    """
+    _check_once(words, model)
+    given = {name: model.substitutes[name] for name in words if name in model.substitutes}
+    values = {name: read(words[name], each) for name, each in given.items()}
+    known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
+    needed = {
+        name: _ends(read_input(model.parameters[name], known[name], read))
+        for each in given.values()
+        for name in each.needs
+    }
+    if varying := [name for name, (low, high) in needed.items() if low != high]:
+        told = {name: each for name, each in given.items() if not set(varying).isdisjoint(each.needs)}
+        _refuse_varying(varying, told, values, needed, model)
+    disk = {name: low for name, (low, _) in needed.items()}
+    found = {name: _parameter(each, values[name], disk, words[name], model) for name, each in given.items()}
+    return {parameter_of(name, model): found.get(name, raw) for name, raw in words.items()}
+
+
+def _check_once(words: Mapping[str, Any], model: Model) -> None:
+    """Refuse words of which two give the same parameter."""
+    seen: dict[str, str] = {}
+    for name, value in words.items():
+        parameter = parameter_of(name, model)
+        if parameter in seen:
+            first = seen[parameter]
+            raise RequestError(
+                f"{parameter} is given once: {first} and {name} both give it; got {first}={shown(words[first])} and "
+                f"{name}={shown(value)}.",
+                hint="Leave one of them out.",
+                where=name,
+            )
+        seen[parameter] = name
+
+
+def _ends(value: Value | str) -> tuple[float, float]:
+    if isinstance(value, Range | Values):
+        low, high = value.ends().tolist()
+        return low, high
+    return float(value), float(value)
+
+
+def _parameter(
+    substitute: Substitute, value: Value, disk: Mapping[str, float], raw: object, model: Model
+) -> Value:
+    """Return the value of the parameter that a value of a substitute stands for; `raw` is what was given."""
+    try:
+        if isinstance(value, Range):
+            start, stop = (_divided(end, substitute, disk) for end in (value.start, value.stop))
+            found: Value = replace(value, start=start, stop=stop)
+        elif isinstance(value, Values):
+            found = Values(tuple(_divided(each, substitute, disk) for each in value.values))
+        else:
+            found = _divided(value, substitute, disk)
+        return allowed(found, model.parameters[substitute.parameter], raw)
+    except RequestError as error:
+        raise error.at(f"{substitute.name}={shown(raw)}") from None
+
+
+def _divided(value: float, substitute: Substitute, disk: Mapping[str, float]) -> float:
+    # a scale may be too small or too large for a float: what is not finite is refused as a value
+    with np.errstate(all="ignore"):
+        return float(np.divide(value, substitute.scale(disk))) + 0.0
+
+
+def _refuse_varying(
+    varying: list[str],
+    told: Mapping[str, Substitute],
+    values: Mapping[str, Value],
+    needed: Mapping[str, tuple[float, float]],
+    model: Model,
+) -> NoReturn:
+    """Refuse substitutes that would give the cells different values of their parameter, and say what to write."""
+    several, of = len(told) > 1, " and ".join(varying)
+    parameters = [each.parameter for each in told.values()]
+    units = " and ".join(dict.fromkeys(model.parameters[name].units for name in parameters))
+    instead = [_for_all(each, values[name], needed) for name, each in told.items()]
+    raise RequestError(
+        f"{' and '.join(told)} {'give' if several else 'gives'} another {' and '.join(parameters)} for each {of}, and "
+        f"here {of} {'vary' if len(varying) > 1 else 'varies'}.",
+        hint=f"Give {'them' if several else 'it'} in {units}, for example {' '.join(instead)}.",
+        where=varying[0],
+    )
+
+
+def _for_all(substitute: Substitute, value: Value, needed: Mapping[str, tuple[float, float]]) -> str:
+    """Return a word that gives the parameter: a range over the ranges of all disks, a number amid their numbers."""
+    disks = [
+        dict(zip(substitute.needs, each, strict=True))
+        for each in itertools.product(*(needed[name] for name in substitute.needs))
+    ]
+
+    def among(number: float) -> tuple[float, float, float]:
+        found = [_divided(number, substitute, disk) for disk in disks]
+        low, high = min(found), max(found)
+        return low, math.copysign(math.sqrt(low * high), low), high
+
+    if isinstance(value, Range):
+        low, high = among(value.start)[0], among(value.stop)[2]
+        text = f"{low:.4g}:{high:.4g}:{value.count}" + (":log" if value.spacing == "log" else "")
+    else:
+        numbers = value.values if isinstance(value, Values) else (value,)
+        text = ",".join(f"{among(number)[1]:.4g}" for number in numbers)
+    return f"{substitute.parameter}={text}"

@@ -1,0 +1,244 @@
+"""What may be given instead of a parameter: scaled rates and the speed, on the command line, in files and in Python."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sweep.atlas.boundary import theory_lines
+from sweep.atlas.outlook import one_sided
+from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.substitutes import changed, resolved
+from sweep.request.words import names
+
+#: A coin on the moon: sqrt(gravity/radius) = 11.619 rad/s.
+COIN = {"radius": "12mm", "gravity": 1.62}
+UNIT = math.sqrt(1.62 / 0.012)
+
+#: Preset -> its fingerprint when its file had the rates in rad/s.
+FINGERPRINTS = {
+    "rolling": "1f71ec614d181b948e4a3bf9124d424fb68a6adb2f46bd4279ea3b3553852ee7",
+    "spinning": "6a344830c4c9fd353465a9708b0f1eb709453f658d75ea48e40f75a68be0cb80",
+    "circling": "ee2b9ee8c3a46132eef204f247f80a63f3141783c2ad241488d52acba07726d8",
+}
+
+
+@pytest.mark.parametrize("rate", ["tilt_rate", "precession_rate", "roll_rate"])
+@pytest.mark.parametrize(
+    ("raw", "expected"),
+    [
+        (0.5, 0.5 * UNIT),
+        ("-0.5", -0.5 * UNIT),
+        ("0.5,1", Values((0.5 * UNIT, UNIT))),
+        (np.array([0.5, 1.0]), Values((0.5 * UNIT, UNIT))),
+        ("0.5:1.5:11", Range(0.5 * UNIT, 1.5 * UNIT, 11)),
+        ("0.5:1.5:11:log", Range(0.5 * UNIT, 1.5 * UNIT, 11, "log")),
+    ],
+)
+def test_a_scaled_rate_is_in_units_of_the_root_of_gravity_over_radius(rate, raw, expected):
+    """Numbers, lists and ranges are multiplied; a logarithmic range stays one."""
+    found = getattr(SweepSpec(**COIN, **{f"scaled_{rate}": raw}), rate)
+    assert type(found) is type(expected)
+    if isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-15)
+        return
+    assert len(found) == len(expected)
+    assert getattr(found, "spacing", "") == getattr(expected, "spacing", "")
+    np.testing.assert_allclose(found.array(), expected.array(), rtol=4e-15)
+
+
+def test_the_speed_is_that_of_the_contact_point():
+    """An arc of the plane is as long as the arc of the rim that has rolled over it: v = R times the roll rate."""
+    assert SweepSpec(speed="15cm/s", radius="12mm").roll_rate == 12.5
+    assert SweepSpec(speed=1.5).roll_rate == 3.0
+    assert SweepSpec(speed="-3.6km/h").roll_rate == -2.0
+    assert SweepSpec(speed="1:2:5").roll_rate == Range(2.0, 4.0, 5)
+
+
+def test_it_means_the_same_in_words_files_and_python(spec_file):
+    """Words, TOML and Python give the same spec, which holds the rate alone and has the text of one given in rad/s."""
+    python = SweepSpec(scaled_roll_rate="0.5:1:5", tilt="1deg:5deg:3", radius="12mm")
+    path = spec_file('scaled_roll_rate = "0.5:1:5"\ntilt = "1deg:5deg:3"\nradius = "12mm"\n')
+    words = ["scaled_roll_rate=0.5:1:5", "tilt=1deg:5deg:3", "radius=12mm"]
+    assert SweepSpec.from_toml(path) == SweepSpec.from_words(spec_file(""), words) == python
+    assert python == SweepSpec(roll_rate=python.roll_rate, tilt="1deg:5deg:3", radius=0.012)
+    assert "scaled" not in python.canonical() + repr(python) + python.to_toml()
+    assert SweepSpec.from_canonical(python.canonical()) == python
+    assert python.axes == ("roll_rate", "tilt")
+
+
+@given(
+    st.sampled_from(sorted(DISK.substitutes)),
+    st.floats(-1e3, 1e3),
+    st.floats(1e-3, 1e3),
+    st.floats(1e-3, 1e3),
+)
+def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, gravity):
+    """What was given comes back from the rate of the spec, to rounding."""
+    spec = SweepSpec(**{name: value}, radius=radius, gravity=gravity)
+    substitute = DISK.substitutes[name]
+    back = getattr(spec, substitute.parameter) * substitute.scale({"radius": radius, "gravity": gravity})
+    assert back == pytest.approx(value, rel=1e-15, abs=1e-300)
+
+
+@pytest.mark.parametrize(
+    ("changes", "axes", "rates"),
+    [
+        (["roll_rate=1:2:7"], ("roll_rate", "tilt"), (1.0, 2.0)),
+        (["alpha=0.5,1", "roll_rate=1:2:7"], ("roll_rate", "tilt", "alpha"), (1.0, 2.0)),
+        (["speed=1:2:7"], ("roll_rate", "tilt"), (2.0, 4.0)),
+        (["radius=2", "speed=1:2:7"], ("roll_rate", "tilt"), (0.5, 1.0)),
+        (["roll_rate=3"], ("tilt",), None),
+    ],
+)
+def test_a_change_replaces_whichever_way_a_rate_was_given(spec_file, changes, axes, rates):
+    """A change of a rate replaces the scaled rate of the file and keeps its place among the axes, and the reverse."""
+    made = [
+        SweepSpec.from_words(spec_file(f'{rate}\ntilt = "1deg:5deg:3"\n'), changes)
+        for rate in ('scaled_roll_rate = "0.5:1:5"', 'roll_rate = "0.5:1:5"', 'speed = "0.5:1:5"')
+    ]
+    assert {spec.axes for spec in made} == {axes}
+    assert {spec.canonical() for spec in made} == {made[0].canonical()}
+    if rates:
+        assert made[0].roll_rate == Range(*rates, 7)
+
+
+def test_a_spec_is_changed_in_the_same_way():
+    """`replace` takes substitutes too; its rates stay in rad/s where the disk changes, and those of a preset do not."""
+    spec = SweepSpec.preset("rolling")
+    assert spec.replace(speed="1:2:7") == spec.replace(roll_rate="2:4:7")
+    assert spec.replace(speed="1:2:7", radius=1.0) == spec.replace(roll_rate="1:2:7", radius=1.0)
+    assert spec.replace(speed=1.5).axes == ("tilt",)
+    assert spec.replace(radius="12mm").roll_rate == spec.roll_rate
+    ends = SweepSpec.preset("rolling", radius="12mm").roll_rate.ends()
+    np.testing.assert_allclose(ends, spec.roll_rate.ends() * math.sqrt(0.5 / 0.012), rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", FINGERPRINTS)
+def test_the_presets_of_the_default_disk_are_those_in_rad_per_second(name):
+    """To the bit: what was computed, kept or compared with a preset stays valid."""
+    assert SweepSpec.preset(name).fingerprint() == FINGERPRINTS[name]
+    assert SweepSpec.preset(name, radius="50cm", gravity="9.81m/s2").fingerprint() == FINGERPRINTS[name]
+
+
+@pytest.mark.parametrize("name", FINGERPRINTS)
+@pytest.mark.parametrize("disk", [{"radius": "12mm"}, {"gravity": 1.62}, {"radius": 40.0, "gravity": 274.0}])
+def test_a_preset_covers_the_boundary_of_every_disk(name, disk):
+    """The analytic line lies inside the range in as many rows as for the default disk, and nothing is warned of."""
+    inside = []
+    for spec in (SweepSpec.preset(name), SweepSpec.preset(name, **disk)):
+        (axis,) = spec.model.controls(spec.axes)
+        low, high = getattr(spec, axis).ends()
+        lines = theory_lines(spec, axis)
+        inside.append({edge: int(np.sum((low < line[0]) & (line[0] < high))) for edge, line in lines.items()})
+        assert one_sided(spec) == []
+    assert inside[0] == inside[1]
+    assert inside[0]["upper"] == 200 if name != "circling" else max(inside[0].values()) > 100
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        (
+            "roll_rate=3 scaled_roll_rate=0.5",
+            ["roll_rate is given once", "roll_rate=3 and scaled_roll_rate=0.5"],
+        ),
+        ("speed=3 scaled_roll_rate=0.5", ["roll_rate is given once", "speed=3 and scaled_roll_rate=0.5"]),
+        ("scaled_roll_rate=3rad/s", ["scaled_roll_rate=3rad/s", "a pure number"]),
+        ("speed=3rad/s", ["speed=3rad/s", "m/s, cm/s, km/h"]),
+        ("speed=fast", ["speed=fast", "a number, a list"]),
+        ("speed=nan", ["speed=nan", "finite"]),
+        ("speed=1e300 radius=1e-100", ["speed=1e300", "inf rad s-1"]),
+        ("speed=1:1e300:4 radius=1e-100", ["speed=1:1e300:4", "finite"]),
+        ("speed=2:1:4", ["speed=2:1:4", "2.0", "1.0"]),
+        ("speed=2 radius=-1", ["radius=-1", "radius > 0"]),
+        ("spede=2", ["speed?"]),
+        ("scaled_rol_rate=2", ["scaled_roll_rate?"]),
+        ("velocity=2", ["Did you mean speed?"]),
+    ],
+)
+def test_what_cannot_be_resolved_is_refused(words, facts):
+    """Two ways at once, units that do not fit, numbers beyond any float, names that are nearly right."""
+    with pytest.raises(RequestError) as caught:
+        SweepSpec.from_words("rolling", words.split())
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    assert caught.value.hint
+    with pytest.raises(RequestError):
+        SweepSpec.preset("rolling").replace(**dict(word.split("=") for word in words.split()))
+
+
+@pytest.mark.parametrize(
+    ("preset", "words", "where", "instead"),
+    [
+        ("rolling", "radius=5mm,12mm", "radius", ["roll_rate=12.91:40:801"]),
+        ("rolling", "radius=0.25:1:5:log", "radius", ["roll_rate=1.414:5.657:801"]),
+        ("spinning", "gravity=9.81,39.24", "gravity", ["precession_rate=3:12:801"]),
+        ("circling", "gravity=9.81,39.24", "gravity", ["precession_rate=0.01:10:800", "tilt_rate=0.0001414"]),
+        ("rolling", "speed=1,2 radius=0.5,2", "radius", ["roll_rate=1,2"]),
+        ("rolling", "scaled_roll_rate=0.5:1:9:log gravity=2,8", "gravity", ["roll_rate=1:4:9:log"]),
+        ("rolling", "speed=-2 radius=0.5,2", "radius", ["roll_rate=-2"]),
+        ("rolling", "speed=-2:-1:3 radius=0.5,2", "radius", ["roll_rate=-4:-0.5:3"]),
+    ],
+)
+def test_where_the_disk_varies_the_words_to_add_are_told(preset, words, where, instead):
+    """A scaled rate is none in rad/s if radius or gravity is an axis; the words of the refusal make a request of it."""
+    with pytest.raises(RequestError) as caught:
+        SweepSpec.from_words(preset, words.split())
+    assert caught.value.where == where
+    told = caught.value.hint.rpartition("for example ")[2].removesuffix(".").split()
+    assert told == instead
+    kept = [word for word in words.split() if word.partition("=")[0] not in DISK.substitutes]
+    spec = SweepSpec.from_words(preset, [*kept, *told])
+    assert where in spec.axes
+
+
+def test_the_range_that_is_told_covers_all_disks():
+    """Of disks of 5 mm and 12 mm it reaches from the lowest rate of the larger to the highest of the smaller one."""
+    small, large = (SweepSpec.preset("rolling", radius=radius).roll_rate for radius in ("5mm", "12mm"))
+    assert (large.start, small.stop) == pytest.approx((12.91, 40.0), rel=1e-3)
+
+
+def test_an_axis_of_one_value_is_one_disk():
+    """A radius that stands in a list alone does not vary."""
+    spec = SweepSpec.preset("rolling", radius="12mm,")
+    assert spec.roll_rate == SweepSpec.preset("rolling", radius="12mm").roll_rate
+    assert spec.axes == ("roll_rate", "tilt", "radius")
+
+
+def test_a_fault_is_placed_where_it_stands(spec_file):
+    """A fault of the file is told with the file, one of the change with the change."""
+    path = spec_file('speed = "1:2:3"\nscaled_roll_rate = 0.5\n')
+    with pytest.raises(RequestError, match="given once") as caught:
+        SweepSpec.from_toml(path)
+    assert caught.value.where == f"{path}: scaled_roll_rate"
+    assert SweepSpec.from_words(path, ["roll_rate=3"]).roll_rate == 3.0
+    with pytest.raises(RequestError, match="other than 0") as caught:
+        SweepSpec.from_words("circling", ["scaled_precession_rate=0"])
+    assert caught.value.where == "precession_rate"
+
+
+def test_words_that_stand_for_nothing_are_as_they_were():
+    """Without a substitute words are not read; what they do not give is a default of the model, or what is known."""
+    assert resolved({"tilt": "2deg", "wobble": None}, DISK) == {"tilt": "2deg", "wobble": None}
+    assert resolved({"speed": 3.0}, DISK, {"radius": 2.0}) == {"roll_rate": 1.5}
+    assert resolved({"speed": 3.0, "radius": 1.5}, DISK, {"radius": 2.0})["roll_rate"] == 2.0
+    assert list(changed({"a": 1, "speed": 2, "b": 3}, {"c": 4, "roll_rate": 5}, DISK)) == [
+        "a",
+        "roll_rate",
+        "b",
+        "c",
+    ]
+
+
+def test_every_substitute_has_a_name_of_its_own():
+    """No word says two things; a substitute stands for a parameter, and needs parameters that are numbers."""
+    for name, substitute in DISK.substitutes.items():
+        assert name == substitute.name not in names(DISK)
+        assert substitute.parameter in DISK.parameters
+        assert not any(DISK.parameters[each].words for each in substitute.needs)
+        assert substitute.parameter not in substitute.needs
