@@ -163,6 +163,25 @@ class Eulerdisk:
 
         return interpolated(self.atlas, given)
 
+    def simulate(self, **words: float | str) -> xr.Dataset:
+        """Return the motion in time of the cell nearest to the values given for the axes; see `sweep.simulate`.
+
+        ``simulate(roll_rate=2.4, tilt="1deg", duration="10s")``: words that name no axis change the motion.
+
+        Raises
+        ------
+        RequestError
+            If an axis has no value, a value lies outside the atlas, a word is not known, or there is no such motion.
+        """
+        from sweep.checks.explain import nearest_cell
+        from sweep.motion.from_cell import cell_and_changes, request_of_cell
+        from sweep.motion.trajectory import simulate
+
+        spec = self.spec
+        cell, changes = cell_and_changes(spec, words)
+        request = request_of_cell(self.atlas, nearest_cell(spec, cell), changes)
+        return simulate(request, command="dataset.eulerdisk.simulate")
+
     def plot(self) -> "Figure":
         """Return the stability map as a matplotlib Figure; see `sweep.figures.plots.figure`."""
         from sweep.figures import plots

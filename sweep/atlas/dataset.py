@@ -1,6 +1,7 @@
 """An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -179,16 +180,25 @@ def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[
     return {each.name: as_variable(each, values, spec) for each, values in boundaries(spec, stability)}
 
 
-def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS) -> "xr.Dataset":
-    """Compute the atlas of a spec in memory.
+def run(
+    spec: SweepSpec | str | Path,
+    *,
+    threads: int | None = None,
+    block_cells: int = BLOCK_CELLS,
+    **changes: Any,
+) -> "xr.Dataset":
+    """Compute the atlas of a spec in memory: ``run("rolling", radius="12mm")``.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : SweepSpec, str or Path
+        A spec, the name of a preset, or the path of a TOML file.
     threads : int, optional
         Threads to use; all that this process may use if not given.
     block_cells : int
         Cells computed at a time. Neither this nor `threads` changes a bit of the result.
+    **changes
+        Words of the spec with other values, as on the command line; see `SweepSpec.read`.
 
     Returns
     -------
@@ -198,8 +208,9 @@ def run(spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK
     Raises
     ------
     RequestError
-        If `threads` or `block_cells` is out of range.
+        If the spec or a change is not possible, or `threads` or `block_cells` is out of range.
     """
+    spec = SweepSpec.read(spec, **changes)
     return assemble(spec, run_blocks(spec, threads=threads, block_cells=block_cells), "sweep.run")
 
 

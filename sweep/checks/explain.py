@@ -292,7 +292,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     spec : SweepSpec
     given : mapping of str to number or text with a unit
         A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
-        the nearest value is the one nearest in its logarithm.
+        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed.
 
     Returns
     -------
@@ -306,8 +306,9 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     """
     parameters = spec.model.parameters
     for name in given:
-        if name not in parameters:
-            unknown_word(name, tuple(parameters), spec.model)
+        if name not in parameters and name not in spec.model.substitutes:
+            unknown_word(name, (*parameters, *spec.model.substitutes), spec.model)
+    given = spec.resolve(given, read_number)
     values = {name: read_number(raw, parameters[name]) for name, raw in given.items()}
     for name, value in values.items():
         _check_inside(spec, name, value)
@@ -318,6 +319,26 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
             hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
         )
     return {name: _place(getattr(spec, name), values.get(name)) for name in spec.axes}
+
+
+def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> str:
+    """Return where a cell is, along the axes for which another value was given; nothing if it has the values given.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    place : mapping of str to int
+        The cell: axis -> index.
+    given : mapping of str to number or text with a unit
+        Values for axes.
+    """
+    others = []
+    for name, raw in given.items():
+        quantity, axis = spec.model.parameters[name], getattr(spec, name)
+        value = float(axis.at([place[name]])[0])
+        if abs(value - read_number(raw, quantity)) > _EQUAL * np.abs(axis.ends()).max():
+            others.append(f"{name} {quantity.spell(value, 6)}")
+    return ", ".join(others)
 
 
 def _check_inside(spec: SweepSpec, name: str, value: float) -> None:

@@ -118,6 +118,8 @@ def explain(
 ) -> None:
     """Explain the nearest cell: its numbers, a new run of it, the exact values, theory, and the reason of its verdict.
 
+    The last line is the command that follows its motion in time.
+
     eulerdisk explain rolling.nc roll_rate=2.4 tilt=1deg --plot cell.png
 
     Exit status 1 if the run cannot be repeated within the tolerances, or the motion in time contradicts the cell.
@@ -131,11 +133,15 @@ def explain(
         check_format(plot)
         check_target(plot, True)
     from sweep.checks.explain import explain as explained
+    from sweep.commands.simulate import command_of_motion
     from sweep.files.reading import opened_file
 
     with opened_file(atlas) as dataset:
         explanation = explained(dataset, given)
+        command = command_of_motion(dataset, atlas, cell or [])
     show(explanation.text)
+    if command:
+        show(f"\nmotion      {command}")
     if plot is not None:
         from sweep.figures import plots
 

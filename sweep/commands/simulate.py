@@ -2,14 +2,19 @@
 
 import shlex
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sweep.commands.arguments import Output, Overwrite
 from sweep.commands.terminal import abandonable, reporting, say
 from sweep.errors import RequestError
+
+if TYPE_CHECKING:
+    from sweep.atlas.contents import Atlas
+    from sweep.motion.request import TrajectorySpec
 
 
 def simulate(
@@ -22,6 +27,14 @@ def simulate(
         ),
     ] = None,
     *,
+    source: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="ATLAS.nc",
+            help="Follow the nearest cell of an atlas; a value for each of its axes says which one.",
+        ),
+    ] = None,
     output: Output,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FIG", help="Also draw it: png, pdf or svg.")
@@ -34,10 +47,12 @@ def simulate(
     """Compute one motion: its path, invariants and contact forces in time.
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
-    """
-    from sweep.motion.request import TrajectorySpec
 
-    request = TrajectorySpec.from_words(words or [])
+    eulerdisk simulate --from rolling.nc roll_rate=2.4 tilt=1deg duration=10s -o path.nc
+
+    A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
+    """
+    request = _request(words or [], source)
     _check_outputs(output, plot, animate, overwrite)
     from sweep.files.netcdf import save
     from sweep.motion.trajectory import simulate as compute
@@ -61,6 +76,45 @@ def simulate(
     save(dataset, output, overwrite=overwrite)
     fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
     say(f"{output}: {dataset['tilt'].size} samples{fell}")
+
+
+def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
+    """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
+    from sweep.motion.request import TrajectorySpec, split_motion_words
+
+    if source is None:
+        return TrajectorySpec.from_words(words)
+    given = split_motion_words(words)
+    from sweep.files.reading import opened_file
+
+    with opened_file(source) as atlas:
+        request, taken = _request_of_cell(atlas, given)
+    if taken:
+        say(f"{source}: the nearest cell is the one at {taken}")
+    return request
+
+
+def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["TrajectorySpec", str]:
+    """Return the request for the motion of the nearest cell, and its values that are not those given."""
+    from sweep.atlas.dataset import spec_of
+    from sweep.checks.explain import nearest_cell, other_values
+    from sweep.motion.from_cell import cell_and_changes, request_of_cell
+
+    spec = spec_of(atlas)
+    cell, changes = cell_and_changes(spec, given)
+    place = nearest_cell(spec, cell)
+    return request_of_cell(atlas, place, changes), other_values(spec, place, cell)
+
+
+def command_of_motion(atlas: "Atlas", path: Path, words: Sequence[str]) -> str:
+    """Return the command line that follows the cell of an atlas which words name; empty if there is no such motion."""
+    from sweep.request.words import pairs
+
+    try:
+        _request_of_cell(atlas, pairs(words))
+    except RequestError:
+        return ""
+    return shlex.join(["eulerdisk", "simulate", "--from", str(path), *words, "-o", "path.nc"])
 
 
 def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:

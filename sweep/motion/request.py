@@ -8,7 +8,7 @@ The words of a sweep, each with one number::
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, make_dataclass, replace
 from typing import Any, Self
 
@@ -154,9 +154,7 @@ class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from ta
         RequestError
             If a word is not known, a value is not possible, or values do not go together.
         """
-        for name in words:
-            if name not in _NAMES:
-                unknown_word(name, _NAMES, DISK, _ELSEWHERE)
+        check_names(words)
         words = resolved(words, DISK, read=read_number)
         given: dict[str, Any] = {name: row.default for name, row in MOTION_INPUTS.items()}
         given |= {name: row.default for name, row in MOTION_WORDS.items()} | words
@@ -169,7 +167,7 @@ class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from ta
     @classmethod
     def from_words(cls, words: Sequence[str]) -> Self:
         """Return the request of ``NAME=VALUE`` words, each name once; raises as `read` does."""
-        return cls.read(**split_words(words, _NAMES, DISK, _ELSEWHERE))
+        return cls.read(**split_motion_words(words))
 
     @property
     def times(self) -> Array:
@@ -183,6 +181,29 @@ class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from ta
     def canonical(self) -> str:
         """Return the request as ASCII JSON with sorted keys, numbers in SI, the same text for equal requests."""
         return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def split_motion_words(words: Sequence[str]) -> dict[str, str]:
+    """Return the names and values of ``NAME=VALUE`` words of a request for one motion.
+
+    Raises
+    ------
+    RequestError
+        If a word has no ``=``, is not known, or comes twice.
+    """
+    return split_words(words, _NAMES, DISK, _ELSEWHERE)
+
+
+def check_names(words: Iterable[str]) -> None:
+    """Refuse a name that is no word of a request for one motion.
+
+    Raises
+    ------
+    RequestError
+    """
+    for name in words:
+        if name not in _NAMES:
+            unknown_word(name, _NAMES, DISK, _ELSEWHERE)
 
 
 def _read_word(name: str, raw: object) -> float | str:

@@ -19,10 +19,11 @@ from typing import Any, NoReturn, Self
 from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
-from sweep.model.quantity import Input, Word
+from sweep.model.quantity import Input, Quantity, Word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.substitutes import changed, parameter_of, resolved
+from sweep.request.values import Value, read_value
 from sweep.request.words import (
     GRID,
     find_spec_file,
@@ -270,7 +271,7 @@ class SweepSpec:
                 raise
             raise error.at(f"{place(path)}: {error.where}") from None
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, /, **changes: Any) -> Self:
         """Return this spec with other values; its axes keep their places, new ones follow in the order given.
 
         With another `radius` or `gravity` the rates stay as they are, in rad/s: a spec does not know whether they were
@@ -284,6 +285,25 @@ class SweepSpec:
         words, given = self.words(), {parameter_of(name, self.model) for name in changes}
         kept = {name: words[name] for name in words if name in self.axes or name not in given}
         return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
+
+    def resolve(
+        self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value
+    ) -> dict[str, Any]:
+        """Return words in which scaled rates and speeds have become rates, for the disk of this spec.
+
+        Parameters
+        ----------
+        words : mapping of str to anything
+            Words that name cells of the spec, or that change it. A radius or gravity among them counts instead.
+        read : callable, optional
+            What reads a word: a value as in a spec, or `sweep.request.values.read_number`.
+
+        Raises
+        ------
+        RequestError
+            As from `sweep.request.substitutes.resolved`.
+        """
+        return resolved(words, self.model, {name: self._values[name] for name in self.model.parameters}, read)
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value; axes first, for their order is the order of the words."""

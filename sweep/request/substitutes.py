@@ -63,9 +63,9 @@ def resolved(
         Words of a request with their values, as given.
     model : Model
     fixed : mapping of str to anything, optional
-        Values of parameters that `words` do not give, instead of the defaults of the model.
+        Values of parameters that `words` do not give, in SI, instead of the defaults of the model.
     read : callable, optional
-        What reads a value; `sweep.request.values.read_number` where a list or a range is refused.
+        What reads a word; `sweep.request.values.read_number` where a list or a range is refused.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def resolved(
     values = {name: read(words[name], each) for name, each in given.items()}
     known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
     needed = {
-        name: _ends(read_input(model.parameters[name], known[name], read))
+        name: _ends(read_input(model.parameters[name], known[name], read if name in words else read_value))
         for each in given.values()
         for name in each.needs
     }

@@ -114,7 +114,7 @@ class Failures:
 
 
 def run_to_file(
-    spec: SweepSpec,
+    spec: SweepSpec | str | Path,
     path: str | Path,
     *,
     overwrite: bool = False,
@@ -126,12 +126,14 @@ def run_to_file(
     say: Say = no_op,
     stopping: Stopping = lambda: False,
     executor: Executor | None = None,
+    **changes: Any,
 ) -> Failures:
     """Compute the atlas of a spec and write it to one netCDF file, going on where an earlier run has ended.
 
     Parameters
     ----------
-    spec : SweepSpec
+    spec : SweepSpec, str or Path
+        A spec, the name of a preset, or the path of a TOML file.
     path : str or Path
         The file; it appears only when it is complete. Until then finished blocks are kept in a folder beside it, named
         like the file with ``.run`` at its end.
@@ -154,6 +156,8 @@ def run_to_file(
         Called before every block; the run ends when it returns true.
     executor : callable, optional
         Computes the blocks; in this process if not given.
+    **changes
+        Words of the spec with other values, as on the command line; see `SweepSpec.read`.
 
     Returns
     -------
@@ -163,14 +167,14 @@ def run_to_file(
     Raises
     ------
     RequestError
-        If the file exists, its folder does not or cannot be written, another run writes it or has left blocks of
-        another spec, or the disk has not enough room; nothing has been touched then.
+        If the spec or a change is not possible, the file exists, its folder does not or cannot be written, another run
+        writes it or has left blocks of another spec, or the disk has not enough room; nothing has been touched then.
     StorageError
         If the file system refuses on the way; finished blocks are kept.
     StoppedError
         If `stopping` returned true; finished blocks are kept.
     """
-    path = resolved(path)
+    spec, path = SweepSpec.read(spec, **changes), resolved(path)
     with run_directory.claimed(path, overwrite) as folder:
         if run_directory.has_published(folder, path, spec):
             # an earlier run was killed between publishing its file and removing its folder

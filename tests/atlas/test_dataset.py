@@ -41,6 +41,48 @@ def circling():
     return sweep.run(CIRCLING)
 
 
+def test_a_run_takes_the_name_of_a_preset_or_a_file_with_changes(tmp_path, rolling):
+    """The same atlas comes from a spec, a preset, a TOML file, and from each with changes."""
+    path = tmp_path / "sweep.toml"
+    path.write_text(ROLLING.to_toml(), encoding="utf-8")
+    changes = {"roll_rate": "2:4:9", "tilt": "0.1deg:1.5deg:5:log"}
+    for found in (
+        sweep.run("rolling", **changes, threads=1),
+        sweep.run(path),
+        sweep.run(str(path)),
+        sweep.run(SweepSpec.preset("rolling"), **changes),
+    ):
+        xr.testing.assert_equal(found, rolling)
+        assert found.attrs["sweep_fingerprint"] == rolling.attrs["sweep_fingerprint"]
+    # departure at 5 deg moves the critical rate of the coin, sqrt(g/3R), by 0.3 %
+    coin = sweep.run("rolling", radius="12mm", tilt="0.01deg")
+    assert float(coin.boundary_roll_rate) == pytest.approx(math.sqrt(9.81 / (3 * 0.012)), rel=0.005)
+
+
+@pytest.mark.parametrize(
+    ("spec", "changes", "message"),
+    [
+        ("roling", {}, "There is no preset roling.*Did you mean rolling?"),
+        ("absent.toml", {}, "The spec file cannot be read"),
+        ("rolling", {"radus": 1}, "radus is no word.*Did you mean radius?"),
+        ("rolling", {"model": "bead"}, "model is no word.*a spec file names the model"),
+        ("rolling", {"mass": 1}, "mass is no word.*eulerdisk simulate"),
+        ("rolling", {"self": 1}, "self is no word"),
+        (ROLLING, {"self": 1}, "self is no word"),
+        (ROLLING, {"radius": -1}, "radius > 0"),
+        (None, {}, "A spec is a SweepSpec, the name of a preset or the path of a .toml file; got None"),
+        (3, {}, "A spec is a SweepSpec.*got 3"),
+    ],
+)
+def test_a_run_of_nothing_that_is_a_spec_is_refused(tmp_path, spec, changes, message):
+    """In memory and to a file, in the words of the command line; nothing is written."""
+    for run in (sweep.run, lambda spec, **changes: sweep.run_to_file(spec, tmp_path / "a.nc", **changes)):
+        with pytest.raises(RequestError, match=message) as caught:
+            run(spec, **changes)
+        assert caught.value.hint
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_every_variable_of_the_table_is_there(rolling, circling):
     """An atlas has each measure over all axes, the edges of a rate over the others, the parameters as coordinates."""
     assert dict(rolling.sizes) == {"roll_rate": 9, "tilt": 5}

@@ -171,3 +171,77 @@ def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):
     for name in ("first.nc", "second.nc"):
         sweep.save(sweep.simulate(tilt_rate=0.1, precession_rate=3.5), tmp_path / name)
     assert (tmp_path / "first.nc").read_bytes() == (tmp_path / "second.nc").read_bytes()
+
+
+@pytest.fixture
+def coin(tmp_path):
+    """Return the name of an atlas of a coin in the folder of the test."""
+    name = "10 p.nc"
+    sweep.run_to_file("rolling", tmp_path / name, radius="12mm", roll_rate="13:25:13", tilt="1deg,5deg")
+    return name
+
+
+def test_the_motion_of_a_cell(simulate, coin, tmp_path):
+    """A cell that is asked for by its own values is taken silently, another one is named; the atlas is not touched."""
+    before = (tmp_path / coin).read_bytes()
+    assert simulate(f"--from '{coin}' roll_rate=15 tilt=1deg -o on.nc") == (
+        0,
+        "eulerdisk: on.nc: 1001 samples\n",
+    )
+    status, words = simulate(f"--from '{coin}' speed=18.1cm/s tilt=1deg duration=2s mass=5g -o near.nc")
+    assert status == 0
+    assert words.splitlines()[0] == "eulerdisk: 10 p.nc: the nearest cell is the one at roll_rate 15 rad s-1"
+    with xr.open_dataset(tmp_path / "on.nc") as on, xr.open_dataset(tmp_path / "near.nc") as near:
+        assert (float(on.radius), float(on.roll_rate[0]), float(on.mass)) == (0.012, 15.0, 1.0)
+        assert (float(near.radius), float(near.roll_rate[0]), float(near.mass)) == (0.012, 15.0, 0.005)
+        assert (float(near.elapsed_time[-1]), float(on.elapsed_time[-1]) < 2.0) == (2.0, True)
+    assert (tmp_path / coin).read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("roll_rate=15", "none was given for tilt"),
+        ("roll_rate=15 tilt=1deg criterion=departure:2deg", "it is a word of eulerdisk run"),
+        ("roll_rate=15 tilt=1deg spin=3", "Say roll_rate"),
+        ("roll_rate=2 tilt=1deg", "outside the atlas"),
+        ("roll_rate=15 tilt=1deg --plot path.jpg", ".png, .pdf, .svg"),
+    ],
+)
+def test_a_cell_that_cannot_be_followed_leaves_nothing(simulate, coin, tmp_path, words, message):
+    """Status 2, a sentence, and nothing but the atlas."""
+    status, said = simulate(f"--from '{coin}' {words} -o path.nc")
+    assert (status, message in said) == (2, True), said
+    assert [each.name for each in tmp_path.iterdir()] == [coin]
+
+
+def test_an_atlas_that_is_none_is_refused(simulate, tmp_path):
+    """A motion is no atlas, and a missing file is named."""
+    assert simulate(f"{WORDS} -o path.nc")[0] == 0
+    for name, message in (("path.nc", "path.nc"), ("absent.nc", "absent.nc")):
+        status, said = simulate(f"--from {name} roll_rate=15 -o other.nc")
+        assert (status, message in said) == (2, True), said
+    assert [each.name for each in tmp_path.iterdir()] == ["path.nc"]
+
+
+@pytest.mark.parametrize("cell", ["roll_rate=15.2 tilt=1deg", "'speed=18 cm/s' 'tilt=0.02 rad'"])
+def test_explain_ends_with_the_command_of_the_motion(command, coin, tmp_path, cell):
+    """The last line of `explain` runs as it is printed, whatever the names, and gives the start that was explained."""
+    status, out, _ = command(f"explain '{coin}' {cell}")
+    assert status == 0
+    label, line = out.splitlines()[-1].split(maxsplit=1)
+    assert (label, line.split()[:3]) == ("motion", ["eulerdisk", "simulate", "--from"])
+    assert command(line.removeprefix("eulerdisk "))[0] == 0
+    with xr.open_dataset(tmp_path / "path.nc") as motion:
+        assert float(motion.roll_rate[0]) == 15.0
+        assert float(motion.tilt[0]) == pytest.approx(np.radians(1.0), rel=1e-15)
+
+
+def test_a_cell_without_motion_has_no_command(command, tmp_path):
+    """Where no rate keeps the tilt there is no motion, and `explain` does not offer one."""
+    sweep.run_to_file(
+        "rolling", tmp_path / "a.nc", roll_rate=0.1, tilt="10deg", precession_rate="steady-fast"
+    )
+    status, out, _ = command("explain a.nc")
+    assert status == 0
+    assert "simulate" not in out

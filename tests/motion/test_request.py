@@ -19,6 +19,13 @@ def test_words_are_read_in_si():
     assert (spec.duration, spec.roll_rate, spec.radius, spec.method) == (60.0, -4.6851, 0.5, "rk4")
 
 
+def test_a_rate_is_given_scaled_or_as_a_speed():
+    """As in a sweep, for the disk of the same request; the request holds the rate."""
+    assert TrajectorySpec.from_words(["radius=12mm", "speed=15cm/s"]).roll_rate == 12.5
+    spec = TrajectorySpec.read(scaled_precession_rate=-1.5, scaled_tilt_rate=2, radius=2, gravity=8)
+    assert (spec.precession_rate, spec.tilt_rate) == (-3.0, 4.0)
+
+
 def test_every_word_is_a_field():
     """The tables and the fields of a request name the same words, and its text holds them all."""
     spec = TrajectorySpec.read()
@@ -76,6 +83,12 @@ def test_every_quantity_is_complete(quantity):
         (["roll_rate=3", "roll_rate=4"], ["once", "roll_rate=3", "roll_rate=4"]),
         (["roll_rate"], ["roll_rate", "NAME=VALUE"]),
         (["roll_rate=steady", "tilt=10deg"], ["roll_rate=steady", "other than 0", "precession_rate=0.5"]),
+        (["precession_rate=steady"], ["asks for the slower one", "=steady-slow or precession_rate=steady-fast"]),
+        (["precession_rate=steady-slow", "roll_rate=steady"], ["both rates open"]),
+        (["speed=1", "roll_rate=3"], ["roll_rate is given once", "speed=1 and roll_rate=3"]),
+        (["speed=1,2"], ["speed must be one number", "axis"]),
+        (["speed=1", "radius=1,2"], ["radius must be one number", "axis"]),
+        (["spead=1"], ["Did you mean speed?"]),
         (["method=euler"], ["method", "rk4 or dop853", "euler"]),
         (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-09", "longer interval"]),
         (["step=1e-9"], ["too many steps", "100000000", "step=1e-09", "longer step"]),

@@ -39,6 +39,25 @@ def simulate(start, **words):
     return sweep.simulate(**dict(zip(list(PARAMETERS)[:4], start, strict=True)), **words)
 
 
+@pytest.mark.parametrize("word", ["steady-slow", "steady-fast"])
+def test_a_steady_precession_keeps_the_tilt(word):
+    """The two rates are the roots of the equation of steady motion: both keep the tilt, and the fast one is faster."""
+    motion = sweep.simulate(tilt="20deg", roll_rate=5, precession_rate=word, duration="1s")
+    assert float(np.abs(motion["tilt"] - math.radians(20.0)).max()) < 1e-9
+    rate = float(motion["precession_rate"][0])
+    assert steady_roll_rate(math.radians(20.0), rate, 0.5, 0.5, 9.81) == pytest.approx(5.0, rel=1e-12)
+    assert (abs(rate) > math.sqrt(2 * 9.81 / (2.5 * 0.5))) == (word == "steady-fast")
+
+
+def test_a_steady_rate_that_does_not_exist_is_refused():
+    """Too slow a roll holds no tilt up, and upright there is no fast precession."""
+    for words in ({"tilt": "20deg", "roll_rate": 0.1}, {"tilt": 0, "roll_rate": 3}):
+        with pytest.raises(
+            sweep.RequestError, match=r"No precession_rate keeps this tilt constant; got .*steady-fast"
+        ):
+            sweep.simulate(**words, precession_rate="steady-fast")
+
+
 def referee_path(start, times, alpha=0.5, radius=0.5, gravity=9.81):
     """State and path by DOP853 at 1e-12 from the referee's equations; rows in the order of STATE."""
 

@@ -320,3 +320,11 @@ def test_a_run_is_stopped_after_its_last_block_too(path, stage):
     assert not path.exists()
     run_to_file(spec, path)
     assert path.exists()
+
+
+def test_a_preset_with_changes_is_written(path):
+    """The name of a preset, with words of the command line, is a spec here too."""
+    changes = {"roll_rate": "2:4:5", "tilt": "1deg"}
+    assert run_to_file("rolling", path, **changes, threads=1).total == 0
+    with open_atlas(path) as atlas:
+        assert atlas.eulerdisk.spec == SweepSpec.preset("rolling", **changes)

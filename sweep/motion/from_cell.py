@@ -1,0 +1,93 @@
+"""The motion of one cell of an atlas: what a request for it takes from the atlas, and what other words change."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sweep.atlas.contents import Atlas
+from sweep.atlas.dataset import spec_of
+from sweep.engine.grid import Span, starts_of
+from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
+from sweep.motion.request import MOTION_INPUTS, TrajectorySpec, check_names
+from sweep.request.spec import SweepSpec
+from sweep.request.values import read_number
+
+#: Nutation periods that a motion lasts if no duration is given: as many as `explain --plot` draws.
+_PERIODS = 3.0
+
+_DEFAULT_DURATION = float(MOTION_INPUTS["duration"].default)
+
+
+def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the words that name a cell of an atlas, which are those of its axes, and the words that change its motion.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        The request of the atlas.
+    words : mapping of str to anything
+        Words of a request for one motion. Scaled rates and speeds become rates, for the disk of the atlas or the one
+        that the words give.
+
+    Raises
+    ------
+    RequestError
+        If the atlas is not one of the disk, or a word is not known.
+    """
+    if spec.model.name != DISK.name:
+        raise RequestError(
+            f"A single motion is one of the model {DISK.name}; got an atlas of the model {spec.model.name}.",
+            hint="Give an atlas of the disk.",
+        )
+    check_names(words)
+    found = spec.resolve(words, read_number)
+    cell = {name: raw for name, raw in found.items() if name in spec.axes}
+    return cell, {name: raw for name, raw in found.items() if name not in cell}
+
+
+def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> TrajectorySpec:
+    """Return the request for the motion of a cell: its start, its disk, and the settings of the atlas.
+
+    The duration of an atlas is the longest time that a cell may take: 300 s are thousands of periods of a coin. Instead
+    a motion lasts three nutation periods of its cell; where the atlas knows none of this start, 10 s as any other one.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        A whole one.
+    place : mapping of str to int
+        Axis -> index, in the order of the axes, as from `sweep.checks.explain.nearest_cell`.
+    changes : mapping of str to anything
+        Words that replace those of the cell, or that an atlas does not have: ``duration``, ``mass``, ``interval``.
+
+    Raises
+    ------
+    RequestError
+        If a value is not possible, or the cell has no motion.
+    """
+    spec = spec_of(atlas)
+    number = int(np.ravel_multi_index(tuple(place.values()), spec.shape)) if place else 0
+    start = {name: float(values[0]) for name, values in starts_of(spec, Span(number, number + 1)).items()}
+    none = [name for name, value in start.items() if not np.isfinite(value) and name not in changes]
+    if none:
+        raise RequestError(
+            f"This cell has no motion: no {none[0]} keeps its tilt constant.",
+            hint=f"Name another cell, or give a rate, as in {none[0]}=2.",
+            where=none[0],
+        )
+    settings = {name: getattr(spec, name) for name in spec.model.settings if name in MOTION_INPUTS}
+    # another start or another disk has another period
+    same = spec.model.parameters.keys().isdisjoint(changes)
+    shown = _PERIODS * _period(atlas, place) if same else np.nan
+    settings["duration"] = min(shown if np.isfinite(shown) else _DEFAULT_DURATION, spec.duration)
+    return TrajectorySpec.read(**{**start, **settings, **changes})
+
+
+def _period(atlas: Atlas, place: Mapping[str, int]) -> float:
+    """Return the nutation period [s] of a cell; NaN if the atlas has none: of a fall, or where time ended it."""
+    if "nutation_period" not in atlas:
+        return np.nan
+    period = atlas["nutation_period"]
+    return float(np.asarray(period[tuple(place[dim] for dim in period.dims)]))

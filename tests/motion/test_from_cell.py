@@ -1,0 +1,145 @@
+"""The motion of a cell of an atlas: it is the one that the atlas measured, and other words change it."""
+
+import math
+
+import numpy as np
+import pytest
+from bead import BEAD
+
+import sweep
+from sweep.checks.explain import nearest_cell, other_values
+from sweep.errors import RequestError
+from sweep.motion.from_cell import cell_and_changes, request_of_cell
+from sweep.motion.request import TrajectorySpec
+
+pytestmark = pytest.mark.compiled
+
+#: A coin that rolls: unstable, stable, and one that falls.
+ROLLING = sweep.SweepSpec.preset(
+    "rolling", radius="12mm", roll_rate="5,15,24", tilt="1deg,5deg", fall_tilt="60deg"
+)
+CIRCLING = sweep.SweepSpec.preset("circling", precession_rate="0.5,4", tilt="10deg,20deg", duration="20s")
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    """Return the atlas of a coin."""
+    return sweep.run(ROLLING)
+
+
+@pytest.fixture(scope="module")
+def circling():
+    """Return an atlas of disks that compute their roll rate."""
+    return sweep.run(CIRCLING)
+
+
+def request(atlas, **words):
+    """Return the request for the motion of a cell, and the words that say which one it is."""
+    spec = atlas.eulerdisk.spec
+    cell, changes = cell_and_changes(spec, words)
+    place = nearest_cell(spec, cell)
+    return request_of_cell(atlas, place, changes), other_values(spec, place, cell)
+
+
+@pytest.mark.parametrize("rate", [15.0, 24.0])
+def test_the_motion_has_the_extremes_and_the_period_of_the_cell(rolling, rate):
+    """In three nutation periods the tilt goes to the stored extremes, and at their end it is back where it began."""
+    cell = rolling.sel(roll_rate=rate).isel(tilt=0)
+    motion = rolling.eulerdisk.simulate(roll_rate=rate, tilt="1deg")
+    # 1000 samples of three periods miss a turning point by 5e-5 of the swing at most
+    swing = float(cell.tilt_max - cell.tilt_min)
+    assert float(motion.tilt.max()) == pytest.approx(float(cell.tilt_max), abs=1e-4 * swing)
+    assert float(motion.tilt.min()) == pytest.approx(float(cell.tilt_min), abs=1e-4 * swing)
+    assert float(motion.elapsed_time[-1]) == pytest.approx(3.0 * float(cell.nutation_period), rel=1e-12)
+    assert float(motion.tilt[-1]) == pytest.approx(math.radians(1.0), abs=1e-6)
+
+
+def test_a_fall_ends_when_the_cell_fell(rolling):
+    """The atlas knows no period of a fall: the motion ends with it, at the stored time."""
+    assert float(rolling.fall_time[0, 1]) > 0.0
+    motion = rolling.eulerdisk.simulate(roll_rate=5, tilt="5deg")
+    assert float(motion.fall_time) == pytest.approx(float(rolling.fall_time[0, 1]), rel=1e-6)
+    assert motion.attrs["history"].endswith("dataset.eulerdisk.simulate")
+
+
+def test_a_rate_that_the_cell_computed_is_that_of_its_motion(circling):
+    """A cell that circles starts with its own roll rate and its kick; the time of an atlas that is short is kept."""
+    found, others = request(circling, precession_rate=0.5, tilt="10deg")
+    assert found.roll_rate == float(circling.roll_rate.sel(precession_rate=0.5).isel(tilt=0))
+    assert (found.tilt_rate, found.precession_rate, others) == (CIRCLING.tilt_rate, 0.5, "")
+    assert found.duration == pytest.approx(3.0 * float(circling.nutation_period.sel(precession_rate=0.5)[0]))
+    short = sweep.run(CIRCLING, duration="0.1s")
+    assert request(short, precession_rate=0.5, tilt="10deg")[0].duration == 0.1
+
+
+def test_words_that_name_no_axis_change_the_motion(rolling):
+    """Disk, start and settings may be others; then the period of the cell says nothing, and 10 s are followed."""
+    found, _ = request(rolling, roll_rate=15, tilt="1deg", alpha=1, mass="3g", friction=0.2, tilt_rate=0.5)
+    expected = TrajectorySpec.read(
+        roll_rate=15,
+        tilt="1deg",
+        alpha=1,
+        mass="3g",
+        friction=0.2,
+        tilt_rate=0.5,
+        radius="12mm",
+        fall_tilt="60deg",
+    )
+    assert found == expected
+    assert request(rolling, roll_rate=15, tilt="1deg", duration="2s", step="1ms")[0] == TrajectorySpec.read(
+        roll_rate=15, tilt="1deg", radius="12mm", fall_tilt="60deg", duration="2s", step="1ms"
+    )
+
+
+def test_the_nearest_cell_is_taken_and_named(rolling):
+    """Values between those of the grid take the nearest one, which is told; a scaled rate or a speed names one too."""
+    found, others = request(rolling, roll_rate="15.2", tilt="1deg")
+    assert (found.roll_rate, others) == (15.0, "roll_rate 15 rad s-1")
+    found, others = request(rolling, speed="18cm/s", tilt="1.5deg")
+    assert (found.roll_rate, others) == (15.0, "tilt 1 deg")
+    assert found == request(rolling, scaled_roll_rate=15 / math.sqrt(9.81 / 0.012), tilt="1.5deg")[0]
+
+
+def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
+    """Older atlases do not hold the variable; a single cell needs no words."""
+    older = rolling.drop_vars("nutation_period")
+    assert request(older, roll_rate=15, tilt="1deg")[0].duration == 10.0
+    one = sweep.run("rolling", roll_rate=2, tilt="1deg")
+    assert request(one)[0].roll_rate == 2.0
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        ({"roll_rate": 15}, ["none was given for tilt", "Add tilt="]),
+        ({"roll_rate": 55, "tilt": "1deg"}, ["outside the atlas", "5 rad s-1 to 24 rad s-1"]),
+        ({"speed": "1m/s", "tilt": "1deg"}, ["outside the atlas", "roll_rate"]),
+        ({"speed": "18cm/s", "roll_rate": 15, "tilt": "1deg"}, ["roll_rate is given once"]),
+        ({"roll_rate": "15,24", "tilt": "1deg"}, ["one number"]),
+        ({"rol_rate": 15, "tilt": "1deg"}, ["Did you mean roll_rate?"]),
+        ({"roll_rate": 15, "tilt": "1deg", "criterion": "departure:2deg"}, ["word of eulerdisk run"]),
+        ({"roll_rate": 15, "tilt": "5deg", "fall_tilt": "4deg"}, ["fallen before it starts"]),
+        ({"roll_rate": 15, "tilt": "5deg", "mass": 0}, ["mass > 0"]),
+    ],
+)
+def test_what_names_no_motion_is_refused(rolling, words, facts):
+    """Cells that the atlas does not have, words that a motion does not have, values that are not possible."""
+    with pytest.raises(RequestError) as caught:
+        rolling.eulerdisk.simulate(**words)
+    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    assert caught.value.hint
+
+
+def test_a_cell_without_a_start_has_no_motion():
+    """Where no rate keeps the tilt there is nothing to follow, unless a rate is given."""
+    atlas = sweep.run("rolling", tilt="0,10deg", roll_rate=0.1, precession_rate="steady-fast")
+    assert np.isnan(atlas.precession_rate).all()
+    with pytest.raises(RequestError, match=r"no precession_rate keeps its tilt constant.*precession_rate=2"):
+        request(atlas, tilt="10deg")
+    assert request(atlas, tilt="10deg", precession_rate=1.0)[0].precession_rate == 1.0
+
+
+def test_another_model_has_no_such_motion():
+    """A bead on a hoop does not roll."""
+    with pytest.raises(RequestError, match="one of the model disk; got an atlas of the model bead"):
+        cell_and_changes(sweep.SweepSpec(model=BEAD.name), {})
