@@ -58,6 +58,10 @@ def run(
     eulerdisk run rolling roll_rate=0.5:6:400 tilt=0.01deg:20deg:300:log -o rolling.nc
 
     eulerdisk run --from rolling.nc -o again.nc
+
+    A rate may be given in units of sqrt(gravity/radius): scaled_roll_rate=0.5:0.7:400, scaled_precession_rate=0.9,
+    scaled_tilt_rate=0.01. So are the rates of the presets: with radius=12mm they cover the boundary of a coin. Instead
+    of roll_rate the speed of the contact point may be given, speed=15cm/s.
     """
     request = read_request(spec, words or [], source)
     from sweep.runs.names import directory_of, resolved

@@ -50,7 +50,7 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
 def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> TrajectorySpec:
     """Return the request for the motion of a cell: its start, its disk, and the settings of the atlas.
 
-    The duration of an atlas is the longest time that a cell may take: 300 s are thousands of periods of a coin. Instead
+    The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
     a motion lasts three nutation periods of its cell; where the atlas knows none of this start, 10 s as any other one.
 
     Parameters

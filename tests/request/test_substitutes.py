@@ -114,6 +114,11 @@ def test_a_spec_is_changed_in_the_same_way():
     assert spec.replace(speed="1:2:7") == spec.replace(roll_rate="2:4:7")
     assert spec.replace(speed="1:2:7", radius=1.0) == spec.replace(roll_rate="1:2:7", radius=1.0)
     assert spec.replace(speed=1.5).axes == ("tilt",)
+    assert SweepSpec(tilt="1deg,2deg").replace(alpha="0.5,1", speed="1,2").axes == (
+        "tilt",
+        "alpha",
+        "roll_rate",
+    )
     assert spec.replace(radius="12mm").roll_rate == spec.roll_rate
     ends = SweepSpec.preset("rolling", radius="12mm").roll_rate.ends()
     np.testing.assert_allclose(ends, spec.roll_rate.ends() * math.sqrt(0.5 / 0.012), rtol=1e-15)
