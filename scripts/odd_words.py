@@ -10,7 +10,7 @@ from odd_texts import TEXTS
 _NAMES = ("tilt", "tilt_rate", "roll_rate", "precession_rate", "alpha", "radius", "gravity", "criterion", "duration",
           "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "model",
           "self",
-          "words", "", "tilt\x1b[31m", "x" * 10_000)  # fmt: skip
+          "speed", "scaled_roll_rate", "scaled_tilt_rate", "words", "", "tilt\x1b[31m", "x" * 10_000)  # fmt: skip
 
 _VALUES = (
     "1", "-1", "0", "1e400", "1e-400", "nan", "inf", "-inf", "\uff11", "1_000", "0x10", "1j", "1e", "--1",
@@ -41,6 +41,8 @@ _LINES = (
     "boundary rolling.nc --criterion [red]", "export rolling.nc --to \x1b[31m", "compare rolling.nc rolling.nc",
     "run rolling --from rolling.nc -o OUT/a.nc", "plan nothing", "plan /dev/zero", "plan rolling.nc", "plan .toml",
     "plan OUT",
+    "simulate --from rolling.nc roll_rate=\uff12 tilt=1deg -o OUT/path.nc --overwrite",
+    "simulate --from rolling.nc speed=1e300 tilt=1deg -o OUT/path.nc --overwrite", "simulate --from / -o OUT/a.nc",
     "simulate tilt=1deg title=$ -o OUT/path.nc --overwrite --plot OUT/path.png",
 )  # fmt: skip
 
