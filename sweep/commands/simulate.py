@@ -48,7 +48,9 @@ def simulate(
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
 
-    eulerdisk simulate --from rolling.nc roll_rate=2.4 tilt=1deg duration=10s -o path.nc
+    eulerdisk simulate --from rolling.nc roll_rate=2.4 tilt=1deg -o path.nc
+
+    A cell of an atlas is followed for three periods of its nutation, if there is no duration; other words change it.
 
     A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
     """
