@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import RequestError, shown
+from sweep.model import registry
 from sweep.request.spec import SweepSpec
+from sweep.request.substitutes import changed
 from sweep.request.words import find_spec_file, read_file
 
 #: What the name of a sweep may be: that of its files.
@@ -96,20 +98,21 @@ def _in_file(given: str | Path) -> Iterator[Sweep]:
         return
     tables = words.pop(_TABLES, None)
     if tables is None:
-        yield _read(Sweep(name, file), words)
+        yield _read(Sweep(name, file), words, {})
     elif isinstance(tables, list) and tables and all(isinstance(each, dict) for each in tables):
         for number, table in enumerate(tables, 1):
             own = {str(key): value for key, value in table.items() if key != "name"}
             name = table.get("name", "")
-            yield _read(Sweep(name if isinstance(name, str) else "", file, number), {**words, **own})
+            yield _read(Sweep(name if isinstance(name, str) else "", file, number), words, own)
     else:
         yield Sweep(name, file, problem=f"{file}: {_TABLES} must be tables, each written [[{_TABLES}]].")
 
 
-def _read(sweep: Sweep, words: Mapping[str, Any]) -> Sweep:
-    """Return a sweep with the spec that its words make, or with why they make none."""
+def _read(sweep: Sweep, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
+    """Return a sweep with the spec that the words of its file and its own ones make, or with why they make none."""
     try:
-        return replace(sweep, spec=SweepSpec(**words))
+        model = registry.named(str({**words, **own}.get("model", registry.DEFAULT)))
+        return replace(sweep, spec=SweepSpec(**changed(words, own, model)))
     except RequestError as error:
         where = f"{sweep.source}: {error.where}" if error.where else sweep.source
         return replace(sweep, problem=str(error.at(where)))

@@ -45,6 +45,21 @@ def test_one_for_each_file_and_one_for_each_table(spec_file):
     assert found[2].spec.axes == ("tilt", "roll_rate")
 
 
+def test_a_table_may_give_a_rate_in_another_way(spec_file):
+    """Its own word for a rate replaces that of the file; two in one table are a problem of that table."""
+    spec_file(
+        'scaled_roll_rate = "0.5:1:4"\ntilt = "1deg,2deg"\n'
+        '[[sweep]]\nname = "coin"\nradius = "12mm"\n'
+        '[[sweep]]\nname = "slow"\nspeed = "1:2:4"\n'
+        '[[sweep]]\nname = "both"\nspeed = 1\nroll_rate = 2\n',
+        "a.toml",
+    )
+    coin, slow, both = read_sweeps(["a.toml"])
+    assert coin.spec == SweepSpec(scaled_roll_rate="0.5:1:4", tilt="1deg,2deg", radius="12mm")
+    assert slow.spec == SweepSpec(roll_rate="2:4:4", tilt="1deg,2deg")
+    assert (both.spec, "roll_rate is given once: speed and roll_rate" in both.problem) == (None, True)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
