@@ -10,6 +10,7 @@ from sweep.errors import RequestError
 from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.values import read_number, read_value
 from sweep.request.words import unknown_word
 
@@ -29,7 +30,8 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
         An atlas.
     words : mapping of str to str
         Axis -> a number, which takes the nearest value and leaves the axis out; a list ``a,b``, which takes the
-        nearest of each; or ``start:stop``, all values between the two. Each number in SI or with a unit.
+        nearest of each; or ``start:stop``, all values between the two. Each number in SI or with a unit. A rate may
+        be given scaled, or as a speed.
 
     Returns
     -------
@@ -46,7 +48,8 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
     spec = selected_spec(dataset)
     places: dict[str, int | list[int] | slice] = {}
     notes: list[str] = []
-    for name, text in words.items():
+    check_once(words, spec.model)
+    for name, text in (_parameter(spec, *word) for word in words.items()):
         if name not in spec.axes:
             _no_axis(spec, name)
         quantity = spec.model.parameters[name]
@@ -57,9 +60,19 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
     return settled(dataset.isel(places)), notes
 
 
+def _parameter(spec: SweepSpec, name: str, text: str) -> tuple[str, str]:
+    """Return a word that gives a parameter; of a scaled rate or a speed, the rate for the disk of an atlas."""
+    if name not in spec.model.substitutes:
+        return name, text
+    parts = text.split(":") if text.count(":") == 1 else [text]
+    parameter = parameter_of(name, spec.model)
+    return parameter, ":".join(str(spec.resolve({name: part})[parameter]) for part in parts)
+
+
 def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
     if name not in spec.model.parameters:
-        unknown_word(name, spec.axes, spec.model)
+        instead = [each.name for each in spec.model.substitutes.values() if each.parameter in spec.axes]
+        unknown_word(name, (*spec.axes, *instead), spec.model)
     raise RequestError(
         f"{name} is no axis of this atlas, whose axes are {', '.join(spec.axes) or 'none'}: there is nothing to pick.",
         hint="Leave it out.",

@@ -38,7 +38,7 @@ def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -
     RequestError
         If the changes give a parameter in two ways.
     """
-    _check_once(changes, model)
+    check_once(changes, model)
     change_of = {parameter_of(name, model): name for name in changes}
     merged: dict[str, Any] = {}
     for name, value in held.items():
@@ -72,7 +72,7 @@ def resolved(
     RequestError
         If a parameter is given in two ways, a value cannot be read, or a parameter varies that a substitute needs.
     """
-    _check_once(words, model)
+    check_once(words, model)
     given = {name: model.substitutes[name] for name in words if name in model.substitutes}
     values = {name: read(words[name], each) for name, each in given.items()}
     known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
@@ -89,8 +89,13 @@ def resolved(
     return {parameter_of(name, model): found.get(name, raw) for name, raw in words.items()}
 
 
-def _check_once(words: Mapping[str, Any], model: Model) -> None:
-    """Refuse words of which two give the same parameter."""
+def check_once(words: Mapping[str, Any], model: Model) -> None:
+    """Refuse words of which two give the same parameter.
+
+    Raises
+    ------
+    RequestError
+    """
     seen: dict[str, str] = {}
     for name, value in words.items():
         parameter = parameter_of(name, model)

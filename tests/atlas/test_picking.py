@@ -32,6 +32,11 @@ def atlas():
         # nearer to 1 deg in its logarithm, though 3.16 deg is nearer than 0.1 deg is to 0.316 deg
         ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg is the nearest"]),
         ({"tilt": "0.1deg,0.11deg"}, {"tilt": [0]}, ["0.11"]),
+        # for the default disk: R = 0.5 m, sqrt(g/R) = 4.43 rad/s
+        ({"speed": "1.1m/s"}, {"roll_rate": 6}, []),
+        ({"speed": "0.99:1.51"}, {"roll_rate": [5, 6, 7, 8, 9, 10]}, []),
+        ({"speed": "50cm/s,1m/s"}, {"roll_rate": [0, 5]}, []),
+        ({"scaled_roll_rate": "0.5", "alpha": "1"}, {"roll_rate": 6, "alpha": 2}, ["roll_rate 2.2 rad s-1"]),
     ],
 )
 def test_words_pick_values(atlas, words, places, noted):
@@ -54,6 +59,12 @@ def test_words_pick_values(atlas, words, places, noted):
         ({"roll_rate": "1:2:3"}, "START:STOP"),
         ({"radius": "0.5"}, "radius is no axis of this atlas, whose axes are alpha, roll_rate, tilt"),
         ({"aplha": "1"}, "Did you mean alpha"),
+        ({"speed": "9m/s"}, "18 rad s-1 is outside this atlas, whose roll_rate is 1 rad s-1 to 4 rad s-1"),
+        ({"sped": "9m/s"}, "alpha, roll_rate, tilt, scaled_roll_rate, speed. Did you mean speed"),
+        ({"speed": "1:2:3"}, "START:STOP"),
+        ({"speed": "1kg"}, "does not fit"),
+        ({"speed": "1", "roll_rate": "2"}, "roll_rate is given once: speed and roll_rate"),
+        ({"scaled_tilt_rate": "1"}, "tilt_rate is no axis of this atlas"),
         ({"alpha": "1deg"}, "does not fit"),
         ({"alpha": "nan"}, "finite"),
         ({"alpha": ""}, "is no value"),
