@@ -23,8 +23,8 @@ def set_title(axes: "Axes", text: str) -> None:
     axes.set_title(fitted(text, _SIZE, _WIDTH), parse_math=False)
 
 
-def fitted(text: str, size: float, width: float) -> str:
-    """Return a text as one bold line can show it.
+def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
+    """Return a text as one line can show it.
 
     Parameters
     ----------
@@ -34,34 +34,36 @@ def fitted(text: str, size: float, width: float) -> str:
         Of the font [points].
     width : float
         The width [in] that the line may have; a longer one is cut, and ends in an ellipsis.
+    weight : {"bold", "normal"}
+        Of the font.
 
     Returns
     -------
     str
         To be drawn with ``parse_math=False``.
     """
-    spelled = _spelled(text[: _MOST + 1])
-    if len(spelled) <= _MOST and _points(spelled, size) <= 72.0 * width:
+    spelled = _spelled(text[: _MOST + 1], weight)
+    if len(spelled) <= _MOST and _points(spelled, size, weight) <= 72.0 * width:
         return spelled
     low, high = 0, min(len(spelled), _MOST)
     while low < high:
         middle = (low + high + 1) // 2
-        fits = _points(f"{spelled[:middle].rstrip()}\u2026", size) <= 72.0 * width
+        fits = _points(f"{spelled[:middle].rstrip()}\u2026", size, weight) <= 72.0 * width
         low, high = (middle, high) if fits else (low, middle - 1)
     return f"{spelled[:low].rstrip()}\u2026"
 
 
-def _spelled(text: str) -> str:
-    known = _font().get_charmap()
+def _spelled(text: str, weight: str) -> str:
+    known = _font(weight).get_charmap()
     return "".join(
         each if ord(each) in known else each.encode("ascii", "backslashreplace").decode("ascii")
         for each in printable(text)
     )
 
 
-def _points(text: str, size: float) -> float:
+def _points(text: str, size: float, weight: str) -> float:
     """Return how wide a line is."""
-    font = _font()
+    font = _font(weight)
     font.set_size(size, 72.0)
     font.set_text(text, 0.0)
     # in 64ths of a dot, of which an inch has 72 here
@@ -69,5 +71,5 @@ def _points(text: str, size: float) -> float:
 
 
 @lru_cache
-def _font() -> "FT2Font":
-    return get_font(findfont(FontProperties(family="DejaVu Sans", weight="bold")))
+def _font(weight: str) -> "FT2Font":
+    return get_font(findfont(FontProperties(family="DejaVu Sans", weight=weight)))

@@ -35,9 +35,13 @@ _RELATIVE_STEP = 0.005
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
 
-#: With interval=auto: the angle [rad] by which heading and roll angle may change between two samples, so that a path
-#: drawn through the samples is within half a per cent of its radius; and the largest number of samples.
+#: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, so that a
+#: path drawn through the samples is within half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
+
+#: Samples are laid out for a fall this much later than it was first found: closer samples mean shorter steps, which find
+#: it at another moment if the step that was asked for is too long.
+_LATER = 1.1
 
 #: Relative and absolute error per step that DOP853 is asked for.
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
@@ -80,9 +84,10 @@ def simulate(
     start, times = _start(spec), spec.times
     integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
     samples, fall_time = integrate(spec, start, times)
-    if spec.interval == AUTOMATIC and (finer := _finer(spec, times, samples)).size > times.size:
-        times = finer
-        samples, fall_time = integrate(spec, start, times)
+    if spec.interval == AUTOMATIC and (closer := _closer(times, samples, fall_time))[1] < times[1]:
+        again, fell_at = integrate(spec, start, closer)
+        if fall_time is None or fell_at is not None:
+            times, samples, fall_time = closer, again, fell_at
     times = times[: samples.shape[1]].copy()
     if fall_time is not None:
         times[-1] = fall_time
@@ -107,11 +112,17 @@ def _start(spec: TrajectorySpec) -> Array:
     return np.array([values[name] for name in arrays.PARAMETERS], dtype=np.float64)
 
 
-def _finer(spec: TrajectorySpec, times: Array, samples: Array) -> Array:
-    """Return times close enough together for the fastest turn that samples show."""
-    turns = np.abs(np.diff(samples[[motion_arrays.HEADING, motion_arrays.ROLL_ANGLE]])).max(initial=0.0)
-    count = min((times.size - 1) * max(1.0, turns / _TURN), _MOST_SAMPLES)
-    return np.linspace(0.0, spec.duration, math.ceil(count) + 1)
+def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
+    """Return evenly spaced times, close enough for the fastest turn that samples show, and as many until a fall."""
+    turning = samples[[arrays.TILT, motion_arrays.HEADING, motion_arrays.ROLL_ANGLE]]
+    turns = np.abs(np.diff(turning)).max(initial=0.0)
+    last = times[-1] if fall_time is None else fall_time
+    count = max(times.size - 1, last / times[1] * turns / _TURN)
+    count = math.ceil(min(count, _MOST_SAMPLES))
+    if fall_time is None:
+        return np.linspace(0.0, times[-1], count + 1)
+    # half an interval, so that no sample comes to lie at the fall itself, which is one
+    return last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1)
 
 
 def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:

@@ -246,3 +246,23 @@ def test_a_fast_motion_has_more_samples(method):
         assert np.abs(np.diff(motion[name].values)).max() < 0.21
     assert np.ptp(np.diff(motion["elapsed_time"].values)) < 1e-12
     assert sweep.simulate(**words, interval=5e-3)["elapsed_time"].size == 101
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+def test_a_short_fall_has_as_many_samples_as_any_motion(method):
+    """A coin that falls in a fifth of a second of a long duration is sampled until its fall, which stays the same."""
+    words = {"tilt": "1deg", "radius": "12mm", "method": method}
+    long, short = (sweep.simulate(**words, duration=duration) for duration in ("1000s", "0.25s"))
+    for motion in (long, short):
+        assert motion["elapsed_time"].size == 1001
+        assert np.abs(np.diff(motion["tilt"].values)).max() < 0.01
+        assert (np.diff(motion["elapsed_time"].values) > 0.0).all()
+    expected = referee.motion([math.radians(1.0), 0.0, 0.0, 0.0, 0.5, 0.012, 9.81], 1.0).fall_time
+    assert float(long["fall_time"]) == pytest.approx(expected, rel=1e-10)
+    assert float(long["elapsed_time"][-1]) == float(long["fall_time"])
+
+
+def test_a_step_that_is_too_long_does_not_lose_the_fall():
+    """A fall that a coarse step finds too early is still one when closer samples shorten the step."""
+    motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration=3000.0, step=0.4)
+    assert float(motion["fall_time"]) == float(motion["elapsed_time"][-1])

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Colours of the two faces of the disk: the colour-blind can tell them apart, and one is light and one dark in grey.
 _FACES = ("#f4c95d", "#5a86b8")
+#: The faces where the disk could not be where it is drawn.
+_GREY = ("#d9d5cd", "#a5a9ae")
 _RIM, _PAINT, TRACE, _FLOOR = "#222222", "#c8380a", "#c8380a", "0.86"
 
 _CORNERS = 96
@@ -43,6 +45,10 @@ class Pose:
         along = np.array([-np.sin(self.heading), np.cos(self.heading), 0.0])
         down = -(np.sin(self.tilt) * across + np.cos(self.tilt) * np.array([0.0, 0.0, 1.0]))
         return np.array([self.x, self.y, 0.0]) - self.radius * down, down, along
+
+    def centre(self) -> Array:
+        """Centre of the disk, shape (3,)."""
+        return self._frame()[0]
 
     def rim(self) -> Array:
         """Points of the rim, shape (n, 3)."""
@@ -93,12 +99,13 @@ class Camera:
 
 def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacing: float) -> None:
     """Draw a grid of squares on the plane, about a centre, as far as `reach` [m]."""
-    count = int(np.ceil(reach / spacing))
+    count = int(np.floor(reach / spacing))
     x0, y0 = np.round(centre[:2] / spacing) * spacing
     ticks = np.arange(-count, count + 1) * spacing
-    low, high = -count * spacing, count * spacing
-    level = [[[x0 + low, y0 + t, 0.0], [x0 + high, y0 + t, 0.0]] for t in ticks]
-    upright = [[[x0 + t, y0 + low, 0.0], [x0 + t, y0 + high, 0.0]] for t in ticks]
+    # a round patch: the corners of a square one could lie behind the camera
+    ends = np.sqrt(np.maximum(reach**2 - ticks**2, 0.0))
+    level = [[[x0 - end, y0 + t, 0.0], [x0 + end, y0 + t, 0.0]] for t, end in zip(ticks, ends, strict=True)]
+    upright = [[[x0 + t, y0 - end, 0.0], [x0 + t, y0 + end, 0.0]] for t, end in zip(ticks, ends, strict=True)]
     lines = camera.project(np.array(level + upright))
     axes.add_collection(LineCollection(list(lines), colors=_FLOOR, linewidths=0.5, zorder=0), autolim=False)
 
@@ -110,15 +117,18 @@ def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) ->
     axes.plot(seen[:, 0], seen[:, 1], **shown)
 
 
-def draw_disk(axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0) -> None:
-    """Draw the disk with its shadow and its painted radius; `strength` below 1 is fainter."""
+def draw_disk(
+    axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0, *, believed: bool = True
+) -> None:
+    """Draw the disk with its shadow and its painted radius; `strength` below 1 is fainter, grey is not `believed`."""
     rim = pose.rim()
     axes.fill(
         *camera.project(rim * [1.0, 1.0, 0.0]).T, color="0.3", alpha=0.18 * strength, linewidth=0, zorder=1
     )
     nearer = 3.0 - 1e-3 * float(np.linalg.norm(camera.eye - rim.mean(axis=0)))
     outline = camera.project(rim)
-    face = _FACES[0] if pose.faces(camera.eye) else _FACES[1]
+    faces = _FACES if believed else _GREY
+    face = faces[0] if pose.faces(camera.eye) else faces[1]
     axes.fill(*outline.T, facecolor=face, alpha=0.25 + 0.67 * strength, linewidth=0, zorder=nearer)
     axes.plot(*outline.T, color=_RIM, linewidth=1.0, alpha=0.3 + 0.7 * strength, zorder=nearer)
     axes.plot(

@@ -1,4 +1,7 @@
-"""Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk."""
+"""Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk.
+
+Where rolling without slipping is impossible (`sweep.motion.rolling_limit`) the figures are shaded.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,13 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.ticker import MaxNLocator
 
+from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
 from sweep.figures.drawing import sheet
 from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME, TRAJECTORY
+from sweep.motion.rolling_limit import RollingLimit, rolling_limit
+from sweep.motion.sampling import closely_sampled
 from sweep.motion.small_oscillations import LinearMotion, linear_motion
 
 if TYPE_CHECKING:
@@ -30,23 +37,62 @@ _SEEN = 1.15
 #: A path that is this many times longer than wide is drawn with different scales on its axes.
 _THIN = 8.0
 
-#: Positions of the disk in a picture: their largest number, their least distance in radii, and the number of moments
-#: from which they are chosen.
-_SNAPSHOTS, _APART, _MOMENTS = 7, 1.7, 120
+#: Positions of the disk in a picture: their largest number, the least distance of their centres in radii, that of a disk
+#: that falls in its place, and the number of moments from which they are chosen.
+_SNAPSHOTS, _APART, _FALLING, _MOMENTS = 7, 1.7, 0.3, 240
+
+#: A contact point whose path spans no more than this many radii stays in its place; a disk whose path spans no more than
+#: the second number falls in its place.
+_STAYS, _NEAR = 0.02, 1.0
+
+#: Side of the squares of the floor over half the width of what is seen, at most.
+_SQUARE = 0.2
+
+#: Height of the two lines over a figure [in].
+_HEAD = 0.42
+
+#: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the second
+#: number is for one that grows without bound, where the disk lifts off.
+_IN_VIEW, _UNBOUNDED = 3.0, 1.5
+
+#: Largest number of ticks of an axis of a small panel.
+_TICKS = 5
+
+#: What is drawn where rolling is impossible, behind and as a curve.
+SHADE = "#f3e3da"
+_BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 _FINE = 4000
 
 
 def figure(dataset: "xr.Dataset") -> Figure:
-    """Draw one motion: the disk in perspective, tilt, path and contact in time."""
-    with sheet(7.2, 5.4) as drawn:
+    """Draw one motion: the disk in perspective, tilt, path and contact in time.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to be
+        drawn through is computed again with closer ones.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On an Agg canvas, not registered with pyplot.
+
+    Raises
+    ------
+    RequestError
+        If the dataset is no motion.
+    """
+    motion = closely_sampled(dataset)
+    with sheet(7.2, 5.6) as drawn:
         grid = drawn.add_gridspec(2, 3, height_ratios=(1.25, 1.0))
-        draw_picture(drawn.add_subplot(grid[0, :]), dataset)
-        draw_tilt(drawn.add_subplot(grid[1, 0]), dataset)
-        draw_path(drawn.add_subplot(grid[1, 1]), dataset)
-        draw_contact(drawn.add_subplot(grid[1, 2]), dataset)
-        title = fitted(dataset.attrs["title"], 10.0, 7.0)
-        drawn.suptitle(title, fontsize=10.0, fontweight="bold", x=0.01, ha="left", parse_math=False)
+        picture = drawn.add_subplot(grid[0, :])
+        draw_picture(picture, motion)
+        draw_tilt(drawn.add_subplot(grid[1, 0]), motion)
+        draw_path(drawn.add_subplot(grid[1, 1]), motion)
+        draw_contact(drawn.add_subplot(grid[1, 2]), motion)
+        _write_head(drawn, str(dataset.attrs.get("title", "")), caption(motion))
     return drawn
 
 
@@ -69,27 +115,34 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     linear, times = _linear(dataset)
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
     axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
+    _shade(axes, dataset)
     _label(axes, TIME.plot_label, TRAJECTORY["tilt"].plot_label)
 
 
 def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the path of the contact point from above, equal scales, and that of linear theory."""
     x, y = dataset["contact_x"].values, dataset["contact_y"].values
-    axes.plot(x, y, label="contact point", **_MOTION)
-    axes.plot(x[0], y[0], "o", color="black", markersize=3.5)
+    radius = float(dataset["radius"])
+    unit, factor = length_unit(max(np.abs(x).max(), np.abs(y).max(), 0.5 * radius))
     linear, _ = _linear(dataset)
-    axes.plot(linear.x, linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
+    rolls = dataset[TIME.name].values <= rolling_limit(dataset).time
+    axes.plot(factor * x[rolls], factor * y[rolls], label="contact point", **_MOTION)
+    if not rolls.all():
+        axes.plot(factor * x[~rolls], factor * y[~rolls], label="where it could not roll", **_BEYOND)
+    axes.plot(factor * x[0], factor * y[0], "o", color="black", markersize=3.5)
+    axes.plot(factor * linear.x, factor * linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
     (cx, cy), reach = _middle(x, y)
     spread = np.array([np.ptp(x), np.ptp(y)])
-    if spread.max() < _THIN * spread.min():
-        axes.set_xlim(cx - reach, cx + reach)
-        axes.set_ylim(cy - reach, cy + reach)
+    stays = spread.max() <= _STAYS * radius
+    if stays or spread.max() < _THIN * spread.min():
+        # a point that stays in its place is shown on the scale of the disk
+        reach = max(reach, radius if stays else 0.0)
+        axes.set_xlim(factor * (cx - reach), factor * (cx + reach))
+        axes.set_ylim(factor * (cy - reach), factor * (cy + reach))
         axes.set_aspect("equal")
-    else:
-        axes.text(
-            0.97, 0.03, "scales differ", transform=axes.transAxes, ha="right", fontsize=7.0, style="italic"
-        )
-    _label(axes, TRAJECTORY["contact_x"].plot_label, TRAJECTORY["contact_y"].plot_label)
+    note = "stays in its place" if stays else "" if axes.get_aspect() == 1.0 else "scales differ"
+    axes.text(0.97, 0.03, note, transform=axes.transAxes, ha="right", fontsize=7.0, style="italic")
+    _label(axes, f"contact x ({unit})", f"contact y ({unit})")
 
 
 def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -105,6 +158,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
         gain = float(dataset["mass"] * dataset["radius"] ** 2) * roll_rate
         label = r"to first order $m R^2\dot\phi_0\,(\theta-\theta_0)$"
         axes.plot(times, momentum[0] + gain * (tilt - tilt[0]), label=label, **_OTHER)
+    _shade(axes, dataset)
     _label(axes, TIME.plot_label, TRAJECTORY["vertical_momentum"].plot_label)
 
 
@@ -112,30 +166,57 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the normal force over the weight, the friction coefficient that is needed, and that of the contact."""
     times, weight = dataset[TIME.name].values, float(dataset["mass"] * dataset["gravity"])
     needed, friction = dataset["friction_needed"].values, float(dataset["friction"])
-    axes.plot(times, dataset["normal_force"].values / weight, label="normal force / weight", **_MOTION)
-    axes.plot(times, needed, label="friction needed", color="#2b6ca3", linewidth=1.1)
+    normal = dataset["normal_force"].values / weight
+    limit = rolling_limit(dataset)
+    axes.plot(times, normal, label="normal force / weight", **_MOTION)
+    unbounded = math.isinf(limit.needed)
+    most = "without bound" if unbounded else f"up to {limit.needed:.3g}"
+    axes.plot(times, needed, label=f"friction needed, {most}", color="#2b6ca3", linewidth=1.1)
     axes.axhline(friction, label=f"friction {friction:g}", **_THEORY)
-    lowest, highest = float(dataset["normal_force"].min()), float(dataset["normal_force"].max())
-    axes.set_ylim(min(0.0, 1.1 * lowest / weight), 1.15 * min(max(1.0, highest / weight, friction), 3.0))
+    for name, moment, style in (("slips", limit.slips, "-"), ("lifts off", limit.lifts_off, ":")):
+        if moment is not None:
+            when = f"at {moment:.4g} s" if moment > times[0] else "from the start"
+            label = f"{name} {when}"
+            axes.axvline(moment, color="0.4", linewidth=0.8, linestyle=style, label=label)
+    _shade(axes, dataset, limit)
+    highest = _highest(normal, needed, friction, _UNBOUNDED if unbounded else _IN_VIEW)
+    axes.set_ylim(min(0.0, 1.1 * float(normal.min())), 1.08 * highest)
     _label(axes, TIME.plot_label, "contact (1)")
+
+
+def _highest(normal: Array, needed: Array, friction: float, times: float) -> float:
+    """Return the largest number in view: what is needed, up to so many times the other numbers or its own median."""
+    others = max(1.0, min(float(normal.max()), _IN_VIEW), friction)
+    known = needed[np.isfinite(needed)]
+    if not known.size:
+        return others
+    return max(others, min(float(known.max()), times * max(others, float(np.median(known)))))
 
 
 def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the disk in perspective at moments evenly spaced in time, with the trace of the contact point."""
-    x, y = dataset["contact_x"].values, dataset["contact_y"].values
+    x, y, times = (dataset[name].values for name in ("contact_x", "contact_y", TIME.name))
     radius = float(dataset["radius"])
+    limit = rolling_limit(dataset).time
     poses = _snapshots(dataset)
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
     camera = Camera.on(centre, reach + radius, _azimuth(x, y))
-    draw_floor(axes, camera, centre, 1.6 * (reach + radius), 2.0 * radius)
-    draw_trace(axes, camera, x, y)
-    for i, pose in enumerate(poses):
-        draw_disk(axes, camera, pose, 0.35 + 0.65 * (i + 1) / len(poses))
+    spacing = nice_length(_SQUARE * (reach + radius))
+    draw_floor(axes, camera, centre, 1.6 * (reach + radius), spacing)
+    rolls = times <= limit
+    draw_trace(axes, camera, x[rolls], y[rolls])
+    draw_trace(axes, camera, x[~rolls], y[~rolls], **_BEYOND)
+    for i, (moment, pose) in enumerate(poses):
+        draw_disk(axes, camera, pose, 0.35 + 0.65 * (i + 1) / len(poses), believed=moment <= limit)
     ground = np.stack([x, y, np.zeros_like(x)], axis=-1)
-    seen = camera.project(np.concatenate([ground, *(pose.rim() for pose in poses)]))
+    seen = camera.project(np.concatenate([ground, *(pose.rim() for _, pose in poses)]))
     margin = 0.04 * (seen.max(axis=0) - seen.min(axis=0)).max()
     frame_picture(axes, seen.min(axis=0) - margin, seen.max(axis=0) + margin)
+    axes.text(
+        1.0, -0.01, f"squares of {spell_length(spacing)}",
+        transform=axes.transAxes, ha="right", va="top", fontsize=7.0,
+    )  # fmt: skip
 
 
 def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
@@ -182,14 +263,46 @@ def _circle(dataset: "xr.Dataset") -> str:
     return rf", $R|\dot\phi_0/\dot\psi_0| = ${TRAJECTORY['contact_x'].spell(radius)}"
 
 
-def _snapshots(dataset: "xr.Dataset") -> list[Pose]:
-    """Return positions of the disk that do not cover each other, in the order of time, with the final one."""
-    kept: list[Pose] = []
-    for pose in reversed(poses_at(dataset, np.linspace(0.0, float(dataset[TIME.name][-1]), _MOMENTS))):
-        if all(math.hypot(pose.x - each.x, pose.y - each.y) >= _APART * pose.radius for each in kept):
-            kept.append(pose)
+def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Pose]]:
+    """Return moments [s] and positions of the disk that do not cover each other, in the order of time, with the last."""
+    times = dataset[TIME.name].values
+    moments = np.linspace(times[0], times[-1], _MOMENTS)
+    every = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
+    path = np.array([(pose.x, pose.y) for _, pose in every])
+    radius = float(dataset["radius"])
+    # the centre of a disk that falls in its place moves by less than the disk covers
+    apart = (_FALLING if np.ptp(path, axis=0).max() <= _NEAR * radius else _APART) * radius
+    kept: list[tuple[float, Pose]] = []
+    for moment, pose in reversed(every):
+        if all(np.linalg.norm(pose.centre() - each.centre()) >= apart for _, each in kept):
+            kept.append((moment, pose))
     some = np.linspace(0, len(kept) - 1, min(len(kept), _SNAPSHOTS)).round().astype(int)
     return [kept[i] for i in some[::-1]]
+
+
+def _write_head(drawn: Figure, title: str, words: str) -> None:
+    """Write the title and, below it, what is shown."""
+    width, height = drawn.get_size_inches()
+    engine = drawn.get_layout_engine()
+    assert engine is not None
+    engine.set(rect=(0.0, 0.0, 1.0, 1.0 - _HEAD / height))  # type: ignore[call-arg]  # of the constrained layout
+    look: dict[str, Any] = {"va": "top", "parse_math": False}
+    drawn.text(0.01, 1.0 - 0.06 / height, fitted(title, 10.0, width - 0.2), fontsize=10.0, fontweight="bold", **look)
+    drawn.text(0.01, 1.0 - 0.26 / height, fitted(words, 8.0, width - 0.2, "normal"), fontsize=8.0, **look)
+
+
+def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = None) -> None:
+    """Shade the time in which rolling is impossible."""
+    start = (limit or rolling_limit(dataset)).time
+    times = dataset[TIME.name].values
+    axes.set_xlim(*_widened(times[0], times[-1]))
+    if start <= times[-1]:
+        axes.axvspan(start, axes.get_xlim()[1], color=SHADE, linewidth=0.0, zorder=0)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    margin = 0.03 * (high - low)
+    return low - margin, high + margin
 
 
 def _frequency(linear: LinearMotion) -> str:
@@ -200,6 +313,7 @@ def _frequency(linear: LinearMotion) -> str:
 def _label(axes: "Axes", xlabel: str, ylabel: str) -> None:
     """Name the axes, and put the legend above them, where it covers nothing."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.xaxis.set_major_locator(MaxNLocator(_TICKS))
     axes.legend(
         loc="lower left", alignment="left", bbox_to_anchor=(0.0, 1.0), frameon=False,
         borderaxespad=0.1, handlelength=1.8, labelspacing=0.15, fontsize=7.0,

@@ -1,0 +1,121 @@
+"""The timing of a film: how fast it plays, which moments its frames show, and how much of the motion."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweep.figures.disk.film_options import FilmOptions
+from sweep.model.quantity import Array
+from sweep.motion.request import TIME
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A film of a motion lasts between these times [s] if the speed is chosen for it.
+_SHORTEST, _USUAL = 4.0, 20.0
+
+#: It lasts no longer than this [s] if the motion turns so fast that it must be slow; what is left is not shown.
+_LONGEST = 60.0
+
+#: Angle [rad] by which the disk may turn from one frame to the next, in nine tenths of the motion and at any moment: the
+#: painted radius of one that turns by more than half a turn is seen to turn backwards.
+_TURN, _FASTEST_TURN = math.pi / 4.0, 2.0 * math.pi / 3.0
+
+#: Largest number of frames: 4 minutes at 25 a second.
+MOST_FRAMES = 6000
+
+#: Speeds that are chosen have one of these digits.
+_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+
+#: A whole number of frames is one in spite of rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What a film shows when.
+
+    `moments` are the times of the frames [s], shape (n,), `speed` is the time of the motion over that of the film,
+    `turn` is the largest angle [rad] by which the disk turns from one frame to the next, and `shown` and `length` are
+    how much of the motion is in the film, and its whole duration [s].
+    """
+
+    moments: Array
+    speed: float
+    fps: int
+    turn: float
+    shown: float
+    length: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of the motion is in the film."""
+        return self.shown >= self.length
+
+    @property
+    def aliased(self) -> bool:
+        """Whether the disk turns so far between two frames that it is seen to turn wrongly."""
+        return self.turn > math.pi
+
+    def words(self) -> str:
+        """Return what to know of the film in words, for the one who asked for it."""
+        speed = "in real time" if self.speed == 1.0 else f"at {self.speed:g} times real time"
+        text = f"{self.moments.size} frames, {self.moments.size / self.fps:.3g} s {speed}"
+        if not self.whole:
+            text += f"; it shows the first {self.shown:.4g} s of {self.length:.4g} s"
+        if self.aliased:
+            text += (
+                f"; the disk turns by up to {math.degrees(self.turn):.0f} deg from one frame to the next, more than the "
+                "eye can follow: give a lower speed or more fps"
+            )
+        return text
+
+
+def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
+    """Choose the moments of a film.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A motion with close samples.
+    options : FilmOptions
+
+    Notes
+    -----
+    What turns is the disk about its own axis, at roll rate + precession rate sin(tilt), and its plane about the
+    vertical, at the precession rate.
+    """
+    times = dataset[TIME.name].values
+    length = float(times[-1] - times[0])
+    rates = _turning(dataset)
+    speed = _speed(length, rates, options.fps) if options.speed is None else options.speed
+    longest = MOST_FRAMES if options.speed is not None else min(MOST_FRAMES, round(_LONGEST * options.fps))
+    step = speed / options.fps
+    count = math.ceil(length / step * (1.0 - _ROUNDING)) + 1
+    # two at least, so that a film has a duration
+    count = max(2, min(count, longest))
+    # the last frame shows the end, although it may be nearer than the others
+    moments = np.minimum(times[0] + step * np.arange(count), times[-1])
+    shown = float(moments[-1] - times[0])
+    return Timing(moments, speed, options.fps, float(rates.max()) * step, shown, length)
+
+
+def _turning(dataset: "xr.Dataset") -> Array:
+    """Return how fast the disk turns [rad/s], shape (n,)."""
+    tilt, precession, roll = (dataset[name].values for name in ("tilt", "precession_rate", "roll_rate"))
+    return np.asarray(np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt))))
+
+
+def _speed(length: float, rates: Array, fps: int) -> float:
+    """Return the speed of a film that lasts some seconds and shows the disk turn as it does."""
+    wanted = length / _SHORTEST if length < _SHORTEST else max(1.0, length / _USUAL)
+    usual, fastest = float(np.quantile(rates, 0.9)), float(rates.max())
+    for turn, rate in ((_TURN, usual), (_FASTEST_TURN, fastest)):
+        if wanted * rate > turn * fps:
+            wanted = turn * fps / rate
+    decade = 10.0 ** math.floor(math.log10(wanted) + _ROUNDING)
+    digit = max(each for each in _DIGITS if each * decade <= wanted * (1.0 + _ROUNDING))
+    # as it is spelled: 0.3, not 3 * 0.1
+    return float(f"{digit * decade:.3g}")

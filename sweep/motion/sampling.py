@@ -1,0 +1,104 @@
+"""Motions as datasets: whether a dataset is one, and the same motion with samples close enough to be drawn."""
+
+import json
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweep.errors import RequestError
+from sweep.motion.request import TIME, TRAJECTORY, TrajectorySpec
+from sweep.request.words import AUTOMATIC
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Angle [rad] by which tilt, heading and roll angle may change between two samples of a motion that is drawn.
+_TURN = 0.25
+
+#: Samples of a whole motion that is drawn at least, so that no swing of the tilt falls between them; one less than the
+#: engine takes by itself, because of rounding.
+_LEAST = 999
+
+_REQUEST = "trajectory_request"
+
+
+def is_motion(dataset: "xr.Dataset") -> bool:
+    """Return whether a dataset is one motion in time, as `sweep.simulate` returns it."""
+    return "eulerdisk_trajectory_format" in dataset.attrs and TIME.name in dataset.dims
+
+
+def check_motion(dataset: "xr.Dataset") -> None:
+    """Refuse what is no motion, or only so little of one that it cannot be drawn.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not is_motion(dataset):
+        given = ", ".join(map(str, dataset.data_vars)) or "no variables"
+        raise RequestError(
+            f"This is no motion: a motion is what sweep.simulate and eulerdisk simulate make; got a dataset of {given}.",
+            hint="Keep its attributes (xarray.set_options(keep_attrs=True)) and its dimension elapsed_time.",
+        )
+    coordinates = ("alpha", "radius", "gravity", "mass", "friction")
+    missing = [name for name in (*TRAJECTORY, *coordinates) if name not in dataset]
+    if missing:
+        raise RequestError(
+            f"A part of this motion is missing, and a figure or film needs it: {', '.join(missing)}.",
+            hint="Take the dataset as sweep.simulate returned it; a stretch of elapsed_time can be chosen.",
+        )
+    if dataset.sizes[TIME.name] < 2:
+        raise RequestError(
+            f"A figure or film needs two samples of a motion or more; got {dataset.sizes[TIME.name]}.",
+            hint="Choose a longer stretch of elapsed_time.",
+        )
+
+
+def closely_sampled(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return the same motion with samples that are close enough together to be drawn through.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A motion, or a stretch of it in time. If its samples are close enough, it is what is returned.
+
+    Raises
+    ------
+    RequestError
+        If it is no motion, or cannot be computed again.
+    """
+    # not above: this module is also asked whether a dataset is a motion, for which nothing need be computed
+    from sweep.motion.trajectory import simulate
+
+    check_motion(dataset)
+    request = request_of(dataset)
+    if _is_close(dataset, request):
+        return dataset
+    whole = simulate(replace(request, interval=AUTOMATIC))
+    times = dataset[TIME.name].values
+    inside = (whole[TIME.name] >= times[0]) & (whole[TIME.name] <= times[-1])
+    found = whole.isel({TIME.name: inside.values})
+    return found if found.sizes[TIME.name] > times.size else dataset
+
+
+def request_of(dataset: "xr.Dataset") -> TrajectorySpec:
+    """Return the request that a motion was made from; it is refused if its attribute cannot be read."""
+    try:
+        words = json.loads(str(dataset.attrs[_REQUEST]))
+        return TrajectorySpec.read(**words)
+    except (KeyError, TypeError, ValueError):
+        raise RequestError(
+            f"The request that this motion was made from cannot be read: its attribute {_REQUEST} is missing or was "
+            "changed.",
+            hint="Take the dataset as sweep.simulate returned it.",
+        ) from None
+
+
+def _is_close(dataset: "xr.Dataset", request: TrajectorySpec) -> bool:
+    times = dataset[TIME.name].values
+    fall_time = float(dataset["fall_time"])
+    length = request.duration if math.isnan(fall_time) else fall_time
+    turns = [np.abs(np.diff(dataset[name].values)).max() for name in ("tilt", "heading", "roll_angle")]
+    return bool(_LEAST * np.diff(times).max() <= length and max(turns) <= _TURN)
