@@ -1,4 +1,4 @@
-"""``dataset.eulerdisk``: what an atlas can be asked, from the xarray.Dataset itself.
+"""``dataset.eulerdisk``: what an atlas, or one motion, can be asked from the xarray.Dataset itself.
 
 The package registers it when both this package and xarray have been imported, in whichever order. Nothing heavy is
 imported here before something is asked.
@@ -6,6 +6,7 @@ imported here before something is asked.
 
 import html
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import xarray as xr
@@ -14,6 +15,7 @@ from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.motion.sampling import check_motion, is_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,12 +27,13 @@ NAME = "eulerdisk"
 
 
 class Eulerdisk:
-    """An atlas as its reader sees it.
+    """An atlas, or one motion, as its reader sees it.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas or a selection from one, which is taken for an atlas of its own.
+        An atlas or a selection from one, which is taken for an atlas of its own. Or a motion, as `sweep.simulate`
+        returns it, or a stretch of one; it has `plot` and `animate`.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -183,10 +186,66 @@ class Eulerdisk:
         return simulate(request, command="dataset.eulerdisk.simulate")
 
     def plot(self) -> "Figure":
-        """Return the stability map as a matplotlib Figure; see `sweep.figures.plots.figure`."""
+        """Return the stability map, or the figure of a motion, as a matplotlib Figure.
+
+        See `sweep.figures.plots.figure` and `sweep.figures.disk.motion_plots.figure`.
+        """
+        if is_motion(self._dataset):
+            from sweep.figures.disk import motion_plots
+
+            return motion_plots.figure(self._dataset)
         from sweep.figures import plots
 
         return plots.figure([self.atlas])
+
+    def animate(
+        self,
+        path: str | Path,
+        *,
+        speed: float | None = None,
+        fps: int | None = None,
+        size: str | tuple[int, int] | None = None,
+        camera: str | None = None,
+        overwrite: bool = False,
+    ) -> None:
+        """Write a film of a motion.
+
+        Parameters
+        ----------
+        path : str or Path
+            mp4, which needs the program ffmpeg, or gif.
+        speed : float, optional
+            Seconds of the motion for a second of the film; if not given, the film lasts some seconds. It says how fast
+            it plays.
+        fps : int, optional
+            Frames per second, 25 if not given.
+        size : str or (int, int), optional
+            Width and height in dots, 640x480 if not given.
+        camera : {"fixed", "follow", "top"}, optional
+            It sees all of the motion, goes along with the disk, or looks from above; if not given, it follows a disk
+            that goes far.
+        overwrite : bool, default False
+            Replace a file of that name.
+
+        Raises
+        ------
+        RequestError
+            If the dataset is no motion, or there can be no such film or file.
+        """
+        from sweep.figures.disk.film_options import FilmOptions
+        from sweep.files.paths import check_target
+
+        if is_atlas(self._dataset):
+            raise RequestError(
+                "This is a stability atlas, and only a motion can be filmed.",
+                hint="Film the motion of one cell: sweep.simulate(roll_rate=2.4, tilt=0.01).eulerdisk.animate(path).",
+            )
+        check_motion(self._dataset)
+        options = FilmOptions.read(path, speed=speed, fps=fps, size=size, camera=camera)
+        check_target(Path(path), overwrite)
+        from sweep.figures.disk import animation
+
+        animation.save(self._dataset, path, options)
 
     def __repr__(self) -> str:
         """Return a few lines: what it is, its grid, its verdicts, its boundaries."""
@@ -202,6 +261,9 @@ class Eulerdisk:
 
     def _summary(self) -> Iterator[tuple[str, str]]:
         data = self._dataset
+        if is_motion(data):
+            yield from _motion_summary(data)
+            return
         if not is_atlas(data):
             yield NAME, "not a stability atlas"
             return
@@ -218,6 +280,11 @@ class Eulerdisk:
                 yield "boundary", f"{float(edge.min()):.6g} to {float(edge.max()):.6g} {edge.units}, {name}"
 
     def _check(self) -> None:
+        if is_motion(self._dataset):
+            raise RequestError(
+                "This is one motion in time, and no stability atlas: its accessor has plot and animate.",
+                hint="Compute an atlas with sweep.run.",
+            )
         if not is_atlas(self._dataset):
             given = ", ".join(map(str, self._dataset.data_vars)) or "no variables"
             raise RequestError(
@@ -256,6 +323,28 @@ class Eulerdisk:
             f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
             hint="Name a parameter and an edge, upper or lower.",
         )
+
+
+def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Yield the lines of a motion: what it is, which disk and start, how long, and whether rolling is possible."""
+    from sweep.figures.disk.captions import caption
+    from sweep.motion.rolling_limit import rolling_limit
+
+    try:
+        check_motion(dataset)
+    except RequestError as problem:
+        yield "motion", problem.message
+        return
+    times = dataset["elapsed_time"].values
+    yield "motion", shown(printable(str(dataset.attrs.get("title", ""))))
+    yield "disk", caption(dataset)
+    fell = float(dataset["fall_time"])
+    ending = f", fell at {fell:.6g} s" if fell <= times[-1] else ""
+    yield "time", f"{times.size} samples from {times[0]:g} to {times[-1]:g} s{ending}"
+    limit = rolling_limit(dataset)
+    friction = float(dataset["friction"])
+    rolls = f"rolls all the time with friction {friction:g}; it needs {limit.needed:.4g}"
+    yield "contact", limit.words(float(times[0]), friction) or rolls
 
 
 # importlib.reload would register it again, and xarray warn of it

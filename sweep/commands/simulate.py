@@ -1,5 +1,6 @@
 """Compute one motion in time: `simulate`."""
 
+import math
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
@@ -8,12 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import Output, Overwrite
+from sweep.commands.arguments import Output, Overwrite, number, whole_number
 from sweep.commands.terminal import abandonable, reporting, say
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from sweep.atlas.contents import Atlas
+    from sweep.figures.disk.film_options import FilmOptions
     from sweep.motion.request import TrajectorySpec
 
 
@@ -42,6 +46,30 @@ def simulate(
     animate: Annotated[
         Path | None, typer.Option("--animate", metavar="FILM", help="Also film it: mp4 or gif.")
     ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            parser=number,
+            metavar="FLOAT",
+            help="Of the film: 0.1 is ten times slower than the motion; default: a few seconds for all of it.",
+        ),
+    ] = None,
+    fps: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole_number, metavar="INTEGER", help="Frames per second of the film; default: 25."
+        ),
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Dots of the film; default: 640x480.")
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CAMERA",
+            help="Of the film: fixed (sees all of the motion), follow (goes along with the disk), top (from above).",
+        ),
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Compute one motion: its path, invariants and contact forces in time.
@@ -54,22 +82,15 @@ def simulate(
 
     A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
     """
+    film = _read_film(animate, speed=speed, fps=fps, size=size, camera=camera)
     request = _request(words or [], source)
     _check_outputs(output, plot, animate, overwrite)
     from sweep.files.netcdf import save
     from sweep.motion.trajectory import simulate as compute
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
-    if animate is not None:
-        from sweep.figures.disk import animation
-
-        with abandonable(animate) as check, reporting(what="frames") as progress:
-
-            def after_frame(done: int, count: int) -> None:
-                check()
-                progress(done, count)
-
-            animation.save(dataset, animate, after_frame)
+    if animate is not None and film is not None:
+        _save_film(dataset, animate, film)
     if plot is not None:
         from sweep.figures import plots
         from sweep.figures.disk import motion_plots
@@ -78,6 +99,44 @@ def simulate(
     save(dataset, output, overwrite=overwrite)
     fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
     say(f"{output}: {dataset['tilt'].size} samples{fell}")
+    _say_impossible(dataset)
+
+
+def _read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
+    """Return the options of the film, None if there is none; options without a film are refused."""
+    options = [f"--{name} {shown(value)}" for name, value in given.items() if value is not None]
+    if animate is None:
+        if options:
+            raise RequestError(
+                f"Only a film has a speed, fps, a size and a camera; got {' '.join(options)} without --animate.",
+                "Add --animate disk.gif.",
+            )
+        return None
+    from sweep.figures.disk.film_options import FilmOptions
+
+    return FilmOptions.read(animate, **given)
+
+
+def _save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
+    from sweep.figures.disk import animation
+
+    with abandonable(path) as check, reporting(what="frames") as progress:
+
+        def after_frame(done: int, count: int) -> None:
+            check()
+            progress(done, count)
+
+        made = animation.save(dataset, path, film, after_frame)
+    say(f"{path}: {made.words()}")
+
+
+def _say_impossible(dataset: "xr.Dataset") -> None:
+    """Say when the disk would slip or lift off: what the file holds from then on is no motion of a real disk."""
+    from sweep.motion.rolling_limit import rolling_limit
+
+    limit = rolling_limit(dataset)
+    if limit.time < math.inf:
+        say(f"rolling becomes impossible: the disk {limit.words(0.0, float(dataset['friction']))}")
 
 
 def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
@@ -133,10 +192,6 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
         from sweep.files.paths import check_format
 
         check_format(plot)
-    if animate is not None:
-        from sweep.figures.disk.animation import check_format as check_film
-
-        check_film(animate)
     for path in (output, plot, animate):
         if path is not None:
             check_target(path, overwrite)

@@ -37,13 +37,27 @@ class RollingLimit:
         """The first moment [s] at which rolling is impossible; infinite if there is none."""
         return min((each for each in (self.slips, self.lifts_off) if each is not None), default=math.inf)
 
-    def words(self, friction: float) -> str:
-        """Return what happens to a disk of this friction coefficient, and when; empty if it rolls all the time."""
+    @staticmethod
+    def when(moment: float, start: float, digits: int = 4) -> str:
+        """Return a moment [s] in words, of a motion that starts at `start`."""
+        return f"at {moment:.{digits}g} s" if moment > start else "from the start"
+
+    def words(self, start: float, friction: float) -> str:
+        """Return what happens to a disk, and when; empty if it rolls all the time.
+
+        Parameters
+        ----------
+        start : float
+            The first moment of the motion [s].
+        friction : float
+            Friction coefficient of disk and plane.
+        """
         parts = []
         if self.slips is not None:
-            parts.append(f"slips at {self.slips:.6g} s (rolling then needs more than friction={friction:g})")
+            more = f"rolling then needs more than friction={friction:g}"
+            parts.append(f"slips {self.when(self.slips, start, 6)} ({more})")
         if self.lifts_off is not None:
-            parts.append(f"lifts off at {self.lifts_off:.6g} s (the normal force vanishes)")
+            parts.append(f"lifts off {self.when(self.lifts_off, start, 6)} (the normal force vanishes)")
         return " and ".join(parts)
 
 

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,8 +25,8 @@ _REQUEST = "trajectory_request"
 
 
 def is_motion(dataset: "xr.Dataset") -> bool:
-    """Return whether a dataset is one motion in time, as `sweep.simulate` returns it."""
-    return "eulerdisk_trajectory_format" in dataset.attrs and TIME.name in dataset.dims
+    """Return whether a dataset is one motion in time, as `sweep.simulate` returns it, or a part of one."""
+    return "eulerdisk_trajectory_format" in dataset.attrs
 
 
 def check_motion(dataset: "xr.Dataset") -> None:
@@ -39,8 +39,9 @@ def check_motion(dataset: "xr.Dataset") -> None:
     if not is_motion(dataset):
         given = ", ".join(map(str, dataset.data_vars)) or "no variables"
         raise RequestError(
-            f"This is no motion: a motion is what sweep.simulate and eulerdisk simulate make; got a dataset of {given}.",
-            hint="Keep its attributes (xarray.set_options(keep_attrs=True)) and its dimension elapsed_time.",
+            "This is no motion: a motion is what sweep.simulate and eulerdisk simulate make; "
+            f"got a dataset of {given}.",
+            hint="Keep its attributes (xarray.set_options(keep_attrs=True)).",
         )
     coordinates = ("alpha", "radius", "gravity", "mass", "friction")
     missing = [name for name in (*TRAJECTORY, *coordinates) if name not in dataset]
@@ -49,9 +50,10 @@ def check_motion(dataset: "xr.Dataset") -> None:
             f"A part of this motion is missing, and a figure or film needs it: {', '.join(missing)}.",
             hint="Take the dataset as sweep.simulate returned it; a stretch of elapsed_time can be chosen.",
         )
-    if dataset.sizes[TIME.name] < 2:
+    size = dataset.sizes.get(TIME.name, 1)
+    if size < 2:
         raise RequestError(
-            f"A figure or film needs two samples of a motion or more; got {dataset.sizes[TIME.name]}.",
+            f"A figure or film needs two samples of a motion or more; got {size}.",
             hint="Choose a longer stretch of elapsed_time.",
         )
 
@@ -76,7 +78,7 @@ def closely_sampled(dataset: "xr.Dataset") -> "xr.Dataset":
     request = request_of(dataset)
     if _is_close(dataset, request):
         return dataset
-    whole = simulate(replace(request, interval=AUTOMATIC))
+    whole = simulate(TrajectorySpec.read(**asdict(request) | {"interval": AUTOMATIC}))
     times = dataset[TIME.name].values
     inside = (whole[TIME.name] >= times[0]) & (whole[TIME.name] <= times[-1])
     found = whole.isel({TIME.name: inside.values})

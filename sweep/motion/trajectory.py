@@ -39,8 +39,8 @@ _MOST_REFINEMENTS = 6
 #: path drawn through the samples is within half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
 
-#: Samples are laid out for a fall this much later than it was first found: closer samples mean shorter steps, which find
-#: it at another moment if the step that was asked for is too long.
+#: Samples are laid out for a fall this much later than it was first found: closer samples mean shorter steps, which
+#: find it at another moment if the step that was asked for is too long.
 _LATER = 1.1
 
 #: Relative and absolute error per step that DOP853 is asked for.
@@ -122,7 +122,7 @@ def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
     if fall_time is None:
         return np.linspace(0.0, times[-1], count + 1)
     # half an interval, so that no sample comes to lie at the fall itself, which is one
-    return last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1)
+    return np.asarray(last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
 def _by_rk4(spec: TrajectorySpec, start: Array, times: Array) -> tuple[Array, float | None]:

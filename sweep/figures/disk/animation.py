@@ -1,22 +1,28 @@
-"""A film of one motion: the disk with its painted radius in perspective, and the trace of the contact point."""
+"""A film of one motion: the disk with its painted radius in perspective, and the trail of the contact point."""
 
-import shutil
+import math
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sweep.errors import RequestError
-from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
-from sweep.figures.disk.motion_plots import poses_at
+from sweep.figures.disk.captions import caption, nice_length, spell_length
+from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
+from sweep.figures.disk.film_options import FilmOptions
+from sweep.figures.disk.film_timing import Timing, timing
+from sweep.figures.disk.motion_plots import SHADE, poses_at
+from sweep.figures.disk.view import dots_per_inch, view
 from sweep.figures.drawing import styled
+from sweep.figures.texts import fitted
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.request import TIME
+from sweep.motion.rolling_limit import RollingLimit, rolling_limit
+from sweep.motion.sampling import closely_sampled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,122 +30,186 @@ if TYPE_CHECKING:
 #: Called with the number of frames that are drawn, and of all frames.
 Progress = Callable[[int, int], None]
 
-#: File name extension -> frames per second. A gif counts time in hundredths of a second, and its frames are large.
-_RATES = {"mp4": 25, "gif": 20}
+#: Sizes of the words [points]; a caption that is too long is written smaller.
+_WORDS, _SMALLER = 9.0, (9.0, 8.0, 7.0, 6.0)
 
-#: Largest number of frames: a longer motion is shown faster than real time. The picture shows the time of the motion.
-_MOST_FRAMES = 600
+#: The trail of the contact point fades in this time of the film [s].
+_TRAIL = 4.0
 
-#: Size of the picture [in] and dots per inch: mp4 requires even numbers of dots.
-_WIDTH, _HEIGHT, _DOTS_PER_INCH = 6.4, 4.8, 100
+#: Colours of a frame of a gif, and how long its last frame is shown [s] before it begins again.
+_COLOURS, _HELD = 96, 1.5
 
-#: Extent of a path, in radii, up to which all of it is in the picture; along a longer one the camera follows the disk.
-_WHOLE = 6.0
+#: Side of the squares of the floor at most, and how far it is drawn, over the radius of the scene.
+_SQUARE, _FLOOR = 0.25, 2.4
 
-
-def check_format(path: str | Path) -> str:
-    """Return the format of a film from its file name: mp4 or gif.
-
-    Raises
-    ------
-    RequestError
-        If the name has another extension, or it is mp4 and there is no ffmpeg.
-    """
-    ending = Path(path).suffix.lower().removeprefix(".")
-    name = Path(path).stem or "disk"
-    if ending not in _RATES:
-        raise RequestError(
-            f"The name of a film ends in {' or '.join(f'.{each}' for each in _RATES)}; got {path}.",
-            hint=f"Write {name}.gif.",
-            where=str(path),
-        )
-    if ending == "mp4" and shutil.which("ffmpeg") is None:
-        raise RequestError(
-            "An mp4 needs the program ffmpeg, which was not found; a gif needs nothing.",
-            hint=f"Write {name}.gif, or install ffmpeg.",
-            where=str(path),
-        )
-    return ending
+#: Where the words begin [in] from the left, and from above or below: title, caption; time, what is impossible.
+_LEFT, _LINES_ABOVE, _LINES_BELOW = 0.16, (0.12, 0.36), (0.14, 0.38)
 
 
-def save(dataset: "xr.Dataset", path: str | Path, progress: Progress | None = None) -> None:
+def save(
+    dataset: "xr.Dataset", path: str | Path, options: FilmOptions, progress: Progress | None = None
+) -> Timing:
     """Draw the film of a motion, frames evenly spaced in time; the file appears only when it is complete.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, as `sweep.simulate` returns it.
+        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to be
+        drawn through is computed again with closer ones.
     path : str or Path
         mp4 or gif; a file of the same name is replaced.
+    options : FilmOptions
+        Of this path.
     progress : callable, optional
         Called with (frames done, frames in all) after every frame.
+
+    Returns
+    -------
+    Timing
+        How fast it plays, and how much of the motion is in it.
 
     Raises
     ------
     RequestError
-        As in `check_format`, or if the file cannot be written.
+        If the dataset is no motion, or the file cannot be written.
     """
-    ending = check_format(path)
-    length = float(dataset[TIME.name][-1])
-    count = max(2, min(_MOST_FRAMES, round(length * _RATES[ending]) + 1))
+    motion = closely_sampled(dataset)
+    times = timing(motion, options)
     with published(Path(path)) as unfinished:
-        write = _mp4 if ending == "mp4" else _gif
-        write(_frames(dataset, np.linspace(0.0, length, count), progress), unfinished)
+        frames = _frames(motion, times, options, progress)
+        if options.ending == "mp4":
+            _mp4(frames, options, unfinished)
+        else:
+            _gif(frames, times, unfinished)
+    return times
 
 
-def _frames(dataset: "xr.Dataset", moments: Array, progress: Progress | None) -> Iterator[Array]:
+def _frames(
+    dataset: "xr.Dataset", times: Timing, options: FilmOptions, progress: Progress | None
+) -> Iterator[Array]:
     """Yield pictures of the disk as arrays of dots, shape (height, width, 4), uint8."""
-    times, x, y = (dataset[name].values for name in (TIME.name, "contact_x", "contact_y"))
-    radius = float(dataset["radius"])
-    reach = 0.5 * max(float(np.ptp(x)), float(np.ptp(y)))
-    follows = reach > _WHOLE * radius
-    middle = np.array([0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())])
-    size = (0.5 * _WHOLE if follows else reach / radius + 1.6) * radius
+    poses = poses_at(dataset, times.moments)
+    shot = view(poses, options.size, options.camera)
+    limit = rolling_limit(dataset)
+    trail = _Trail(dataset, _TRAIL * times.speed)
     with styled():
-        drawn = Figure(figsize=(_WIDTH, _HEIGHT), dpi=_DOTS_PER_INCH)
+        drawn = _sheet(options.size)
         canvas = FigureCanvasAgg(drawn)
-        for i, pose in enumerate(poses_at(dataset, moments)):
-            drawn.clear()
-            at = np.array([pose.x, pose.y]) if follows else middle
-            passed = np.append(x[times < moments[i]], pose.x), np.append(y[times < moments[i]], pose.y)
-            _draw_frame(drawn, pose, at, size, passed)
-            drawn.text(0.03, 0.04, TIME.spell(round(float(moments[i]), 2)), fontsize=10.0)
+        axes = drawn.add_axes((0.0, 0.0, 1.0, 1.0))
+        frame_picture(axes, shot.low, shot.high)
+        words = _Words(drawn, dataset, times, limit, spacing := nice_length(_SQUARE * shot.reach))
+        for i, (moment, pose, camera) in enumerate(zip(times.moments, poses, shot.cameras, strict=True)):
+            drawn.patch.set_facecolor(SHADE if moment >= limit.time else "white")
+            # faster than new axes for every frame
+            for artist in [*axes.lines, *axes.collections, *axes.patches]:
+                artist.remove()
+            _draw_frame(axes, pose, camera, shot.reach, spacing, trail.until(moment, pose))
+            words.write(float(moment))
             canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib types only a part
             yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # likewise
             if progress is not None:
-                progress(i + 1, moments.size)
+                progress(i + 1, times.moments.size)
 
 
-def _draw_frame(drawn: Figure, pose: Pose, at: Array, size: float, passed: tuple[Array, Array]) -> None:
-    axes = drawn.add_axes((0.0, 0.0, 1.0, 1.0))
-    centre = np.array([*at, 0.7 * pose.radius])
-    camera = Camera.on(centre, size)
-    draw_floor(axes, camera, centre, 2.0 * size, pose.radius)
+def _sheet(size: tuple[int, int]) -> Figure:
+    """Return an empty figure of so many dots: larger pictures show the same, with thicker lines and larger words."""
+    dots = dots_per_inch(size)
+    # a hundredth of a dot more, because matplotlib cuts the product of inches and dots per inch off
+    return Figure(figsize=((size[0] + 0.01) / dots, (size[1] + 0.01) / dots), dpi=dots)
+
+
+def _draw_frame(
+    axes: Any, pose: Pose, camera: Camera, reach: float, spacing: float, trail: tuple[Array, Array, Array]
+) -> None:
+    """Draw the disk on a floor of squares, with the trail of its contact point: x, y [m] and strength."""
+    far = _FLOOR * reach
+    draw_floor(axes, camera, camera.target, far, spacing)
     # points behind the camera cannot be projected, and points far from the scene are not in the picture
-    near = np.hypot(passed[0] - at[0], passed[1] - at[1]) < 2.0 * size
-    draw_trace(
-        axes, camera, np.where(near, passed[0], np.nan), np.where(near, passed[1], np.nan), linewidth=1.6
-    )
+    x, y, strength = trail
+    near = np.hypot(x - camera.target[0], y - camera.target[1]) < far
+    draw_trail(axes, camera, np.where(near, x, np.nan), np.where(near, y, np.nan), strength)
     draw_disk(axes, camera, pose)
-    half = np.array([1.0, _HEIGHT / _WIDTH]) * 1.05 * size
-    frame_picture(axes, -half, half)
 
 
-def _gif(frames: Iterator[Array], unfinished: Path) -> None:
-    from PIL import Image
+class _Trail:
+    """The path of the contact point in the last seconds of a motion, fading with its age."""
 
-    # without dither, which would flicker from frame to frame and double the size
-    pictures = (Image.fromarray(frame[..., :3]).quantize(64, dither=Image.Dither.NONE) for frame in frames)
-    # opened here, because Pillow leaves its own file open when the frames end early
-    with open(unfinished, "rb+") as file:
-        next(pictures).save(
-            file, format="GIF", save_all=True, append_images=pictures, duration=1000 // _RATES["gif"], loop=0
+    def __init__(self, dataset: "xr.Dataset", age: float) -> None:
+        """Take a motion and the time [s] in which a trail fades."""
+        self._times, self._x, self._y = (
+            dataset[name].values for name in (TIME.name, "contact_x", "contact_y")
+        )
+        self._age = age
+
+    def until(self, moment: float, pose: Pose) -> tuple[Array, Array, Array]:
+        """Return x, y [m] and strength, from 0 to 1, of the points up to a moment [s], when the disk is at `pose`."""
+        first, last = np.searchsorted(self._times, [moment - self._age, moment])
+        age = np.append(moment - self._times[first:last], 0.0)
+        return (
+            np.append(self._x[first:last], pose.x),
+            np.append(self._y[first:last], pose.y),
+            np.clip(1.0 - age / self._age, 0.0, 1.0),
         )
 
 
-def _mp4(frames: Iterator[Array], path: Path) -> None:
-    size = f"{round(_WIDTH * _DOTS_PER_INCH)}x{round(_HEIGHT * _DOTS_PER_INCH)}"
-    raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", size, "-framerate", str(_RATES["mp4"])]
+class _Words:
+    """What is written on the frames: title and caption above; time, speed, scale and what is impossible below."""
+
+    def __init__(
+        self, drawn: Figure, dataset: "xr.Dataset", times: Timing, limit: RollingLimit, spacing: float
+    ) -> None:
+        """Write what does not change; the squares of the floor have sides of `spacing` [m]."""
+        self._limit, self._start = limit, float(dataset[TIME.name][0])
+        width, height = drawn.get_size_inches()
+        left, room = _LEFT / width, width - 2.0 * _LEFT
+        above, below = ([each / height for each in lines] for lines in (_LINES_ABOVE, _LINES_BELOW))
+        look: dict[str, Any] = {"parse_math": False, "fontsize": _WORDS}
+        title, words = str(dataset.attrs.get("title", "")), caption(dataset)
+        bold = look | {"fontsize": 1.1 * _WORDS, "fontweight": "bold", "va": "top"}
+        drawn.text(left, 1.0 - above[0], fitted(title, 1.1 * _WORDS, room), **bold)
+        size = next((each for each in _SMALLER if fitted(words, each, room, "normal") == words), _SMALLER[-1])
+        small = look | {"fontsize": size, "va": "top"}
+        drawn.text(left, 1.0 - above[1], fitted(words, size, room, "normal"), **small)
+        drawn.text(1.0 - left, below[0], f"squares of {spell_length(spacing)}", ha="right", **look)
+        self._time = drawn.text(left, below[0], "", **look)
+        self._impossible = drawn.text(left, below[1], "", color="#a02c00", **look)
+        self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
+        # as many decimals as tell one frame from the next
+        self._decimals = max(0, math.ceil(-math.log10(times.speed / times.fps) - 1e-9))
+
+    def write(self, moment: float) -> None:
+        """Write what belongs to a moment [s]."""
+        time = f"{TIME.symbol} = {moment:.{self._decimals}f} {TIME.units}"
+        self._time.set_text(f"{time}   ({self._speed})")
+        limit, text = self._limit, ""
+        if limit.lifts_off is not None and moment >= limit.lifts_off:
+            text = f"Impossible: the disk would have lifted off {limit.when(limit.lifts_off, self._start)}"
+        elif limit.slips is not None and moment >= limit.slips:
+            text = f"Impossible: the disk would have slipped {limit.when(limit.slips, self._start)}"
+        self._impossible.set_text(text)
+
+
+def _gif(frames: Iterator[Array], times: Timing, unfinished: Path) -> None:
+    from PIL import Image
+
+    # without dither, which would flicker from frame to frame and double the size
+    pictures = (
+        Image.fromarray(frame[..., :3]).quantize(_COLOURS, dither=Image.Dither.NONE) for frame in frames
+    )
+    # in whole hundredths of a second, which are rounded so that the film keeps its time
+    ends = np.round(100.0 * np.arange(times.moments.size + 1) / times.fps) * 10.0
+    durations = np.diff(ends).astype(int).tolist()
+    durations[-1] += round(1000.0 * _HELD)
+    # opened here, because Pillow leaves its own file open when the frames end early
+    with open(unfinished, "rb+") as file:
+        next(pictures).save(
+            file, format="GIF", save_all=True, append_images=pictures, duration=durations, loop=0
+        )
+
+
+def _mp4(frames: Iterator[Array], options: FilmOptions, path: Path) -> None:
+    size = "x".join(map(str, options.size))
+    raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", size, "-framerate", str(options.fps)]
     # yuv420p, because many players support no other; the container is named because the temporary name has no extension
     made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]

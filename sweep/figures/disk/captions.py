@@ -59,7 +59,9 @@ def _line(start: Mapping[str, float], time: float) -> str:
         disk.append(f"g = {start['gravity']:.{_DIGITS}g} m/s\u00b2")
     state = [f"tilt {PARAMETERS['tilt'].spell(start['tilt'], _DIGITS)}"]
     # a rate that is zero comes back from the coordinates of the kernels with rounding
-    least = _ROUNDING * (math.sqrt(start["gravity"] / start["radius"]) + max(abs(start[name]) for name in _RATES))
+    least = _ROUNDING * (
+        math.sqrt(start["gravity"] / start["radius"]) + max(abs(start[name]) for name in _RATES)
+    )
     moving = [name for name in _RATES if abs(start[name]) > least]
     state += [f"{name.replace('_', ' ')} {start[name]:.{_DIGITS}g} rad/s" for name in moving] or ["at rest"]
     when = "start" if time == 0.0 else f"from {TIME.spell(time, _DIGITS)} on"

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from sweep.checks.explain import Explanation, departure
 from sweep.errors import RequestError
+from sweep.figures.disk.captions import caption_of_start, length_unit
+from sweep.figures.disk.motion_plots import STAYS, write_head
 from sweep.figures.drawing import sheet
 from sweep.model.disk.model import DISK
 from sweep.motion.request import TrajectorySpec
@@ -23,7 +26,7 @@ _PERIODS = 3.0
 _SAMPLES = 2000
 
 #: Width and height [in]: a journal's page is 7 wide.
-_SIZE = (7.0, 2.9)
+_SIZE = (7.0, 3.3)
 
 #: Okabe and Ito's blue and vermilion: the colour-blind can tell them apart, and so can readers of a grey print.
 _MOTION, _LIMIT = "#0072B2", "#D55E00"
@@ -45,6 +48,11 @@ def figure(explanation: Explanation) -> Figure:
         verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
         left.set_title(f"{verdict} by {explanation.spec.criterion}")
         right.set_title("path of the point of contact")
+        write_head(
+            drawn, explanation.spec.title or "The motion of one cell", caption_of_start(explanation.start)
+        )
+        # the layout needs the ticks that follow from it: without this, wide ones push the labels off the sheet
+        drawn.draw_without_rendering()
     return drawn
 
 
@@ -95,12 +103,16 @@ def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> No
 
 
 def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
-    x, y = motion["contact_x"].values, motion["contact_y"].values
-    axes.plot(x, y, color=_MOTION)
-    axes.plot(x[0], y[0], "o", color="black", markersize=4.0, label="start")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel="x (m)", ylabel="y (m)")
+    x, y, radius = motion["contact_x"].values, motion["contact_y"].values, float(motion["radius"])
+    unit, factor = length_unit(max(np.abs(x).max(), np.abs(y).max(), 0.5 * radius))
+    axes.plot(factor * x, factor * y, color=_MOTION)
+    axes.plot(factor * x[0], factor * y[0], "o", color="black", markersize=4.0, label="start")
+    axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
+    axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
-    span = max(float(np.ptp(x)), float(np.ptp(y)))
-    if span == 0.0 or math.isnan(span):
-        axes.set_xlim(-1.0, 1.0)
+    stays = max(np.ptp(x), np.ptp(y)) <= STAYS * radius
+    if stays:
+        # a point that stays in its place is shown on the scale of the disk
+        ends = (-factor * radius, factor * radius)
+        axes.set(xlim=ends, ylim=ends)
+    axes.set_aspect("equal", adjustable="box" if stays else "datalim")

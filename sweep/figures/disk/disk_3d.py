@@ -4,11 +4,13 @@ A pinhole camera instead of a 3-D toolkit: true perspective with equal axes. Cam
 nothing on the floor hides the disk: the floor is drawn first.
 """
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
 
 from sweep.model.quantity import Array
@@ -71,30 +73,43 @@ class Pose:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera: its position and the point that it is directed at, shape (3,) each."""
+    """A pinhole camera: its position, the point that it is directed at, the right of its picture; shape (3,) each."""
 
     eye: Array
     target: Array
+    right: Array
 
     @classmethod
     def on(cls, centre: Array, size: float, azimuth: float = -55.0, elevation: float = 24.0) -> "Camera":
         """Return a camera that looks at a scene of a given radius, from an azimuth and an elevation in degrees."""
         a, e = np.radians([azimuth, elevation])
         ray = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-        return cls(centre + _DISTANCE * size * ray, centre)
+        return cls(centre + _DISTANCE * size * ray, centre, np.array([-np.sin(a), np.cos(a), 0.0]))
+
+    def at(self, target: Array) -> "Camera":
+        """Return the camera moved to another target, which it sees from the same side."""
+        return Camera(self.eye + (target - self.target), target, self.right)
 
     def project(self, points: Array) -> Array:
         """Return points, shape (..., 3), in the picture plane through the target, shape (..., 2), in m."""
         ahead = self.target - self.eye
         distance = float(np.linalg.norm(ahead))
         ahead = ahead / distance
-        right = np.cross(ahead, [0.0, 0.0, 1.0])
-        right = right / np.linalg.norm(right)
         seen = points - self.eye
         depth = seen @ ahead
         return (
-            np.stack([seen @ right, seen @ np.cross(right, ahead)], axis=-1) * (distance / depth)[..., None]
+            np.stack([seen @ self.right, seen @ np.cross(self.right, ahead)], axis=-1)
+            * (distance / depth)[..., None]
         )
+
+
+def azimuth_of(x: Array, y: Array) -> float:
+    """Return the azimuth [deg] from which a long path runs across the picture and a little into it."""
+    spread = np.cov(np.stack([x, y])) if np.ptp(x) + np.ptp(y) > 0.0 else np.eye(2)
+    values, vectors = np.linalg.eigh(spread)
+    if values[1] <= 4.0 * max(values[0], 0.0):
+        return -55.0
+    return math.degrees(math.atan2(vectors[1, 1], vectors[0, 1])) - 62.0
 
 
 def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacing: float) -> None:
@@ -117,6 +132,18 @@ def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) ->
     axes.plot(seen[:, 0], seen[:, 1], **shown)
 
 
+def draw_trail(axes: "Axes", camera: Camera, x: Array, y: Array, strength: Array) -> None:
+    """Draw the path of the contact point, each point as strong as `strength` says, from 0 to 1, shape (n,)."""
+    seen = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1))
+    colours = np.zeros((max(x.size - 1, 0), 4))
+    colours[:, :3] = to_rgb(TRACE)
+    colours[:, 3] = 0.5 * (strength[1:] + strength[:-1])
+    pieces = np.stack([seen[:-1], seen[1:]], axis=1)
+    axes.add_collection(
+        LineCollection(list(pieces), colors=colours, linewidths=1.8, capstyle="butt", zorder=2), autolim=False
+    )
+
+
 def draw_disk(
     axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0, *, believed: bool = True
 ) -> None:
@@ -125,7 +152,8 @@ def draw_disk(
     axes.fill(
         *camera.project(rim * [1.0, 1.0, 0.0]).T, color="0.3", alpha=0.18 * strength, linewidth=0, zorder=1
     )
-    nearer = 3.0 - 1e-3 * float(np.linalg.norm(camera.eye - rim.mean(axis=0)))
+    # over the trace, and over disks that are farther away
+    nearer = 2.5 + 0.5 / (1.0 + float(np.linalg.norm(camera.eye - rim.mean(axis=0))) / pose.radius)
     outline = camera.project(rim)
     faces = _FACES if believed else _GREY
     face = faces[0] if pose.faces(camera.eye) else faces[1]

@@ -19,8 +19,8 @@ _SHORTEST, _USUAL = 4.0, 20.0
 #: It lasts no longer than this [s] if the motion turns so fast that it must be slow; what is left is not shown.
 _LONGEST = 60.0
 
-#: Angle [rad] by which the disk may turn from one frame to the next, in nine tenths of the motion and at any moment: the
-#: painted radius of one that turns by more than half a turn is seen to turn backwards.
+#: Angle [rad] by which the disk may turn from one frame to the next, in nine tenths of the motion and at any moment:
+#: the painted radius of one that turns by more than half a turn is seen to turn backwards.
 _TURN, _FASTEST_TURN = math.pi / 4.0, 2.0 * math.pi / 3.0
 
 #: Largest number of frames: 4 minutes at 25 a second.
@@ -57,7 +57,7 @@ class Timing:
     @property
     def aliased(self) -> bool:
         """Whether the disk turns so far between two frames that it is seen to turn wrongly."""
-        return self.turn > math.pi
+        return self.turn > _FASTEST_TURN * (1.0 + _ROUNDING)
 
     def words(self) -> str:
         """Return what to know of the film in words, for the one who asked for it."""
@@ -67,8 +67,8 @@ class Timing:
             text += f"; it shows the first {self.shown:.4g} s of {self.length:.4g} s"
         if self.aliased:
             text += (
-                f"; the disk turns by up to {math.degrees(self.turn):.0f} deg from one frame to the next, more than the "
-                "eye can follow: give a lower speed or more fps"
+                f"; the disk turns by up to {math.degrees(self.turn):.0f} deg from one frame to the next, more than "
+                "the eye can follow: give a lower speed or more fps"
             )
         return text
 

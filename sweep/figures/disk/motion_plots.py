@@ -13,7 +13,15 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.ticker import MaxNLocator
 
 from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
-from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trace, frame_picture
+from sweep.figures.disk.disk_3d import (
+    Camera,
+    Pose,
+    azimuth_of,
+    draw_disk,
+    draw_floor,
+    draw_trace,
+    frame_picture,
+)
 from sweep.figures.drawing import sheet
 from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
@@ -37,13 +45,13 @@ _SEEN = 1.15
 #: A path that is this many times longer than wide is drawn with different scales on its axes.
 _THIN = 8.0
 
-#: Positions of the disk in a picture: their largest number, the least distance of their centres in radii, that of a disk
-#: that falls in its place, and the number of moments from which they are chosen.
+#: Positions of the disk in a picture: their largest number, the least distance of their centres in radii, that of a
+#: disk that falls in its place, and the number of moments from which they are chosen.
 _SNAPSHOTS, _APART, _FALLING, _MOMENTS = 7, 1.7, 0.3, 240
 
-#: A contact point whose path spans no more than this many radii stays in its place; a disk whose path spans no more than
-#: the second number falls in its place.
-_STAYS, _NEAR = 0.02, 1.0
+#: A contact point whose path spans no more than this many radii stays in its place; a disk whose path spans no more
+#: than the second number falls in its place.
+STAYS, _NEAR = 0.02, 1.0
 
 #: Side of the squares of the floor over half the width of what is seen, at most.
 _SQUARE = 0.2
@@ -51,8 +59,8 @@ _SQUARE = 0.2
 #: Height of the two lines over a figure [in].
 _HEAD = 0.42
 
-#: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the second
-#: number is for one that grows without bound, where the disk lifts off.
+#: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the
+#: second number is for one that grows without bound, where the disk lifts off.
 _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 
 #: Largest number of ticks of an axis of a small panel.
@@ -71,8 +79,8 @@ def figure(dataset: "xr.Dataset") -> Figure:
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to be
-        drawn through is computed again with closer ones.
+        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to
+        be drawn through is computed again with closer ones.
 
     Returns
     -------
@@ -92,7 +100,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
         draw_tilt(drawn.add_subplot(grid[1, 0]), motion)
         draw_path(drawn.add_subplot(grid[1, 1]), motion)
         draw_contact(drawn.add_subplot(grid[1, 2]), motion)
-        _write_head(drawn, str(dataset.attrs.get("title", "")), caption(motion))
+        write_head(drawn, str(dataset.attrs.get("title", "")), caption(motion))
     return drawn
 
 
@@ -133,7 +141,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.plot(factor * linear.x, factor * linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
     (cx, cy), reach = _middle(x, y)
     spread = np.array([np.ptp(x), np.ptp(y)])
-    stays = spread.max() <= _STAYS * radius
+    stays = spread.max() <= STAYS * radius
     if stays or spread.max() < _THIN * spread.min():
         # a point that stays in its place is shown on the scale of the disk
         reach = max(reach, radius if stays else 0.0)
@@ -175,8 +183,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.axhline(friction, label=f"friction {friction:g}", **_THEORY)
     for name, moment, style in (("slips", limit.slips, "-"), ("lifts off", limit.lifts_off, ":")):
         if moment is not None:
-            when = f"at {moment:.4g} s" if moment > times[0] else "from the start"
-            label = f"{name} {when}"
+            label = f"{name} {limit.when(moment, times[0])}"
             axes.axvline(moment, color="0.4", linewidth=0.8, linestyle=style, label=label)
     _shade(axes, dataset, limit)
     highest = _highest(normal, needed, friction, _UNBOUNDED if unbounded else _IN_VIEW)
@@ -201,7 +208,7 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
     poses = _snapshots(dataset)
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
-    camera = Camera.on(centre, reach + radius, _azimuth(x, y))
+    camera = Camera.on(centre, reach + radius, azimuth_of(x, y))
     spacing = nice_length(_SQUARE * (reach + radius))
     draw_floor(axes, camera, centre, 1.6 * (reach + radius), spacing)
     rolls = times <= limit
@@ -226,15 +233,6 @@ def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
     columns = [np.interp(moments, times, dataset[name].values) for name in names]
     rows = np.stack(columns, axis=-1).tolist()
     return [Pose(tilt, heading, roll_angle, x, y, radius) for tilt, heading, roll_angle, x, y in rows]
-
-
-def _azimuth(x: Array, y: Array) -> float:
-    """Return the azimuth [deg] from which a long path runs across the picture and a little into it."""
-    spread = np.cov(np.stack([x, y])) if np.ptp(x) + np.ptp(y) > 0.0 else np.eye(2)
-    values, vectors = np.linalg.eigh(spread)
-    if values[1] < 4.0 * max(values[0], 1e-12):
-        return -55.0
-    return math.degrees(math.atan2(vectors[1, 1], vectors[0, 1])) - 62.0
 
 
 def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
@@ -264,7 +262,7 @@ def _circle(dataset: "xr.Dataset") -> str:
 
 
 def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Pose]]:
-    """Return moments [s] and positions of the disk that do not cover each other, in the order of time, with the last."""
+    """Return moments [s] and positions of the disk that do not cover each other, in their order, with the last."""
     times = dataset[TIME.name].values
     moments = np.linspace(times[0], times[-1], _MOMENTS)
     every = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
@@ -280,14 +278,16 @@ def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Pose]]:
     return [kept[i] for i in some[::-1]]
 
 
-def _write_head(drawn: Figure, title: str, words: str) -> None:
+def write_head(drawn: Figure, title: str, words: str) -> None:
     """Write the title and, below it, what is shown."""
     width, height = drawn.get_size_inches()
     engine = drawn.get_layout_engine()
     assert engine is not None
     engine.set(rect=(0.0, 0.0, 1.0, 1.0 - _HEAD / height))  # type: ignore[call-arg]  # of the constrained layout
     look: dict[str, Any] = {"va": "top", "parse_math": False}
-    drawn.text(0.01, 1.0 - 0.06 / height, fitted(title, 10.0, width - 0.2), fontsize=10.0, fontweight="bold", **look)
+    drawn.text(
+        0.01, 1.0 - 0.06 / height, fitted(title, 10.0, width - 0.2), fontsize=10.0, fontweight="bold", **look
+    )
     drawn.text(0.01, 1.0 - 0.26 / height, fitted(words, 8.0, width - 0.2, "normal"), fontsize=8.0, **look)
 
 
