@@ -10,6 +10,7 @@ import cf_xarray  # noqa: F401  (registers the accessor .cf)
 import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 
 import sweep
 from sweep.errors import RequestError
@@ -195,3 +196,67 @@ def test_words_of_a_file_are_text(atlas):
     assert "<b>\\x1b[31mxxx" in repr(named.eulerdisk)
     assert len(repr(named.eulerdisk).splitlines()[0]) < 120
     assert "&lt;b&gt;" in named.eulerdisk._repr_html_()
+
+
+@pytest.fixture(scope="module")
+def fall():
+    """Return the motion of a coin that falls in its place."""
+    return sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
+
+
+def test_a_motion_is_drawn_and_filmed(fall, tmp_path):
+    """What simulate returns has a figure and a film; a film that exists is replaced only where that is asked for."""
+    assert len(fall.eulerdisk.plot().axes) == 4
+    film = tmp_path / "fall.gif"
+    fall.isel(elapsed_time=slice(900, None)).eulerdisk.animate(film, speed=0.1, fps=10, size=(200, 200))
+    with Image.open(film) as read:
+        # 0.02 s at a tenth of the speed and 10 frames a second
+        assert (read.size, read.n_frames) == ((200, 200), 4)
+    before = film.read_bytes()
+    with pytest.raises(RequestError, match="the file exists"):
+        fall.eulerdisk.animate(film)
+    assert film.read_bytes() == before
+    fall.eulerdisk.animate(film, speed=1.0, fps=10, size=(200, 200), overwrite=True)
+    assert film.read_bytes() != before
+
+
+def test_a_motion_says_what_it_is(fall):
+    """Disk and start, duration, fall, and from when on rolling is impossible; a part that is no motion says so."""
+    lines = repr(fall.eulerdisk).splitlines()
+    assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "contact"]
+    assert lines[1].endswith("R = 12 mm, α = 0.5; start: tilt 1 deg, at rest")
+    assert "fell at 0.202681 s" in lines[2]
+    assert "slips at 0.18" in lines[3]
+    assert "contact_x" in repr(fall.drop_vars("contact_x").eulerdisk)
+    assert "needs 0.45" in repr(sweep.simulate(tilt_rate=0.01, roll_rate=2.0).eulerdisk)
+    assert "<th" in fall.eulerdisk._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda motion: motion.eulerdisk.stable, "one motion in time.*has plot and animate"),
+        (lambda motion: motion.eulerdisk.boundary(), "one motion in time"),
+        (lambda motion: motion.eulerdisk.spec, "one motion in time"),
+        (lambda motion: motion.eulerdisk.cell(tilt=0.1), "one motion in time"),
+        (lambda motion: motion.eulerdisk.reclassify("departure:2deg"), "one motion in time"),
+        (lambda motion: motion.isel(elapsed_time=0).eulerdisk.plot(), "two samples"),
+        (lambda motion: motion.drop_vars("radius").eulerdisk.animate("a.gif"), "missing.*radius"),
+        (lambda motion: motion.eulerdisk.animate("a.gif", speed=0), "The speed of a film"),
+        (lambda motion: motion.eulerdisk.animate("a.avi"), "ends in .mp4 or .gif"),
+        (lambda motion: motion.eulerdisk.animate("absent/a.gif"), "no such folder"),
+        (lambda motion: xr.Dataset({"a": 1}).eulerdisk.animate("a.gif"), "This is no motion"),
+    ],
+)
+def test_what_a_motion_cannot_be_asked(fall, ask, words, tmp_path, monkeypatch):
+    """It is refused in words, and nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RequestError, match=words):
+        ask(fall)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_atlas_is_no_film(atlas):
+    """An atlas says how to film the motion of a cell."""
+    with pytest.raises(RequestError, match=r"only a motion can be filmed.*sweep.simulate"):
+        atlas.eulerdisk.animate("a.gif")

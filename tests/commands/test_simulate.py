@@ -47,15 +47,18 @@ def ffmpeg(tmp_path_factory):
 
 
 def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
-    """File, figure and film are written; the message says how many samples; the film has a frame every 1/25 s."""
+    """File, figure and film are written; the messages say how many samples, how many frames and how fast they play."""
     monkeypatch.setenv("PATH", str(ffmpeg))
     status, words = simulate(f"{WORDS} -o path.nc --plot path.png --animate disk.mp4")
-    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples\n")
+    assert status == 0
+    # 0.2 s become four seconds of 25 frames each
+    film = "eulerdisk: disk.mp4: 101 frames, 4.04 s at 0.05 times real time\n"
+    assert words == f"{film}eulerdisk: path.nc: 1001 samples\n"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["disk.mp4", "path.nc", "path.png"]
     assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "disk.mp4"))
-    assert frames == 6
-    assert seconds == pytest.approx(6 / 25, abs=0.01)
+    assert frames == 101
+    assert seconds == pytest.approx(101 / 25, abs=0.01)
     with xr.open_dataset(tmp_path / "path.nc") as read:
         assert read.attrs["history"].endswith(
             f"Z eulerdisk simulate {WORDS} -o path.nc --plot path.png --animate disk.mp4"
@@ -63,22 +66,40 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
 
 
 def test_a_gif_needs_no_ffmpeg(simulate, tmp_path):
-    """A gif is written where there is no program but Python; its frames are evenly spaced in time."""
-    assert simulate(f"{WORDS} -o path.nc --animate disk.gif")[0] == 0
+    """A gif is written where there is no program but Python, of the size, rate and speed that are asked for.
+
+    Its frames follow each other in whole hundredths of a second, which keep the time of the film; the last one is held.
+    """
+    options = "--speed 0.2 --fps 30 --size 321x241 --camera top"
+    assert simulate(f"{WORDS} -o path.nc --animate disk.gif {options}")[0] == 0
     with Image.open(tmp_path / "disk.gif") as film:
-        assert film.n_frames == 5
-        durations = set()
+        assert film.n_frames == 31
+        assert film.size == (321, 241)
+        durations = []
         for frame in range(film.n_frames):
             film.seek(frame)
-            durations.add(film.info["duration"])
-    assert durations == {50}
+            durations.append(film.info["duration"])
+    assert set(durations[:-1]) == {30, 40}
+    assert sum(durations[:-1]) == 1000
+    assert durations[-1] > 1000
 
 
 def test_a_fall_is_told(simulate):
     """The message says when the disk fell."""
     status, words = simulate("tilt=0.1 tilt_rate=0.1 -o path.nc")
     assert status == 0
-    assert words == "eulerdisk: path.nc: 83 samples, fell at 0.810989 s\n"
+    first, second = words.splitlines()
+    assert first == "eulerdisk: path.nc: 1001 samples, fell at 0.810989 s"
+    # the times are those of tests/motion/test_rolling_limit.py
+    assert second.startswith("eulerdisk: rolling becomes impossible: the disk slips at 0.")
+    assert "friction=0.5" in second
+    assert "lifts off at 0.718016 s" in second
+
+
+def test_friction_that_is_enough_is_not_mentioned(simulate):
+    """A disk that rolls all the time is reported as before."""
+    status, words = simulate(f"{WORDS} -o path.nc")
+    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples\n")
 
 
 @pytest.mark.parametrize(
@@ -88,6 +109,15 @@ def test_a_fall_is_told(simulate):
         (f"{WORDS} -o path.nc --plot path.jpg", ".png, .pdf, .svg"),
         (f"{WORDS} -o path.nc --animate disk.avi", ".mp4 or .gif"),
         (f"{WORDS} -o path.nc --animate disk.mp4", "install ffmpeg"),
+        (f"{WORDS} -o path.nc --animate disk.gif --speed 0", "The speed of a film is a number from 1e-09"),
+        (f"{WORDS} -o path.nc --animate disk.gif --speed nan", "got nan"),
+        (f"{WORDS} -o path.nc --animate disk.gif --speed fast", "'fast' is not a valid float"),
+        (f"{WORDS} -o path.nc --animate disk.gif --fps 1000", "from 1 to 50; got fps=1000"),
+        (f"{WORDS} -o path.nc --animate disk.gif --fps 2.5", "not a valid integer"),
+        (f"{WORDS} -o path.nc --animate disk.gif --size 1x1", "from 200 to 4096 dots; got 1x1"),
+        (f"{WORDS} -o path.nc --animate disk.gif --size large", "WIDTHxHEIGHT in dots; got large"),
+        (f"{WORDS} -o path.nc --animate disk.gif --camera side", "fixed (stands still"),
+        (f"{WORDS} -o path.nc --speed 0.1 --camera top", "got --speed 0.1 --camera top without --animate"),
         (f"{WORDS} -o absent/path.nc", "mkdir -p absent"),
         (f"{WORDS} -o path.nc --animate absent/disk.gif", "mkdir -p absent"),
         ("duration=-1s -o path.nc", "duration > 0"),
@@ -116,6 +146,15 @@ def test_a_file_that_exists_is_kept(simulate, tmp_path, name, option):
     assert (tmp_path / name).read_text() == "old"
 
 
+def test_an_mp4_has_even_sides(simulate, ffmpeg, monkeypatch, tmp_path):
+    """The codec takes no odd ones; the refusal says which are the next."""
+    monkeypatch.setenv("PATH", str(ffmpeg))
+    status, words = simulate(f"{WORDS} -o path.nc --animate disk.mp4 --size 641x480")
+    assert status == 2
+    assert "Write 642x480" in words
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
     """Ctrl-C while the frames are drawn: exit status 130, and an empty folder."""
     draw = animation.draw_disk
@@ -140,7 +179,7 @@ def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(program.parent))
     motion = sweep.simulate(tilt_rate=0.01, roll_rate=2.0, duration=0.1)
     with pytest.raises(sweep.RequestError, match="no such codec"):
-        animation.save(motion, tmp_path / "disk.mp4")
+        motion.eulerdisk.animate(tmp_path / "disk.mp4")
     assert [each.name for each in tmp_path.iterdir()] == ["bin"]
 
 

@@ -15,7 +15,7 @@ from sweep.request.words import suggestion
 _RATES = {"mp4": (25, 120), "gif": (25, 50)}
 
 #: Width and height [dots] by default, the least, and the largest.
-_SIZE, _SMALLEST, _LARGEST = (640, 480), 160, 4096
+_SIZE, _SMALLEST, _LARGEST = (640, 480), 200, 4096
 
 #: Camera -> what it does.
 CAMERAS = {

@@ -17,8 +17,9 @@ _AROUND = 2.6
 #: Height of the words of a picture [in], above and below.
 _ABOVE, _BELOW = 0.62, 0.55
 
-#: A picture of this size has so many dots per inch; the lines and words of a larger one are larger likewise.
-_WIDTH, _HEIGHT, _DOTS_PER_INCH = 640, 480, 100.0
+#: A picture of this size has so many dots per inch; the lines and words of a larger one are larger likewise. With fewer
+#: dots than the last number, words could not be read.
+_WIDTH, _HEIGHT, _DOTS_PER_INCH, _LEAST_DOTS = 640, 480, 100.0, 60.0
 
 #: What is left free around the disk, as a share of what is seen.
 _MARGIN = 0.04
@@ -70,7 +71,7 @@ def view(poses: Sequence[Pose], size: tuple[int, int], camera: str | None) -> Vi
 
 def dots_per_inch(size: tuple[int, int]) -> float:
     """Return how many dots of a picture of this size are an inch, which says how large its words are."""
-    return _DOTS_PER_INCH * min(size[0] / _WIDTH, size[1] / _HEIGHT)
+    return max(_LEAST_DOTS, _DOTS_PER_INCH * min(size[0] / _WIDTH, size[1] / _HEIGHT))
 
 
 def _following(poses: Sequence[Pose]) -> tuple[list[Camera], float]:

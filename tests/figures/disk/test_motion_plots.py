@@ -67,6 +67,80 @@ def test_every_motion_can_be_drawn(words, tmp_path):
     plots.save(motion_plots.figure(sweep.simulate(**words, duration=2.0)), tmp_path / "figure.png")
 
 
+def panels(motion):
+    """Return the axes of the figure of a motion: picture, tilt, path, contact."""
+    return motion_plots.figure(motion).axes
+
+
+def test_a_figure_says_what_it_shows():
+    """Title, disk and start are written over the figure, as they stand; the floor has a scale."""
+    figure = motion_plots.figure(sweep.simulate(radius="12mm", tilt="1deg", title="A $coin"))
+    title, caption = figure.texts[:2]
+    assert title.get_text() == "A $coin"
+    assert caption.get_text() == "R = 12 mm, α = 0.5; start: tilt 1 deg, at rest"
+    assert "squares of 2 mm" in [each.get_text() for each in figure.axes[0].texts]
+
+
+def test_a_fall_in_its_place_is_shown_at_several_tilts():
+    """The picture of a disk that falls holds more than its end, and its path is on the scale of the disk."""
+    axes = panels(sweep.simulate(radius="12mm", tilt="1deg", duration=2.0))
+    # face and shadow of each
+    assert len(axes[0].patches) >= 8
+    assert axes[2].get_xlim() == pytest.approx((-12.0, 12.0))
+    assert axes[2].get_xlabel() == "contact x (mm)"
+
+
+def test_what_is_impossible_is_shaded_from_its_time_on():
+    """Tilt and contact are shaded from the slip to the end, which is when the needed coefficient exceeds friction."""
+    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
+    _, tilt, _, contact = panels(motion)
+    time, needed = motion["elapsed_time"].values, motion["friction_needed"].values
+    slips = time[np.argmax(needed > 0.5)]
+    for axes in (tilt, contact):
+        (shade,) = axes.patches
+        assert shade.get_x() == pytest.approx(slips, abs=time[1])
+        assert shade.get_x() + shade.get_width() == pytest.approx(axes.get_xlim()[1])
+    labels = contact.get_legend_handles_labels()[1]
+    assert "friction needed, without bound" in labels
+    assert "slips at 0.1816 s" in labels
+    for axes in panels(sweep.simulate(tilt_rate=0.01, roll_rate=2.0))[1:]:
+        assert not axes.patches
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"radius": 0.04, "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady"},  # needs 3.24
+        {
+            "radius": 0.04,
+            "tilt": "88deg",
+            "precession_rate": 60.0,
+            "roll_rate": "steady",
+            "fall_tilt": "89.9deg",
+        },
+        {"tilt_rate": 0.01, "roll_rate": 2.0},
+        {"tilt_rate": 0.01, "roll_rate": 2.0, "friction": 4.0},
+    ],
+)
+def test_the_friction_that_is_needed_is_in_view(words):
+    """All of it, far above the friction or far below, with the friction and the normal force."""
+    motion = sweep.simulate(**words, duration=1.0)
+    low, high = panels(motion)[3].get_ylim()
+    needed = motion["friction_needed"].values
+    assert low <= needed.min() <= needed.max() < high
+    assert high > float(motion["friction"])
+    assert f"friction needed, up to {needed.max():.3g}" in panels(motion)[3].get_legend_handles_labels()[1]
+
+
+def test_far_samples_draw_the_same_figure():
+    """A motion with a sample a second is drawn through the samples of the default, whose curve is smooth."""
+    words = {"tilt_rate": 0.01, "roll_rate": 2.0}
+    coarse, fine = (panels(sweep.simulate(**words, interval=interval)) for interval in (1.0, "auto"))
+    for axes, expected in zip(coarse, fine, strict=True):
+        for line, other in zip(axes.get_lines(), expected.get_lines(), strict=True):
+            np.testing.assert_array_equal(line.get_xydata(), other.get_xydata())
+
+
 def test_linear_theory_ends_where_it_fails(unstable):
     """The growth of linear theory is drawn up to 1.15 of the largest tilt; its label states the growth rate."""
     axes = motion_plots.side_by_side([unstable], motion_plots.draw_tilt).axes[0]

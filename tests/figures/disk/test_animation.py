@@ -1,0 +1,90 @@
+"""The pictures of films, dot by dot: the disk is inside, the trail fades, and what is impossible is shaded."""
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.figures.disk import animation
+from sweep.figures.disk.film_options import FilmOptions
+from sweep.figures.disk.film_timing import timing
+from sweep.motion.rolling_limit import rolling_limit
+
+pytestmark = pytest.mark.compiled
+
+
+def frames(motion, **given):
+    """Return the pictures of a film and their times, red, green and blue from 0 to 255."""
+    options = FilmOptions.read("a.gif", **given)
+    times = timing(motion, options)
+    pictures = [each[..., :3].astype(int) for each in animation._frames(motion, times, options, None)]
+    return pictures, times.moments
+
+
+def of_the_disk(picture):
+    """Dots of the yellow or the blue face: far from grey, and neither the red of the trail nor the shade."""
+    red, green, blue = np.moveaxis(picture, -1, 0)
+    return ((red - blue > 90) & (green - blue > 50)) | (blue - red > 50)
+
+
+def of_the_trail(picture):
+    """Strength of the red of the trail in every dot, from 0 to 1 of its own colour."""
+    red, green, _ = np.moveaxis(picture, -1, 0)
+    return np.clip((red - green) / (0xC8 - 0x38), 0.0, 1.0)
+
+
+@pytest.mark.parametrize("camera", ["fixed", "follow", "top"])
+def test_a_fall_is_whole_in_every_picture(camera):
+    """The coin of a fifth of a second is seen, and has white around it, in every picture of at least four seconds."""
+    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
+    pictures, moments = frames(motion, camera=camera, fps=10, size="320x240")
+    assert len(pictures) >= 40
+    limit = rolling_limit(motion).time
+    sizes = []
+    for picture, moment in zip(pictures, moments, strict=True):
+        assert picture.shape == (240, 320, 3)
+        disk = of_the_disk(picture)
+        sizes.append(disk.sum())
+        assert not disk[:20].any()
+        assert not disk[-20:].any()
+        assert not disk[:, :8].any()
+        assert not disk[:, -8:].any()
+        # the paper is white while the disk rolls
+        paper = np.median(picture[:, :8].reshape(-1, 3), axis=0)
+        assert (paper.min() < 235) == (moment >= limit)
+    # from above an upright disk is a line, which has no colour, and from the side one that is seen from its edge
+    assert max(sizes) > 3000
+    assert camera == "top" or np.median(sizes) > 2000
+
+
+def test_the_trail_fades():
+    """Far behind the disk the trail is faint, beside it strong; a second later the old part of it has gone."""
+    motion = sweep.simulate(roll_rate=2.0, duration=12.0)
+    pictures, _ = frames(motion, camera="top", fps=1, speed=1.0)
+    trail = of_the_trail(pictures[9])
+    # upwards from the start, one metre a second; the disk itself hides the end
+    rows = np.nonzero(trail.max(axis=1) > 0.15)[0]
+    strengths = trail[rows].max(axis=1)
+    assert strengths[5:15].mean() > 2.0 * strengths[-15:-5].mean()
+    # the start of the trail has left its place
+    earlier = np.nonzero(of_the_trail(pictures[5]).max(axis=1) > 0.15)[0]
+    assert rows.max() < earlier.max() - 50
+
+
+def test_words_say_disk_speed_and_scale():
+    """Caption, time with as many digits as tell frames apart, speed and the side of the squares are on the picture."""
+    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
+    times = timing(motion, FilmOptions.read("a.gif"))
+    drawn = animation._sheet((640, 480))
+    words = animation._Words(drawn, motion, times, rolling_limit(motion), 0.005)
+    words.write(0.1)
+    assert [each.get_text() for each in drawn.texts] == [
+        "Motion of a rolling disk",
+        "R = 12 mm, α = 0.5; start: tilt 1 deg, at rest",
+        "squares of 5 mm",
+        "t = 0.100 s   (0.05 \u00d7 real time)",
+        "",
+    ]
+    words.write(0.185)
+    assert drawn.texts[-1].get_text() == "Impossible: the disk would have slipped at 0.1816 s"
+    words.write(0.19)
+    assert drawn.texts[-1].get_text() == "Impossible: the disk would have lifted off at 0.1881 s"

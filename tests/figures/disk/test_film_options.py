@@ -1,0 +1,67 @@
+"""What can be asked of a film, and what is refused with what to write instead."""
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.figures.disk import film_options
+from sweep.figures.disk.film_options import CAMERAS, FilmOptions
+
+
+@pytest.fixture(autouse=True)
+def _with_ffmpeg(monkeypatch):
+    monkeypatch.setattr(film_options.shutil, "which", lambda name: f"/bin/{name}")
+
+
+def test_what_is_not_given_is_chosen():
+    """25 frames a second of 640x480; speed and camera follow from the motion."""
+    assert FilmOptions.read("a.gif") == FilmOptions("gif", None, 25, (640, 480), None)
+    assert FilmOptions.read("A.MP4").ending == "mp4"
+
+
+def test_what_is_given_is_taken():
+    """Numbers and words as the command line gives them, and a pair as Python does."""
+    read = FilmOptions.read("a.mp4", speed=0.1, fps=60, size="1280x720", camera="follow")
+    assert read == FilmOptions("mp4", 0.1, 60, (1280, 720), "follow")
+    assert FilmOptions.read("a.gif", speed=2, size=(321, 241)).size == (321, 241)
+    assert all(FilmOptions.read("a.gif", camera=name).camera == name for name in CAMERAS)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("a.avi", {}, ["ends in .mp4 or .gif", "Write a.gif."]),
+        ("a.gif", {"speed": 0.0}, ["speed", "got 0.", "Write 1 for real time"]),
+        ("a.gif", {"speed": -1}, ["got -1."]),
+        ("a.gif", {"speed": float("nan")}, ["got nan."]),
+        ("a.gif", {"speed": float("inf")}, ["got inf."]),
+        ("a.gif", {"speed": "fast"}, ["got fast."]),
+        ("a.gif", {"speed": True}, ["got True."]),
+        ("a.mp4", {"fps": 1000}, ["from 1 to 120", "fps=1000"]),
+        ("a.gif", {"fps": 60}, ["of gif from 1 to 50", "fps=60", "Write 25, or 50"]),
+        ("a.gif", {"fps": 0}, ["fps=0"]),
+        ("a.gif", {"fps": 2.5}, ["whole number", "fps=2.5"]),
+        ("a.gif", {"size": "1x1"}, ["from 200 to 4096 dots", "got 1x1", "Write 1280x720."]),
+        ("a.gif", {"size": "640x99999"}, ["from 200 to 4096 dots"]),
+        ("a.gif", {"size": "640*480"}, ["WIDTHxHEIGHT", "got 640*480"]),
+        ("a.gif", {"size": "\u0661\u0662\u0668\u0660x720"}, ["WIDTHxHEIGHT"]),
+        ("a.gif", {"size": (640,)}, ["WIDTHxHEIGHT"]),
+        ("a.gif", {"size": 640}, ["WIDTHxHEIGHT"]),
+        ("a.mp4", {"size": "641x479"}, ["even numbers of dots", "Write 642x480, or make a gif."]),
+        ("a.gif", {"camera": "folow"}, ["fixed (", "follow (", "top (", "Did you mean follow?"]),
+        ("a.gif", {"camera": 3}, ["got 3."]),
+    ],
+)
+def test_what_no_film_can_be_is_refused(name, given, words):
+    """The refusal says what is allowed, what was given and what to write."""
+    with pytest.raises(RequestError) as refused:
+        FilmOptions.read(name, **given)
+    for word in words:
+        assert word in str(refused.value)
+
+
+def test_an_mp4_needs_ffmpeg(monkeypatch):
+    """Without ffmpeg there is a gif."""
+    monkeypatch.setattr(film_options.shutil, "which", lambda _: None)
+    assert FilmOptions.read("a.gif").ending == "gif"
+    with pytest.raises(RequestError, match=r"Write a.gif, or install ffmpeg\."):
+        FilmOptions.read("a.mp4")

@@ -1,0 +1,94 @@
+"""How fast films play: some seconds for a motion, and never so fast that the disk seems to turn wrongly."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.figures.disk.film_options import FilmOptions
+from sweep.figures.disk.film_timing import MOST_FRAMES, timing
+
+pytestmark = pytest.mark.compiled
+
+COIN = {"radius": "12mm", "tilt": "5deg", "precession_rate": 60.0}
+
+
+def timed(motion, **given):
+    """Return the timing of a gif of a motion."""
+    return timing(motion, FilmOptions.read("a.gif", **given))
+
+
+@pytest.mark.parametrize(
+    ("words", "speed", "seconds"),
+    [
+        ({"radius": "12mm", "tilt": "1deg", "duration": 2.0}, 0.05, 4.1),  # falls in 0.2 s
+        ({"tilt_rate": 0.01, "roll_rate": 2.0}, 1.0, 10.0),
+        ({"tilt_rate": 0.01, "roll_rate": 3.0, "duration": 80.0}, 4.0, 20.0),
+        ({"radius": 50.0, "roll_rate": 0.3, "tilt_rate": 0.001, "duration": 60.0}, 3.0, 20.0),
+        ({"tilt_rate": 0.0, "duration": 1.0}, 0.25, 4.0),  # stands still
+    ],
+)
+def test_a_motion_is_a_film_of_some_seconds(words, speed, seconds):
+    """A short motion is slowed, a long one hastened, one of some seconds is shown as fast as it is."""
+    found = timed(sweep.simulate(**words))
+    assert found.speed == speed
+    assert found.moments.size / found.fps == pytest.approx(seconds, abs=0.1)
+    assert found.whole
+    assert not found.aliased
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        COIN | {"duration": 2.0},
+        {"radius": "1mm", "roll_rate": 500.0, "tilt_rate": 1.0, "duration": 1.0},
+        {"radius": "40mm", "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady", "duration": 5.0},
+        {"tilt": "1deg", "precession_rate": 300.0, "radius": "1cm", "duration": 3.0},
+    ],
+)
+def test_the_disk_is_never_seen_to_turn_backwards(words):
+    """At the chosen speed heading and painted radius turn by less than half a turn from frame to frame."""
+    motion = sweep.simulate(**words)
+    found = timed(motion)
+    times = motion["elapsed_time"].values
+    # the turn of the disk in space about its axis: that of the roll angle, and what the heading carries along
+    rate = motion["roll_rate"] + motion["precession_rate"] * np.sin(motion["tilt"])
+    steps = np.diff(times)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate.values[1:] + rate.values[:-1]) * steps)])
+    for angle in (turned, motion["heading"].values):
+        assert np.abs(np.diff(np.interp(found.moments, times, angle))).max() < 0.7 * math.pi
+    assert not found.aliased
+
+
+def test_a_fast_motion_that_lasts_is_cut_and_says_so():
+    """A film is a minute long at most: of a coin that turns 60 times a second it shows the beginning."""
+    motion = sweep.simulate(**COIN | {"precession_rate": 380.0, "duration": 10.0})
+    found = timed(motion)
+    assert found.moments.size == 60 * 25
+    assert not found.whole
+    assert f"it shows the first {found.shown:.4g} s of 10 s" in found.words()
+
+
+def test_a_speed_that_is_asked_for_is_kept_and_its_faults_are_told():
+    """Too fast for the eye is said with the angle; too slow ends after the most frames."""
+    motion = sweep.simulate(**COIN | {"duration": 2.0})
+    fast = timed(motion, speed=1.0)
+    assert (fast.speed, fast.aliased) == (1.0, True)
+    # the precession is the fastest of its turns, at 25 frames a second
+    fastest = float(np.abs(motion["precession_rate"]).max())
+    assert fast.turn == pytest.approx(fastest / 25.0)
+    assert f"turns by up to {math.degrees(fast.turn):.0f} deg" in fast.words()
+    assert "in real time" in fast.words()
+    slow = timed(motion, speed=1e-4)
+    assert slow.moments.size == MOST_FRAMES
+    assert "it shows the first 0.024 s of 2 s" in slow.words()
+
+
+def test_frames_are_even_and_the_last_one_is_the_end():
+    """Frames are speed over fps apart, from the first sample to the last; a stretch has its own."""
+    motion = sweep.simulate(tilt_rate=0.01, roll_rate=2.0).isel(elapsed_time=slice(200, 501))
+    found = timed(motion, speed=0.7, fps=30)
+    assert found.moments[[0, -1]].tolist() == [2.0, 5.0]
+    assert np.diff(found.moments)[:-1] == pytest.approx(0.7 / 30)
+    assert 0.0 < np.diff(found.moments)[-1] <= 0.7 / 30 * (1.0 + 1e-9)

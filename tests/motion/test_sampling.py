@@ -1,0 +1,93 @@
+"""Motions are drawn through close samples, whatever samples their dataset holds."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.errors import RequestError
+from sweep.motion.sampling import check_motion, closely_sampled, is_motion
+
+pytestmark = pytest.mark.compiled
+
+WORDS = {"tilt_rate": 0.01, "roll_rate": 2.0}
+
+
+@pytest.fixture(scope="module")
+def motion():
+    """Return a motion as it is sampled by default."""
+    return sweep.simulate(**WORDS)
+
+
+def test_close_samples_are_left_alone(motion):
+    """A motion as `simulate` samples it, a fall, and closer samples that were asked for are what is drawn."""
+    for each in (motion, sweep.simulate(tilt="1deg"), sweep.simulate(**WORDS, interval=0.002)):
+        assert closely_sampled(each) is each
+
+
+def test_far_samples_are_computed_again(motion):
+    """One sample a second, or every fiftieth of them, become those of the default; what is known stays the same."""
+    coarse = sweep.simulate(**WORDS, interval=1.0)
+    for each in (coarse, motion.isel(elapsed_time=slice(None, None, 50))):
+        found = closely_sampled(each)
+        np.testing.assert_array_equal(found["elapsed_time"], motion["elapsed_time"])
+        np.testing.assert_array_equal(found["tilt"], motion["tilt"])
+
+
+def test_a_period_between_samples_is_not_taken_for_rest():
+    """A nutation that comes back at every sample has neighbours of the same tilt, and is sampled anew all the same."""
+    atlas = sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=3.0))
+    period = float(atlas["nutation_period"])
+    coarse = sweep.simulate(tilt="1deg", roll_rate=3.0, duration=40.0 * period, interval=period)
+    # in a roll angle alone, which a disk without roll would not show
+    assert np.abs(np.diff(coarse["tilt"].values)).max() < 1e-6
+    assert np.ptp(closely_sampled(coarse)["tilt"].values) > 0.9 * float(atlas["tilt_max"] - atlas["tilt_min"])
+
+
+def test_a_stretch_stays_one(motion):
+    """A stretch of far samples has close ones between its first and its last moment; one of close samples is itself."""
+    part = sweep.simulate(**WORDS, interval=0.5).isel(elapsed_time=slice(4, 8))
+    found = closely_sampled(part)
+    assert found["elapsed_time"].values[[0, -1]].tolist() == [2.0, 3.5]
+    assert found.sizes["elapsed_time"] == 151
+    short = motion.isel(elapsed_time=slice(100, 103))
+    assert closely_sampled(short) is short
+
+
+def test_a_file_is_a_motion(motion, tmp_path):
+    """A motion that was saved and opened again is one."""
+    sweep.save(motion, tmp_path / "path.nc")
+    with xr.open_dataset(tmp_path / "path.nc") as read:
+        assert is_motion(read)
+        assert closely_sampled(read) is read
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda motion: motion.drop_attrs(), "This is no motion"),
+        (lambda motion: motion.drop_vars(["contact_x", "radius"]), "missing.*: contact_x, radius"),
+        (lambda motion: motion.isel(elapsed_time=0), "two samples.*; got 1"),
+        (lambda motion: motion.isel(elapsed_time=[]), "two samples.*; got 0"),
+        (lambda motion: motion.assign_attrs(trajectory_request="{"), "trajectory_request is missing or was"),
+        (
+            lambda motion: motion.assign_attrs(trajectory_request="[1]"),
+            "trajectory_request is missing or was",
+        ),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(motion, change, words):
+    """Each refusal says what is missing."""
+    with pytest.raises(RequestError, match=words):
+        closely_sampled(change(motion))
+
+
+def test_an_atlas_is_no_motion():
+    """An atlas has no request for a motion."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3"))
+    assert not is_motion(atlas)
+    with pytest.raises(RequestError, match=r"This is no motion.*got a dataset of"):
+        check_motion(atlas)
+    assert json.loads(sweep.simulate(**WORDS).attrs["trajectory_request"])["roll_rate"] == 2.0
