@@ -37,7 +37,10 @@ def test_the_page_is_what_the_script_writes(gallery):
     shown = set(re.findall(r"!\[[^]]*\]\(([^)]+)\)", gallery.page()))
     docs = CHECKOUT / "docs"
     assert shown == {
-        str(path.relative_to(docs)) for path in docs.rglob("*.png") if "atlases" not in path.parts
+        str(path.relative_to(docs))
+        for ending in ("png", "gif")
+        for path in docs.rglob(f"*.{ending}")
+        if "atlases" not in path.parts
     }
 
 
@@ -57,6 +60,7 @@ def test_every_command_names_a_script(gallery):
         folders = {f"{{folder}}/{file}".rpartition("/")[0] for file in entry.files}
         assert {entry.commands[-1].split()[-1]} in ({f"{{folder}}/{entry.files[0]}"}, folders) or (
             f"--plot {{folder}}/{entry.files[0]}" in entry.commands[-1]
+            or f"--animate {{folder}}/{entry.files[0]}" in entry.commands[-1]
         )
 
 

@@ -1,7 +1,6 @@
 """A film of one motion: the disk with its painted radius in perspective, and the trail of the contact point."""
 
 import math
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 
 from sweep.figures.disk.captions import caption, nice_length, spell_length
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
+from sweep.figures.disk.film_files import WARNING, write_gif, write_mp4
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.disk.film_timing import Timing, timing
 from sweep.figures.disk.motion_plots import SHADE, poses_at
@@ -35,9 +35,6 @@ _WORDS, _SMALLER = 9.0, (9.0, 8.0, 7.0, 6.0)
 
 #: The trail of the contact point fades in this time of the film [s].
 _TRAIL = 4.0
-
-#: Colours of a frame of a gif, and how long its last frame is shown [s] before it begins again.
-_COLOURS, _HELD = 96, 1.5
 
 #: Side of the squares of the floor at most, and how far it is drawn, over the radius of the scene.
 _SQUARE, _FLOOR = 0.25, 2.4
@@ -78,16 +75,16 @@ def save(
     with published(Path(path)) as unfinished:
         frames = _frames(motion, times, options, progress)
         if options.ending == "mp4":
-            _mp4(frames, options, unfinished)
+            write_mp4(frames, options.size, times.fps, unfinished)
         else:
-            _gif(frames, times, unfinished)
+            write_gif(frames, times.moments.size, times.fps, unfinished)
     return times
 
 
 def _frames(
-    dataset: "xr.Dataset", times: Timing, options: FilmOptions, progress: Progress | None
+    dataset: "xr.Dataset", times: Timing, options: FilmOptions, progress: Progress | None = None
 ) -> Iterator[Array]:
-    """Yield pictures of the disk as arrays of dots, shape (height, width, 4), uint8."""
+    """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
     shot = view(poses, options.size, options.camera)
     limit = rolling_limit(dataset)
@@ -98,17 +95,18 @@ def _frames(
         axes = drawn.add_axes((0.0, 0.0, 1.0, 1.0))
         frame_picture(axes, shot.low, shot.high)
         words = _Words(drawn, dataset, times, limit, spacing := nice_length(_SQUARE * shot.reach))
-        for i, (moment, pose, camera) in enumerate(zip(times.moments, poses, shot.cameras, strict=True)):
+        frames = zip(times.moments.tolist(), poses, shot.cameras, strict=True)
+        for done, (moment, pose, camera) in enumerate(frames, 1):
             drawn.patch.set_facecolor(SHADE if moment >= limit.time else "white")
             # faster than new axes for every frame
             for artist in [*axes.lines, *axes.collections, *axes.patches]:
                 artist.remove()
             _draw_frame(axes, pose, camera, shot.reach, spacing, trail.until(moment, pose))
-            words.write(float(moment))
+            words.write(moment)
             canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib types only a part
             yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # likewise
             if progress is not None:
-                progress(i + 1, times.moments.size)
+                progress(done, len(poses))
 
 
 def _sheet(size: tuple[int, int]) -> Figure:
@@ -172,7 +170,7 @@ class _Words:
         drawn.text(left, 1.0 - above[1], fitted(words, size, room, "normal"), **small)
         drawn.text(1.0 - left, below[0], f"squares of {spell_length(spacing)}", ha="right", **look)
         self._time = drawn.text(left, below[0], "", **look)
-        self._impossible = drawn.text(left, below[1], "", color="#a02c00", **look)
+        self._impossible = drawn.text(left, below[1], "", color=WARNING, **look)
         self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
         # as many decimals as tell one frame from the next
         self._decimals = max(0, math.ceil(-math.log10(times.speed / times.fps) - 1e-9))
@@ -187,43 +185,3 @@ class _Words:
         elif limit.slips is not None and moment >= limit.slips:
             text = f"Impossible: the disk would have slipped {limit.when(limit.slips, self._start)}"
         self._impossible.set_text(text)
-
-
-def _gif(frames: Iterator[Array], times: Timing, unfinished: Path) -> None:
-    from PIL import Image
-
-    # without dither, which would flicker from frame to frame and double the size
-    pictures = (
-        Image.fromarray(frame[..., :3]).quantize(_COLOURS, dither=Image.Dither.NONE) for frame in frames
-    )
-    # in whole hundredths of a second, which are rounded so that the film keeps its time
-    ends = np.round(100.0 * np.arange(times.moments.size + 1) / times.fps) * 10.0
-    durations = np.diff(ends).astype(int).tolist()
-    durations[-1] += round(1000.0 * _HELD)
-    # opened here, because Pillow leaves its own file open when the frames end early
-    with open(unfinished, "rb+") as file:
-        next(pictures).save(
-            file, format="GIF", save_all=True, append_images=pictures, duration=durations, loop=0
-        )
-
-
-def _mp4(frames: Iterator[Array], options: FilmOptions, path: Path) -> None:
-    size = "x".join(map(str, options.size))
-    raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", size, "-framerate", str(options.fps)]
-    # yuv420p, because many players support no other; the container is named because the temporary name has no extension
-    made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
-    command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]
-    # not by matplotlib's FFMpegWriter: where Ctrl-C ends ffmpeg too, its error would replace the interruption
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
-        assert encoder.stdin is not None
-        try:
-            for frame in frames:
-                encoder.stdin.write(frame.tobytes())
-        except BrokenPipeError:
-            pass  # ffmpeg has ended: its message is read below
-        except BaseException:
-            encoder.kill()
-            raise
-        _, words = encoder.communicate()
-    if encoder.returncode != 0:
-        raise OSError(f"ffmpeg: {words.decode(errors='replace').strip()}")

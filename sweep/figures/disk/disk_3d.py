@@ -19,10 +19,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Colours of the two faces of the disk: the colour-blind can tell them apart, and one is light and one dark in grey.
-_FACES = ("#f4c95d", "#5a86b8")
+FACES = ("#f4c95d", "#5a86b8")
+
 #: The faces where the disk could not be where it is drawn.
 _GREY = ("#d9d5cd", "#a5a9ae")
-_RIM, _PAINT, TRACE, _FLOOR = "#222222", "#c8380a", "#c8380a", "0.86"
+
+#: Edge of the disk, its painted radius and the path of the contact point, squares of the floor, and shadow.
+INK, TRACE, FLOOR, SHADOW = "#222222", "#c8380a", "0.86", "0.3"
+
+#: How strong shadow and face are drawn: the floor is seen a little through both.
+SHADOW_STRENGTH, FACE_STRENGTH = 0.18, 0.92
 
 _CORNERS = 96
 
@@ -122,7 +128,7 @@ def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacin
     level = [[[x0 - end, y0 + t, 0.0], [x0 + end, y0 + t, 0.0]] for t, end in zip(ticks, ends, strict=True)]
     upright = [[[x0 + t, y0 - end, 0.0], [x0 + t, y0 + end, 0.0]] for t, end in zip(ticks, ends, strict=True)]
     lines = camera.project(np.array(level + upright))
-    axes.add_collection(LineCollection(list(lines), colors=_FLOOR, linewidths=0.5, zorder=0), autolim=False)
+    axes.add_collection(LineCollection(list(lines), colors=FLOOR, linewidths=0.5, zorder=0), autolim=False)
 
 
 def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) -> None:
@@ -150,18 +156,24 @@ def draw_disk(
     """Draw the disk with its shadow and its painted radius; `strength` below 1 is fainter, grey is not `believed`."""
     rim = pose.rim()
     axes.fill(
-        *camera.project(rim * [1.0, 1.0, 0.0]).T, color="0.3", alpha=0.18 * strength, linewidth=0, zorder=1
+        *camera.project(rim * [1.0, 1.0, 0.0]).T,
+        color=SHADOW,
+        alpha=SHADOW_STRENGTH * strength,
+        linewidth=0,
+        zorder=1,
     )
     # over the trace, and over disks that are farther away
     nearer = 2.5 + 0.5 / (1.0 + float(np.linalg.norm(camera.eye - rim.mean(axis=0))) / pose.radius)
     outline = camera.project(rim)
-    faces = _FACES if believed else _GREY
+    faces = FACES if believed else _GREY
     face = faces[0] if pose.faces(camera.eye) else faces[1]
-    axes.fill(*outline.T, facecolor=face, alpha=0.25 + 0.67 * strength, linewidth=0, zorder=nearer)
-    axes.plot(*outline.T, color=_RIM, linewidth=1.0, alpha=0.3 + 0.7 * strength, zorder=nearer)
+    axes.fill(
+        *outline.T, facecolor=face, alpha=FACE_STRENGTH - 0.67 * (1.0 - strength), linewidth=0, zorder=nearer
+    )
+    axes.plot(*outline.T, color=INK, linewidth=1.0, alpha=0.3 + 0.7 * strength, zorder=nearer)
     axes.plot(
         *camera.project(pose.painted()).T,
-        color=_PAINT,
+        color=TRACE,
         linewidth=1.8,
         alpha=0.3 + 0.7 * strength,
         solid_capstyle="round",

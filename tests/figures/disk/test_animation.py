@@ -16,7 +16,7 @@ def frames(motion, **given):
     """Return the pictures of a film and their times, red, green and blue from 0 to 255."""
     options = FilmOptions.read("a.gif", **given)
     times = timing(motion, options)
-    pictures = [each[..., :3].astype(int) for each in animation._frames(motion, times, options, None)]
+    pictures = [each[..., :3].astype(int) for each in animation._frames(motion, times, options)]
     return pictures, times.moments
 
 
