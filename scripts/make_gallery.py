@@ -104,9 +104,9 @@ ENTRIES = (
             "--animate {folder}/fall.gif --size 480x360 --overwrite",
         ),
         "A film of one motion",
-        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second: twenty times slower than it is. A disk "
-        "that only rolls would need more friction than there is before it lies, and then a plane that pulls: from "
-        "there on the film is shaded. Films and figures of motions: [motions](motions.md).",
+        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second: twenty times slower than it is. "
+        "Before it lies, rolling would need more friction than there is, and then a plane that pulls: from there on "
+        "the film is shaded. Films and figures of motions: [motions](motions.md).",
     ),
     Entry(
         tuple(

@@ -53,7 +53,8 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
     assert status == 0
     # 0.2 s become four seconds of 25 frames each
     film = "eulerdisk: disk.mp4: 101 frames, 4.04 s at 0.05 times real time\n"
-    assert words == f"{film}eulerdisk: path.nc: 1001 samples\n"
+    # a busy machine shows its progress before
+    assert words.endswith(f"{film}eulerdisk: path.nc: 1001 samples\n")
     assert sorted(each.name for each in tmp_path.iterdir()) == ["disk.mp4", "path.nc", "path.png"]
     assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "disk.mp4"))
