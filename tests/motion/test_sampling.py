@@ -36,12 +36,18 @@ def test_far_samples_are_computed_again(motion):
         np.testing.assert_array_equal(found["tilt"], motion["tilt"])
 
 
+def test_a_few_samples_are_too_few():
+    """Six samples that hardly differ are a polygon all the same: there are a thousand."""
+    coarse = sweep.simulate(tilt_rate=0.5, roll_rate=2.0, duration=0.1, interval=0.02)
+    assert coarse.sizes["elapsed_time"] == 6
+    assert closely_sampled(coarse).sizes["elapsed_time"] == 1001
+
+
 def test_a_period_between_samples_is_not_taken_for_rest():
     """A nutation that comes back at every sample has neighbours of the same tilt, and is sampled anew all the same."""
     atlas = sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=3.0))
     period = float(atlas["nutation_period"])
     coarse = sweep.simulate(tilt="1deg", roll_rate=3.0, duration=40.0 * period, interval=period)
-    # in a roll angle alone, which a disk without roll would not show
     assert np.abs(np.diff(coarse["tilt"].values)).max() < 1e-6
     assert np.ptp(closely_sampled(coarse)["tilt"].values) > 0.9 * float(atlas["tilt_max"] - atlas["tilt_min"])
 

@@ -19,9 +19,10 @@ _SHORTEST, _USUAL = 4.0, 20.0
 #: It lasts no longer than this [s] if the motion turns so fast that it must be slow; what is left is not shown.
 _LONGEST = 60.0
 
-#: Angle [rad] by which the disk may turn from one frame to the next, in nine tenths of the motion and at any moment:
-#: the painted radius of one that turns by more than half a turn is seen to turn backwards.
-_TURN, _FASTEST_TURN = math.pi / 4.0, 2.0 * math.pi / 3.0
+#: Share of the time of a motion -> angle [rad] by which the disk may turn in it from one frame to the next: the painted
+#: radius of a disk that turns by more than half a turn is seen to turn backwards. The rest are the moments in which a
+#: disk that is nearly flat turns its lean round, in one sweep that no frame need show.
+_TURNS = {0.9: math.pi / 4.0, 0.98: 2.0 * math.pi / 3.0}
 
 #: Largest number of frames: 4 minutes at 25 a second.
 MOST_FRAMES = 6000
@@ -38,8 +39,8 @@ class Timing:
     """What a film shows when.
 
     `moments` are the times of the frames [s], shape (n,), `speed` is the time of the motion over that of the film,
-    `turn` is the largest angle [rad] by which the disk turns from one frame to the next, and `shown` and `length` are
-    how much of the motion is in the film, and its whole duration [s].
+    `turn` is the angle [rad] by which the disk turns from one frame to the next, but for its fastest fiftieth, and
+    `shown` and `length` are how much of the motion is in the film, and its whole duration [s].
     """
 
     moments: Array
@@ -57,7 +58,7 @@ class Timing:
     @property
     def aliased(self) -> bool:
         """Whether the disk turns so far between two frames that it is seen to turn wrongly."""
-        return self.turn > _FASTEST_TURN * (1.0 + _ROUNDING)
+        return self.turn > max(_TURNS.values()) * (1.0 + _ROUNDING)
 
     def words(self) -> str:
         """Return what to know of the film in words, for the one who asked for it."""
@@ -67,7 +68,7 @@ class Timing:
             text += f"; it shows the first {self.shown:.4g} s of {self.length:.4g} s"
         if self.aliased:
             text += (
-                f"; the disk turns by up to {math.degrees(self.turn):.0f} deg from one frame to the next, more than "
+                f"; the disk turns by {math.degrees(self.turn):.0f} deg from one frame to the next, more than "
                 "the eye can follow: give a lower speed or more fps"
             )
         return text
@@ -99,7 +100,8 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
     # the last frame shows the end, although it may be nearer than the others
     moments = np.minimum(times[0] + step * np.arange(count), times[-1])
     shown = float(moments[-1] - times[0])
-    return Timing(moments, speed, options.fps, float(rates.max()) * step, shown, length)
+    turn = float(np.quantile(rates, max(_TURNS))) * step
+    return Timing(moments, speed, options.fps, turn, shown, length)
 
 
 def _turning(dataset: "xr.Dataset") -> Array:
@@ -111,8 +113,8 @@ def _turning(dataset: "xr.Dataset") -> Array:
 def _speed(length: float, rates: Array, fps: int) -> float:
     """Return the speed of a film that lasts some seconds and shows the disk turn as it does."""
     wanted = length / _SHORTEST if length < _SHORTEST else max(1.0, length / _USUAL)
-    usual, fastest = float(np.quantile(rates, 0.9)), float(rates.max())
-    for turn, rate in ((_TURN, usual), (_FASTEST_TURN, fastest)):
+    for share, turn in _TURNS.items():
+        rate = float(np.quantile(rates, share))
         if wanted * rate > turn * fps:
             wanted = turn * fps / rate
     decade = 10.0 ** math.floor(math.log10(wanted) + _ROUNDING)

@@ -61,6 +61,26 @@ def test_the_disk_is_never_seen_to_turn_backwards(words):
     assert not found.aliased
 
 
+@pytest.mark.parametrize("fps", [4, 25])
+def test_short_sweeps_do_not_slow_a_film_down(fps):
+    """Of a motion with short sweeps, nine tenths turn by an eighth of a turn at most, all but a fiftieth by a third.
+
+    A disk that nearly falls turns its lean round within a millisecond, at thousands of radians a second: a film that
+    showed that would show nothing else.
+    """
+    sweeps = sweep.simulate(tilt="60deg", precession_rate=1.0, fall_tilt="89.9deg", duration=8.0)
+    assert float(np.abs(sweeps["precession_rate"]).max()) > 1000.0
+    for motion in (sweeps, sweep.simulate(tilt_rate=0.01, roll_rate=1.0)):
+        found = timed(motion, fps=fps)
+        names = ("tilt", "precession_rate", "roll_rate")
+        tilt, precession, roll = (motion[name].values for name in names)
+        rates = np.sort(np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt))))
+        for share, turn in ((0.9, math.pi / 4.0), (0.98, 2.0 * math.pi / 3.0)):
+            assert rates[int(share * rates.size)] * found.speed / fps <= 1.03 * turn
+    assert timed(sweeps).speed >= 0.5
+    assert timed(sweeps).whole
+
+
 def test_a_fast_motion_that_lasts_is_cut_and_says_so():
     """A film is a minute long at most: of a coin that turns 60 times a second it shows the beginning."""
     motion = sweep.simulate(**COIN | {"precession_rate": 380.0, "duration": 10.0})
@@ -77,8 +97,8 @@ def test_a_speed_that_is_asked_for_is_kept_and_its_faults_are_told():
     assert (fast.speed, fast.aliased) == (1.0, True)
     # the precession is the fastest of its turns, at 25 frames a second
     fastest = float(np.abs(motion["precession_rate"]).max())
-    assert fast.turn == pytest.approx(fastest / 25.0)
-    assert f"turns by up to {math.degrees(fast.turn):.0f} deg" in fast.words()
+    assert fast.turn == pytest.approx(fastest / 25.0, rel=0.02)
+    assert f"turns by {math.degrees(fast.turn):.0f} deg" in fast.words()
     assert "in real time" in fast.words()
     slow = timed(motion, speed=1e-4)
     assert slow.moments.size == MOST_FRAMES

@@ -118,6 +118,11 @@ def test_what_is_impossible_is_shaded_from_its_time_on():
             "roll_rate": "steady",
             "fall_tilt": "89.9deg",
         },
+        {
+            "tilt": "60deg",
+            "precession_rate": 1.0,
+            "fall_tilt": "89.9deg",
+        },  # needs 5.47 for a moment, 0.8 else
         {"tilt_rate": 0.01, "roll_rate": 2.0},
         {"tilt_rate": 0.01, "roll_rate": 2.0, "friction": 4.0},
     ],
