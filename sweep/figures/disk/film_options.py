@@ -118,7 +118,7 @@ def _read_speed(raw: object) -> float:
         f"The speed of a film is a number from {low:g} to {high:g}: seconds of the motion in a second of the film; "
         f"got {_given(raw)}.",
         hint="Write 1 for real time, 0.1 for a film that is ten times slower.",
-        where="speed",
+        where="film speed",
     )
 
 
@@ -128,7 +128,7 @@ def _read_rate(raw: object, most: int, ending: str) -> int:
     raise RequestError(
         f"The frames per second of a film are a whole number, of {ending} from 1 to {most}; got fps={_given(raw)}.",
         hint=f"Write {min(25, most)}, or {most} for a smoother one.",
-        where="fps",
+        where="film fps",
     )
 
 
@@ -144,10 +144,10 @@ def _read_size(raw: object, ending: str) -> tuple[int, int]:
         raise RequestError(
             f"Width and height of an mp4 are even numbers of dots; got {_given(raw)}.",
             hint=f"Write {even}, or make a gif.",
-            where="size",
+            where="film size",
         )
     if numbers is None or wrong:
-        raise RequestError(f"{wrong}; got {_given(raw)}.", hint="Write 1280x720.", where="size")
+        raise RequestError(f"{wrong}; got {_given(raw)}.", hint="Write 1280x720.", where="film size")
     return numbers
 
 
@@ -167,7 +167,7 @@ def _read_camera(raw: object) -> str:
     raise RequestError(
         f"The camera of a film is one of {meanings}; got {_given(raw)}.",
         hint=suggestion(raw, tuple(CAMERAS)) or "Write follow, or leave it out.",
-        where="camera",
+        where="film camera",
     )
 
 
