@@ -238,7 +238,8 @@ class Eulerdisk:
         if is_atlas(self._dataset):
             raise RequestError(
                 "This is a stability atlas, and only a motion can be filmed.",
-                hint="Film the motion of one cell: sweep.simulate(roll_rate=2.4, tilt=0.01).eulerdisk.animate(path).",
+                hint="Film the motion of a cell: "
+                'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg").eulerdisk.animate(path).',
             )
         check_motion(self._dataset)
         options = FilmOptions.read(path, speed=speed, fps=fps, size=size, camera=camera)

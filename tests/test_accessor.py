@@ -239,6 +239,9 @@ def test_a_motion_says_what_it_is(fall):
         (lambda motion: motion.eulerdisk.boundary(), "one motion in time"),
         (lambda motion: motion.eulerdisk.spec, "one motion in time"),
         (lambda motion: motion.eulerdisk.cell(tilt=0.1), "one motion in time"),
+        (lambda motion: motion.eulerdisk.atlas, "one motion in time"),
+        (lambda motion: motion.eulerdisk.interp(tilt=0.1), "one motion in time"),
+        (lambda motion: motion.eulerdisk.simulate(tilt=0.1), "one motion in time"),
         (lambda motion: motion.eulerdisk.reclassify("departure:2deg"), "one motion in time"),
         (lambda motion: motion.isel(elapsed_time=0).eulerdisk.plot(), "two samples"),
         (lambda motion: motion.drop_vars("radius").eulerdisk.animate("a.gif"), "missing.*radius"),
@@ -258,5 +261,5 @@ def test_what_a_motion_cannot_be_asked(fall, ask, words, tmp_path, monkeypatch):
 
 def test_an_atlas_is_no_film(atlas):
     """An atlas says how to film the motion of a cell."""
-    with pytest.raises(RequestError, match=r"only a motion can be filmed.*sweep.simulate"):
+    with pytest.raises(RequestError, match=r"only a motion can be filmed.*eulerdisk.simulate"):
         atlas.eulerdisk.animate("a.gif")

@@ -53,6 +53,9 @@ _SNAPSHOTS, _APART, _FALLING, _MOMENTS = 7, 1.7, 0.3, 240
 #: than the second number falls in its place.
 STAYS, _NEAR = 0.02, 1.0
 
+#: A path that is no wider than this many radii is straight, and is shown on the scale of the disk across.
+_STRAIGHT = 1e-6
+
 #: Side of the squares of the floor over half the width of what is seen, at most.
 _SQUARE = 0.2
 
@@ -148,6 +151,9 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
         axes.set_xlim(factor * (cx - reach), factor * (cx + reach))
         axes.set_ylim(factor * (cy - reach), factor * (cy + reach))
         axes.set_aspect("equal")
+    elif spread.min() <= _STRAIGHT * radius:
+        narrow, middle = (axes.set_xlim, cx) if spread[0] < spread[1] else (axes.set_ylim, cy)
+        narrow(factor * (middle - radius), factor * (middle + radius))
     note = "stays in its place" if stays else "" if axes.get_aspect() == 1.0 else "scales differ"
     axes.text(0.97, 0.03, note, transform=axes.transAxes, ha="right", fontsize=7.0, style="italic")
     _label(axes, f"contact x ({unit})", f"contact y ({unit})")
@@ -314,6 +320,8 @@ def _label(axes: "Axes", xlabel: str, ylabel: str) -> None:
     """Name the axes, and put the legend above them, where it covers nothing."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.xaxis.set_major_locator(MaxNLocator(_TICKS))
+    # small numbers with an exponent beside the axis: their digits have no room below it
+    axes.ticklabel_format(axis="x", scilimits=(-3, 5))
     axes.legend(
         loc="lower left", alignment="left", bbox_to_anchor=(0.0, 1.0), frameon=False,
         borderaxespad=0.1, handlelength=1.8, labelspacing=0.15, fontsize=7.0,
