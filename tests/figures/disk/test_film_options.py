@@ -1,5 +1,10 @@
 """What can be asked of a film, and what is refused with what to write instead."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from sweep.errors import RequestError
@@ -65,3 +70,19 @@ def test_an_mp4_needs_ffmpeg(monkeypatch):
     assert FilmOptions.read("a.gif").ending == "gif"
     with pytest.raises(RequestError, match=r"Write a.gif, or install ffmpeg\."):
         FilmOptions.read("a.mp4")
+
+
+def test_options_are_read_before_anything_heavy_is_loaded():
+    """A fresh interpreter that refuses a film holds neither matplotlib nor xarray nor Pillow."""
+    code = (
+        "import sys\n"
+        "from sweep.figures.disk.film_options import FilmOptions\n"
+        "try: FilmOptions.read('a.gif', speed=0)\n"
+        "except Exception as refused: print(refused.status)\n"
+        "print(*{'matplotlib', 'xarray', 'numba', 'scipy', 'PIL'} & sys.modules.keys())"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "2\n\n", done.stderr
