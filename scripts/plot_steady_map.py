@@ -12,6 +12,7 @@ import sweep
 from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+from sweep.request.criterion import Amplification
 from sweep.studies.steady import marginal_curve, with_coefficients
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def agreement(atlas: "xr.Dataset") -> str:
     """Return in words how verdicts agree with the sign of k, and measured rates with its root."""
     spec = sweep.SweepSpec.from_canonical(atlas.attrs["sweep_spec"])
     k, verdict = atlas.stability_coefficient.values, atlas.stability.values
+    assert isinstance(spec.criterion, Amplification)
     offset = FALL_RATE_SQUARED / spec.criterion.limit**2
     inside, outside = k < 0.0, k > 1.01 * offset
     decided = verdict != UNDECIDED

@@ -5,7 +5,7 @@ imported here before something is asked.
 """
 
 import html
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -120,7 +120,7 @@ class Eulerdisk:
         found.attrs = {}
         return found
 
-    def reclassify(self, criterion: "Criterion | str") -> xr.Dataset:
+    def reclassify(self, criterion: "Criterion | str | Callable[[xr.Dataset], Any]") -> xr.Dataset:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
         from sweep.atlas.reclassify import reclassify
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from sweep.engine.compute import compute, reach_and_scale
+from sweep.engine.compute import compute
 from sweep.engine.grid import blocks, completed, starts_of
-from sweep.model.description import LOST, Starts
-from sweep.model.quantity import PROMISED, STABLE, UNDECIDED, Array, Truths
+from sweep.model.description import Starts
+from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
 #: Share of the width that each side of an undecided stretch may keep.
@@ -162,18 +162,9 @@ def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
     Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
-    model, found = spec.model, compute(spec, starts, verdicts_only=True)
-    error = PROMISED * model.error(found) + _ROUNDING
-    low, high = (np.asarray(found[name], np.float64) for name in model.extremes)
-    wide, narrow = (
-        spec.criterion.verdict(model.endings, moved, *reach_and_scale(spec, starts, moved))
-        for moved in (
-            {**found, model.extremes[0]: low - by, model.extremes[1]: high + by} for by in (error, -error)
-        )
-    )
-    whole = (found["stability"] == STABLE) & ~model.endings.have(LOST, found["ending"])
-    lost = whole & model.may_be_lost(spec, found, error)
-    codes = np.where((wide != narrow) | lost, UNDECIDED, found["stability"])
+    found = compute(spec, starts, verdicts_only=True)
+    error = PROMISED * spec.model.error(found) + _ROUNDING
+    codes = np.where(spec.criterion.is_open(spec, starts, found, error), UNDECIDED, found["stability"])
     return codes.astype(np.int8, copy=False)
 
 
@@ -184,13 +175,17 @@ def _divisible(one: Array, other: Array, width: Array) -> Truths:
 
 
 def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
-    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`."""
+    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`.
+
+    Theory predicts no boundary for a criterion that does not limit the reach: NaN.
+    """
     rows, found = rows_along(spec, axis), dict[str, tuple[Array, Array]]()
     for span in blocks(rows.size, AT_ONCE):
         for name, lines in spec.model.lines(spec, axis, starts_of(rows, span)).items():
             # of rows for which theory has no edge it may have no line
             into = found.setdefault(name, (np.full(rows.size, np.nan), np.full(rows.size, np.nan)))
-            for values, part in zip(into, lines, strict=True):
+            known = lines if spec.criterion.limits_reach else lines[:1]
+            for values, part in zip(into, known, strict=False):
                 values[span.start : span.stop] = part
     return {name: (line[0].reshape(rows.shape), line[1].reshape(rows.shape)) for name, line in found.items()}
 

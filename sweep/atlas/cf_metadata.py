@@ -4,7 +4,7 @@ import json
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -172,7 +172,10 @@ class Declaration:
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
     computed = {name: spec.model.parameters[name] for name in spec.computed}
-    return declare_cells(spec, {**spec.model.cell_variables(spec), **computed}, "ending")
+    held = {**spec.model.cell_variables(spec), **computed}
+    if comment := spec.criterion.comment(spec.model):
+        held["stability"] = replace(held["stability"], description=ascii_text(comment))
+    return declare_cells(spec, held, "ending")
 
 
 def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:

@@ -14,22 +14,11 @@ import numpy.typing as npt
 from sweep.checks.alignment import Pair
 from sweep.errors import RequestError, shown
 from sweep.model.description import Starts
-from sweep.model.quantity import (
-    AMPLIFIED,
-    BRACKET,
-    EXTREME,
-    HALFWIDTH,
-    PROMISED,
-    STEP_COUNT,
-    Array,
-    Quantity,
-)
+from sweep.model.quantity import BRACKET, HALFWIDTH, PROMISED, STEP_COUNT, Array, Quantity
+from sweep.model.stated_error import magnitude, stated_error
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
 from sweep.request.words import suggestion
-
-#: Share of a time that the errors of a small swing may come to: more would say nothing of it.
-_MOST_OF_A_TIME = 0.5
 
 _HALFWIDTH = "_halfwidth"
 
@@ -55,7 +44,7 @@ def allowed(quantity: Quantity, pair: Pair) -> Array:
     if quantity.name in pair.cell_variables:
         new, reference = stated(pair)
         return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
-    rounding = rule.absolute + rule.relative * _size(pair.reference[quantity.name].values)
+    rounding = rule.absolute + rule.relative * magnitude(pair.reference[quantity.name].values)
     if rule.stated == BRACKET:
         return np.asarray(rounding + _brackets(quantity.name, pair))
     if rule.stated == HALFWIDTH:
@@ -74,31 +63,13 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
     starts : mapping of str to array
         Starts of the cells, in SI, of the shape of the columns.
     """
-    rule, model = quantity.tolerance, reference.spec.model
-    old = _size(reference.columns[quantity.name])
-    allowed = rule.absolute + rule.relative * old
-    if rule == STEP_COUNT and new.spec.method == reference.spec.method == "exact":
+    columns = reference.columns
+    if quantity.tolerance == STEP_COUNT and new.spec.method == reference.spec.method == "exact":
         # which takes no steps
-        return np.zeros_like(allowed)
-    if not rule.stated:
-        return np.asarray(allowed)
-    errors = _extreme_errors(new) + _extreme_errors(reference)
-    if rule.stated == EXTREME:
-        return np.asarray(allowed + errors)
-    scale = model.perturbation(reference.spec, starts)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if rule.stated == AMPLIFIED:
-            return np.asarray(allowed + np.where(scale > 0.0, errors / scale, 0.0))
-        low, high = (reference.columns[name] for name in model.extremes)
-        size = np.minimum(1.0, np.minimum(scale, high - low))
-        share = np.minimum(_MOST_OF_A_TIME, np.where(size > 0.0, errors / size, 0.0))
-        return np.asarray(allowed + old * share)
-
-
-def _size(values: npt.NDArray[Any]) -> Array:
-    """Return magnitudes; 0 of what is missing or infinite, which allows no difference."""
-    numbers = np.abs(values.astype(np.float64))
-    return np.where(np.isfinite(numbers), numbers, 0.0)
+        return np.zeros(columns[quantity.name].shape)
+    # rules that do not use the errors do without them
+    errors = _extreme_errors(new) + _extreme_errors(reference) if quantity.tolerance.stated else 0.0
+    return stated_error(quantity, reference.spec, starts, columns, errors)
 
 
 def stated(pair: Pair) -> tuple[Stated, Stated]:

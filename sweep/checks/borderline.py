@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from sweep.checks.allowed import allowed_of_cells
 from sweep.checks.cell_pair import CellBlock, CellPair, Places
-from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import Span
 from sweep.model.quantity import STABLE, UNSTABLE, Truths
 
@@ -46,8 +45,8 @@ def flips(cells: CellPair) -> Flips:
     The ending of a cell does where a neighbour of it, in the reference, ended as the new atlas says: an ending changes
     where time, error or coordinate reaches its limit, and that edge runs between cells. With the same ending, a cell
     may be stable in one and unstable in the other where the limit of the criterion lies between the departures of the
-    two, or within the tolerance of the extremes from either. Where the ending flips, the verdict that follows from it
-    may flip too.
+    two, or within the tolerance of the extremes from either; a criterion of one's own where its comparisons are so for
+    the variables that they name. Where the ending flips, the verdict that follows from it may flip too.
     """
     found = [_of_block(cells, block) for block in cells.blocks(("ending", "stability"))]
     return Flips(*(np.concatenate([_NONE, *each]) for each in zip(*found, strict=True)))
@@ -86,15 +85,14 @@ def _beside(cells: CellPair, places: Places, codes: npt.NDArray[np.integer]) -> 
 
 
 def _at_limit(cells: CellPair, block: CellBlock, which: Places) -> Truths:
-    """Return which cells of a block, at some places of it, have the limit of the criterion within their reach."""
+    """Return which cells of a block, at some places of it, have the edge of the criterion between the two atlases."""
     if not which.size:
         return np.zeros(0, bool)
     spec, part, starts = cells.pair.spec, block.at(which), cells.starts(block.span.start + which)
-    reaches = []
-    for columns in (part.new, part.reference):
-        reach, scale = reach_and_scale(spec, starts, columns)
-        reaches.append(reach)
-    limit = np.nan_to_num(spec.criterion.allowed(scale))
-    slack = allowed_of_cells(spec.model.variables[spec.model.extremes[1]], *cells.stated(part), starts)
-    at: Truths = (np.minimum(*reaches) - slack <= limit) & (limit <= np.maximum(*reaches) + slack)
-    return at
+    quantities, stated = spec.model.cell_variables(spec), cells.stated(part)
+    return spec.criterion.on_edge(
+        spec,
+        starts,
+        (part.new, part.reference),
+        lambda name: allowed_of_cells(quantities[name], *stated, starts),
+    )

@@ -75,7 +75,11 @@ class _GroupAudit:
             for name, declared in named.items()
             if name in dataset and dataset[name].shape == variables.shape
         }
-        held = self._halves if spec.boundary_width is not None else {}
+        # where the reference does not know what the criterion judges by, it has no verdict of an end
+        unknown = spec.model.unknown_to.get("exact", ())
+        judged_by = spec.criterion.needs(spec.model)
+        has_exact = spec.boundary_width is not None and set(judged_by).isdisjoint(unknown)
+        held = self._halves if has_exact else {}
         self._brackets = {
             middle: half for half, middle in held.items() if {half, middle} <= self._tallies.keys()
         }

@@ -19,7 +19,7 @@ from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import FAILED, MISSING, UNDISTURBED
-from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, Quantity
+from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import read_number
@@ -266,11 +266,11 @@ def _value(value: float, units: str) -> str:
 
 def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:
     ending = spec.model.endings.of(stored["ending"])
-    if ending.role in (MISSING, FAILED, UNDISTURBED):
+    if ending.role in (MISSING, FAILED) or (ending.role == UNDISTURBED and stored["stability"] != UNSTABLE):
         return ending.reason
     starts, measured = ({name: np.array([each[name]]) for name in each} for each in (start, stored))
     reach, scale = reach_and_scale(spec, starts, measured)
-    return spec.criterion.reason(spec, stored, float(reach[0]), float(scale[0]))
+    return spec.criterion.reason(spec, {**start, **stored}, float(reach[0]), float(scale[0]))
 
 
 def departure(spec: SweepSpec, start: Mapping[str, float]) -> tuple[float, float]:

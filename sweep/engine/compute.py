@@ -74,14 +74,16 @@ def compute(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> Col
     starts : mapping of str to array, shape (n,)
         Every parameter of the model, in SI, as from `grid.starts_of`.
     verdicts_only : bool
-        Leave out, as NaN, what costs time and no verdict needs.
+        Leave out, as NaN, what costs time and the verdicts do not need.
 
     Returns
     -------
     mapping of str to array, shape (n,)
         Every variable of the atlas, of its type in the table of the model.
     """
-    return derive(spec, starts, measure(spec, starts, verdicts_only))
+    # more than the extremes is left out only where the criterion judges by them alone
+    enough = {"ending", *spec.model.from_extremes}.issuperset(spec.criterion.needs(spec.model))
+    return derive(spec, starts, measure(spec, starts, verdicts_only and enough))
 
 
 def measure_block(spec: SweepSpec, span: Span) -> Columns:
@@ -132,7 +134,7 @@ def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
         **model.derive(starts, measured),
         "amplification": amplification,
     }
-    found["stability"] = spec.criterion.verdict(model.endings, found, reach, scale)
+    found["stability"] = spec.criterion.verdict(model.endings, {**starts, **found}, reach, scale)
     columns = {
         name: found[name].astype(quantity.dtype, copy=False)
         for name, quantity in model.cell_variables(spec).items()
@@ -191,10 +193,13 @@ def _integrator(model: Model, device: str) -> Any:
 def check_device(spec: SweepSpec) -> None:
     """Refuse a spec whose device is not there, or cannot do what is asked for. No device takes the place of another.
 
+    A criterion that cannot judge new cells is refused too.
+
     Raises
     ------
     RequestError
     """
+    spec.criterion.check_new_cells()
     if spec.device == "cpu":
         return
     if spec.method != "rk4":

@@ -8,6 +8,7 @@ from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import published
+from sweep.request.criterion import Function
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,12 +25,13 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     Raises
     ------
     RequestError
-        If the file exists, its folder does not or cannot be written, the disk has not enough room, or the dataset holds
-        what netCDF does not; nothing has been touched then.
+        If the file exists, its folder does not or cannot be written, the disk has not enough room, the dataset holds
+        what netCDF does not, or a function has judged its cells; nothing has been touched then.
     StorageError
         If the file system refuses.
     """
     path, dataset = Path(path), _rechunked(settled(dataset))
+    _check_criterion(dataset, path)
     check_target(path, overwrite)
     needed = dataset.nbytes * FILE_SHARE
     check_room(path, needed)
@@ -48,6 +50,17 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
                 hint="Take away the attribute or variable that is named.",
                 where=str(path),
             ) from problem
+
+
+def _check_criterion(dataset: "xr.Dataset", path: Path) -> None:
+    """Refuse an atlas whose verdicts only a function in memory can give."""
+    criterion = str(dataset.attrs.get("criterion", ""))
+    if Function.is_text(criterion):
+        raise RequestError(
+            f"The {criterion} has judged these cells, and no file can state it: its verdicts could not be found again.",
+            hint='Save the atlas as it was, or reclassify with an expression, as in "peak_tilt > 10deg".',
+            where=str(path),
+        )
 
 
 def _rechunked(dataset: "xr.Dataset") -> "xr.Dataset":

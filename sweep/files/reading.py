@@ -18,6 +18,7 @@ from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.atlas_file import AtlasFile, no_atlas
 from sweep.files.paths import check_atlas
 from sweep.files.trial import check_opens
+from sweep.request.criterion import Function
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -185,6 +186,8 @@ def _check(file: AtlasFile, path: Path) -> dict[str, str]:
             where=str(path),
         )
     spec = spec_named(file)
+    if isinstance(spec.criterion, Function):
+        raise no_atlas(path, f"it states the {spec.criterion}, which judged an atlas in memory")
     names = known_names(spec)
     if mistyped := sorted(names.intersection(file.unread)):
         raise no_atlas(path, f"{mistyped[0]} is of a type that no atlas has")

@@ -29,7 +29,7 @@ MISSING = "missing"
 FINAL = "final"
 #: Time ran out first: the motion may yet go further.
 OPEN = "open"
-#: Unstable by any criterion.
+#: Unstable by any criterion that limits the coordinate.
 LOST = "lost"
 #: Nothing disturbs the motion: there is nothing to measure.
 UNDISTURBED = "undisturbed"
@@ -292,6 +292,10 @@ class Model(ABC):
     ambiguous : mapping of str to str
         Part of an unknown word -> what to say instead of it.
     exact : ExactReference or None
+    additions : mapping of str to mapping of str to Quantity
+        Words of a request -> the variables of every cell that they add.
+    unknown_to : mapping of str to sequence of str
+        Method -> variables of which it knows no value.
     trajectory, regimes : str
         ``module:function`` that draws the motion of an explained cell (``explain --plot``), and the kinds of motion of
         atlases (``plot --regimes``); empty if the model has none.
@@ -321,6 +325,8 @@ class Model(ABC):
     synonyms: Mapping[str, str] = MappingProxyType({})
     ambiguous: Mapping[str, str] = MappingProxyType({})
     exact: "ExactReference | None" = None
+    additions: Mapping[str, Mapping[str, Quantity]] = MappingProxyType({})
+    unknown_to: Mapping[str, Sequence[str]] = MappingProxyType({})
     trajectory: str = ""
     regimes: str = ""
     in_time: str = ""
@@ -358,6 +364,11 @@ class Model(ABC):
         """Return the variables of an atlas with one value per cell, for the method and the options of a spec."""
         exact = self.exact.variables if self.exact is not None and spec.method == "exact" else {}
         return {**self.variables, **exact}
+
+    @property
+    def from_extremes(self) -> frozenset[str]:
+        """The extremes, and the variables that follow from them and the start."""
+        return frozenset(self.extremes) | (self.variables.keys() - {*self.measures, *self.counts})
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the compiled functions that compute the cells of a spec: their code decides the bits."""

@@ -408,15 +408,24 @@ def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _check_criterion(spec: SweepSpec) -> None:
-    """Refuse a criterion that judges by variables that the model does not have."""
-    missing = [
-        name for name in spec.criterion.needs(spec.model) if name not in spec.model.cell_variables(spec)
-    ]
-    if missing:
+    """Refuse a criterion that judges by variables that the atlas of a spec does not have."""
+    model, method = spec.model, spec.method
+    needed, unknown = spec.criterion.needs(model), model.unknown_to.get(method, ())
+    if without := [name for name in needed if name in unknown]:
         raise RequestError(
-            f"The criterion {spec.criterion} judges by {' and '.join(missing)}, which the model {spec.model.name} does "
-            "not compute.",
-            hint="Use another criterion.",
+            f"The criterion {spec.criterion} judges by {' and '.join(without)}, of which method={method} knows no "
+            "value.",
+            hint=f"Use another criterion, or method={model.methods[0]}.",
+            where="criterion",
+        )
+    if missing := [name for name in needed if name not in model.cell_variables(spec)]:
+        words = [word for word, table in model.additions.items() if not table.keys().isdisjoint(missing)]
+        raise RequestError(
+            f"The criterion {spec.criterion} judges by {' and '.join(missing)}, which the model {model.name} does not "
+            f"compute{' for this request' if words else ''}.",
+            hint=f"Add {' and '.join(words)} to the request of the atlas."
+            if words
+            else "Use another criterion.",
             where="criterion",
         )
 
@@ -452,7 +461,9 @@ def _toml(value: object) -> str:
 
 
 def _to_json(value: Any) -> Any:
-    return asdict(value) if isinstance(value, Range | Values | Criterion) else value
+    if isinstance(value, Criterion):
+        return value.kept()
+    return asdict(value) if isinstance(value, Range | Values) else value
 
 
 def _from_json(value: Any) -> object:

@@ -11,7 +11,7 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
-from sweep.request.criterion import Criterion
+from sweep.request.criterion import Criterion, Expression
 from sweep.request.regular_files import read_regular
 from sweep.request.values import NOT_FINITE, Value, plain_number, read_number, read_value
 
@@ -192,7 +192,11 @@ def read_word(name: str, raw: object, model: Model) -> Value | Criterion | str:
     if name in model.settings:
         return read_input(model.settings[name], raw, read_number)
     if name == "criterion":
-        return raw if isinstance(raw, Criterion) else Criterion.parse(_text(name, raw))
+        # a criterion was perhaps read for another model, whose variables have the same names
+        if isinstance(raw, Criterion) and not isinstance(raw, Expression):
+            return raw
+        text = str(raw) if isinstance(raw, Expression) else _text(name, raw)
+        return Criterion.parse(text, model)
     if name == "title":
         return read_title(raw)
     if name == "boundary":

@@ -46,7 +46,7 @@ def figure(explanation: Explanation) -> Figure:
         _draw_tilt(left, motion, explanation)
         _draw_path(right, motion)
         verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
-        left.set_title(f"{verdict} by {explanation.spec.criterion}")
+        left.set_title(f"{verdict} by {explanation.spec.criterion.caption(DISK)}")
         right.set_title("path of the point of contact")
         write_head(
             drawn, explanation.spec.title or "The motion of one cell", caption_of_start(explanation.start)

@@ -11,6 +11,7 @@ from sweep.model.disk.cell_checks import Facts, cell_checks, ended, same
 from sweep.model.disk.initial_conditions import computed_rate
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.quantity import DECISION, UNDECIDED, Array, Quantity, Tolerance, Truths, table
+from sweep.model.stated_error import stated_error
 
 #: Variables of an atlas that the audit reads.
 MEASURES = ("ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period")
@@ -96,11 +97,10 @@ def check(
         One or more of each variable that the atlas holds of its cells.
     """
     model, scale = spec.model, spec.model.perturbation(spec, starts)
-    limit = np.nan_to_num(spec.criterion.allowed(scale))
     stored_reach, exact_reach = model.reach(spec, starts, stored), model.reach(spec, starts, exact)
     derived = _derived(stored, stored_reach, scale)
     rounding = _rounding(derived["amplification"], scale)
-    exact_stability = _exact_verdict(spec, exact, exact_reach, scale)
+    exact_stability = _exact_verdict(spec, starts, exact, exact_reach, scale)
     allowed = spec.tolerance + np.fmax(exact["tilt_error"], 0.0)
     low, high = _tilt_differences(spec, stored, exact, allowed)
     difference = np.maximum(low, high)
@@ -108,12 +108,15 @@ def check(
     period_allowed = _period_allowance(spec, exact, difference)
     period_share = np.abs(period_difference) / period_allowed
     at_rest = _at_rest(stored, exact, allowed)
-    marginal = _margin(spec, exact, exact_reach, limit) <= allowed
-    verdict_follows = _verdict_follows(spec, stored, derived, stored_reach, scale, limit)
+    verdict_follows = _verdict_follows(spec, starts, stored, derived, stored_reach, scale, rounding)
     has_period = _has_period(spec, stored, exact)
     follows = verdict_follows & _numbers_follow(spec, starts, stored, derived, rounding, has_period)
     same_ending = at_rest | _endings_agree(spec, stored, exact)
-    same_verdict = at_rest | _verdicts_agree(stored, exact_stability) | (not _decidable(spec))
+    same_verdict = at_rest | _verdicts_agree(spec, stored, exact, exact_stability) | (not _decidable(spec))
+    marginal = np.zeros(scale.shape, bool)
+    if not (same_ending & same_verdict).all():
+        marginal = _near_fall(spec, exact) <= allowed
+        marginal |= _near_edge(spec, starts, exact, exact_reach, scale, allowed, period_allowed)
     ending_right, verdict_right = marginal | same_ending, marginal | same_verdict
     code = np.full(scale.shape, AGREES, np.int8)
     # each line overrides those before it
@@ -149,6 +152,7 @@ def check(
         verdict_right=verdict_right,
         verdict_follows=verdict_follows,
         has_period=has_period,
+        decidable=_decidable(spec),
         derived=derived,
         rounding=rounding,
     )
@@ -231,25 +235,59 @@ def _rounding(amplification: Array, scale: Array) -> Array:
 
 
 def _verdict_follows(
-    spec: Request, stored: Columns, derived: Columns, reach: Array, scale: Array, limit: Array
+    spec: Request,
+    starts: Starts,
+    stored: Columns,
+    derived: Columns,
+    reach: Array,
+    scale: Array,
+    rounding: Array,
 ) -> Truths:
-    """Return where the stored verdict is that of the criterion on the stored extremes, or lies on its limit."""
-    follows: Truths = stored["stability"] == _verdict(spec, stored, derived, reach, scale)
+    """Return where the stored verdict is that of the criterion on the stored values, or lies on its edge."""
+    follows: Truths = stored["stability"] == _verdict(spec, starts, stored, derived, reach, scale)
     if follows.all():
         return follows
-    on_limit = np.abs(reach - limit) <= _TILT_ROUNDING
+    on_edge = spec.criterion.on_edge(
+        spec,
+        starts,
+        [{**stored, **derived}],
+        lambda name: rounding if name == "amplification" else _TILT_ROUNDING,
+    )
     legal = np.isin(stored["stability"], list(VARIABLES["stability"].flags or ()))
-    return np.asarray(follows | (on_limit & legal))
+    return np.asarray(follows | (on_edge & legal))
 
 
-def _margin(spec: Request, exact: Columns, reach: Array, limit: Array) -> Array:
-    """Return how near [rad] the motion comes to where its verdict or its ending would change.
+def _near_fall(spec: Request, exact: Columns) -> Array:
+    """Return how near [rad] the motion comes to where its ending would change.
 
     Zero for a fall, for which the reduction has no turning point: an atlas with another ending must agree in its
     extremes, which are then within the tolerance of fall_tilt.
     """
     peak = np.maximum(np.abs(exact["tilt_max"]), np.abs(exact["tilt_min"]))
-    return np.asarray(np.minimum(np.abs(reach - limit), np.abs(peak - spec.fall_tilt)))
+    return np.asarray(np.abs(peak - spec.fall_tilt))
+
+
+def _near_edge(
+    spec: Request,
+    starts: Starts,
+    exact: Columns,
+    reach: Array,
+    scale: Array,
+    allowed: Array,
+    period_allowed: Array,
+) -> Truths:
+    """Return where the verdict changes within what is allowed of the extremes [rad] and of the period [s]."""
+    if not _decidable(spec) and not spec.criterion.limits_reach:
+        return np.zeros(scale.shape, bool)
+    columns = {**exact, **_derived(exact, reach, scale)}
+
+    def error(name: str) -> Array:
+        if name == "nutation_period":
+            return period_allowed
+        return stated_error({**VARIABLES, **REDUCTION}[name], spec, starts, columns, allowed)
+
+    found: Truths = spec.criterion.on_edge(spec, starts, [columns], error)
+    return found
 
 
 def _endings_agree(spec: Request, stored: Columns, exact: Columns) -> Truths:
@@ -262,10 +300,21 @@ def _endings_agree(spec: Request, stored: Columns, exact: Columns) -> Truths:
     return agree
 
 
-def _verdicts_agree(stored: Columns, exact: npt.NDArray[Any]) -> Truths:
-    """Return where verdicts are the same, or a run that time ended is undecided."""
-    agree: Truths = stored["stability"] == exact
-    return np.asarray(agree | (ended(stored, "horizon") & (stored["stability"] == UNDECIDED)))
+def _verdicts_agree(
+    spec: Request, stored: Columns, exact: Columns, exact_stability: npt.NDArray[Any]
+) -> Truths:
+    """Return where verdicts are the same, or the atlas has none that the reduction could give.
+
+    A run that time ended may be undecided; by a criterion that does not limit the reach, its verdict is only that of
+    what was measured until then. Beside a separatrix the reduction may lack the period that a criterion judges by.
+    """
+    agree: Truths = stored["stability"] == exact_stability
+    open_ = ended(stored, "horizon")
+    if spec.criterion.limits_reach:
+        return np.asarray(agree | (open_ & (stored["stability"] == UNDECIDED)))
+    if "nutation_period" in spec.criterion.needs(spec.model):
+        open_ |= ended(exact, "bounded") & np.isnan(exact["nutation_period"])
+    return np.asarray(agree | open_)
 
 
 def _at_rest(stored: Columns, exact: Columns, allowed: Array) -> Truths:
@@ -293,17 +342,22 @@ def _mark_failed_cells(code: npt.NDArray[np.int8], stored: Columns, exact: Colum
 
 
 def _verdict(
-    spec: Request, measured: Columns, derived: Columns, reach: Array, scale: Array
+    spec: Request, starts: Starts, measured: Columns, derived: Columns, reach: Array, scale: Array
 ) -> npt.NDArray[np.int8]:
-    """Return the verdict of the criterion on extremes and on what follows from them (`_derived`)."""
-    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, {**measured, **derived}, reach, scale)
+    """Return the verdict of the criterion on measures, on what follows from them (`_derived`), and on the starts."""
+    columns = {**starts, **measured, **derived}
+    verdict: npt.NDArray[np.int8] = spec.criterion.verdict(ENDINGS, columns, reach, scale)
     return verdict
 
 
-def _exact_verdict(spec: Request, exact: Columns, reach: Array, scale: Array) -> npt.NDArray[np.int8]:
-    """Return the verdict of the criterion on the exact extremes."""
+def _exact_verdict(
+    spec: Request, starts: Starts, exact: Columns, reach: Array, scale: Array
+) -> npt.NDArray[np.int8]:
+    """Return the verdict of the criterion on the exact values; undecided where the reduction does not know them."""
+    if not _decidable(spec) and not spec.criterion.limits_reach:
+        return np.full(scale.shape, UNDECIDED, np.int8)
     needed = {"peak_tilt", "amplification"}.intersection(spec.criterion.needs(spec.model))
-    return _verdict(spec, exact, _derived(exact, reach, scale) if needed else {}, reach, scale)
+    return _verdict(spec, starts, exact, _derived(exact, reach, scale) if needed else {}, reach, scale)
 
 
 def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
@@ -317,7 +371,7 @@ def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:
 
 def _decidable(spec: Request) -> bool:
     """Whether the reduction knows all that the criterion needs: it has no time, so neither duration nor fall_time."""
-    return set(spec.criterion.needs(spec.model)) <= set(MEASURES)
+    return set(spec.criterion.needs(spec.model)) <= {*MEASURES, *REDUCTION}
 
 
 def _fell(measured: Columns) -> Truths:

@@ -41,8 +41,8 @@ class Facts:
     `stored` and `exact` hold the values of the atlas and of the reduction; `low` and `high` are the differences of the
     extreme tilts [rad], which may be `allowed`; `period_allowed` [s] is that of the period; the truths say whether
     ending and verdict are the exact ones, whether the verdict follows from the stored extremes, and whether a cell has
-    to have a period; `derived` is what follows from the stored extremes, of which the amplification may be off by
-    `rounding`.
+    to have a period; `decidable` says whether the reduction can judge by the criterion; `derived` is what follows from
+    the stored extremes, of which the amplification may be off by `rounding`.
     """
 
     stored: Columns
@@ -55,6 +55,7 @@ class Facts:
     verdict_right: Truths
     verdict_follows: Truths
     has_period: Truths
+    decidable: bool
     derived: Columns
     rounding: Array
 
@@ -159,7 +160,7 @@ def _decisions(facts: Facts) -> Iterator[CellCheck]:
     yield _decided(
         facts,
         "stability",
-        f"the criterion, on the stored extremes and on those of {_EXACT}",
+        f"the criterion, on the stored {f'extremes and on those of {_EXACT}' if facts.decidable else 'values'}",
         facts.verdict_follows & (facts.verdict_right | ~resolved),
     )
 

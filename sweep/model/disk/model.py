@@ -61,6 +61,11 @@ class Disk(Model):
         "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical."
     }
     exact: ExactReduction = ExactReduction()
+    additions = {  # noqa: RUF012 - likewise
+        "contact=yes": tables.CONTACT_VARIABLES,
+        "method=exact": tables.REDUCTION,
+    }
+    unknown_to = {"exact": [name for name in tables.UNTIMED if name != "ending"]}  # noqa: RUF012 - likewise
     trajectory, regimes = "sweep.figures.disk.cell_plot:figure", "sweep.figures.disk.regimes:figure"
     in_time = "sweep.motion.contact:contact_in_time"
 
@@ -166,7 +171,7 @@ class Disk(Model):
         """Return when the disk fell."""
         time = f" after {stored['fall_time']:.6g} s" if np.isfinite(stored["fall_time"]) else ""
         tilt = tables.SETTINGS["fall_tilt"].spell(spec.fall_tilt, 6)
-        return f"the tilt reached fall_tilt, {tilt}{time}, and a fall is unstable by any criterion"
+        return f"the tilt reached fall_tilt, {tilt}{time}, and a fall is unstable by this criterion"
 
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]

@@ -139,7 +139,7 @@ ENDINGS = Endings(
     ),
     Ending(
         code.FELL, "fell", "the tilt reached fall_tilt", LOST,
-        "the tilt reached fall_tilt, and a fall is unstable by any criterion",
+        "the tilt reached fall_tilt, and a fall is unstable by this criterion",
     ),
     Ending(
         code.UNRESOLVED, "unresolved", "the estimated error stayed over the tolerance, or the steps were too many",

@@ -1,0 +1,317 @@
+r"""From text to the tree of a criterion of one's own: tokens, and one function for each rule of the grammar.
+
+::
+
+    any        = all { "or" all }
+    all        = each { "and" each }
+    each       = "not" each | "(" any ")" | comparison
+    comparison = term sign term { sign term }
+    sign       = "<" | "<=" | ">" | ">=" | "==" | "!="
+    term       = number [ unit ] | [ number "*" ] ( NAME | "abs" "(" NAME ")" ) | FLAG
+
+NAME is a variable or a parameter of the cells, FLAG the name of a code of the variable on the other side. Nothing of a
+text is ever run.
+"""
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from sweep.errors import RequestError, shown
+from sweep.model.quantity import Quantity
+from sweep.request.expression import (
+    SIGNS,
+    AllOf,
+    AnyOf,
+    Comparison,
+    Expression,
+    Flag,
+    Not,
+    Number,
+    Term,
+    Variable,
+)
+from sweep.request.values import read_number
+
+#: Characters of a text at most, and brackets and words ``not`` around a comparison.
+MOST_CHARACTERS, MOST_NESTED = 1000, 20
+
+_KEYWORDS = ("and", "or", "not", "abs")
+
+#: One factor of a unit with a small power, as `sweep.request.values` reads it; the words that follow a number are none.
+_FACTOR = r"(?!(?:and|or|not)\b)(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
+_TOKEN = re.compile(
+    rf"""
+    (?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+    (?:\s*(?P<unit>{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR}){{0,9}}))?
+    | (?P<sign>{"|".join(SIGNS)})
+    | (?P<word>[A-Za-z_][A-Za-z_0-9]*)
+    | (?P<mark>[()*])
+    """,
+    re.VERBOSE,
+)
+
+#: Signs of other languages, and of printed pages -> what is written here.
+_INSTEAD = {
+    "=": "Write == for equality.",
+    "&": "Write and.",
+    "|": "Write or.",
+    "!": "Write not, or != for inequality.",
+    "\u2264": "Write <=.",
+    "\u2265": "Write >=.",
+    "\u2260": "Write !=.",
+    "\u2212": "Write the minus sign as a hyphen, as in -1deg.",
+} | dict.fromkeys("+-/", "Beside comparisons there is only the product of a number and a name, as in 3*tilt.")
+
+_EXAMPLE = "Write it as in peak_tilt > 10deg or fall_time < 2s."
+
+
+@dataclass(frozen=True)
+class _Token:
+    """A piece of the text: its `kind` is a group of `_TOKEN`, `at` the number of characters before it."""
+
+    kind: str
+    text: str
+    at: int
+    number: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class _Raw:
+    """A term whose quantity is not known yet: a number, or a name with its factor."""
+
+    token: _Token
+    name: str = ""
+    factor: float = 1.0
+    absolute: bool = False
+
+    @property
+    def bare(self) -> bool:
+        """Whether it is a name and nothing else."""
+        return bool(self.name) and self.factor == 1.0 and not self.absolute
+
+
+def read_expression(text: str, quantities: Mapping[str, Quantity]) -> Expression:
+    """Return the tree of an expression.
+
+    Parameters
+    ----------
+    text : str
+    quantities : mapping of str to Quantity
+        The variables and parameters that it may name.
+
+    Raises
+    ------
+    RequestError
+        If it is not in the grammar of this module, names something else, compares unlike quantities, or is too long;
+        the message says at which character.
+    """
+    _check_length(text)
+    tree = _Parser(text, quantities).whole()
+    # what is kept of it, in files too, is read again
+    _check_length(str(tree))
+    return tree
+
+
+def _check_length(text: str) -> None:
+    if len(text) > MOST_CHARACTERS:
+        raise RequestError(
+            f"An expression has at most {MOST_CHARACTERS} characters with all its spaces and units; got {len(text)}.",
+            hint="Write a shorter one, or classify in Python with reclassify(atlas, function).",
+        )
+
+
+def _tokens(text: str) -> Iterator[_Token]:
+    at = 0
+    while at < len(text):
+        if text[at].isspace():
+            at += 1
+            continue
+        found = _TOKEN.match(text, at)
+        if found is None:
+            _refuse(f"{shown(text[at])} is no part of an expression", at, _INSTEAD.get(text[at], _EXAMPLE))
+        number, unit = found["number"] or "", found["unit"] or ""
+        kind = "number" if number else str(found.lastgroup)
+        yield _Token(kind, found[0], at, number, unit)
+        at = found.end()
+
+
+def _refuse(problem: str, at: int, hint: str = _EXAMPLE) -> NoReturn:
+    raise RequestError(f"{problem}, at character {at + 1}.", hint=hint)
+
+
+class _Parser:
+    """The tokens of a text, and the place of the next one."""
+
+    def __init__(self, text: str, quantities: Mapping[str, Quantity]) -> None:
+        self._length, self._quantities = len(text), quantities
+        self._tokens, self._next = list(_tokens(text)), 0
+
+    def whole(self) -> Expression:
+        """Read all of the text."""
+        tree = self._any(0)
+        if self._peek() is not None:
+            self._unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
+        return tree
+
+    def _any(self, nested: int) -> Expression:
+        parts = [self._all(nested)]
+        while self._takes("or"):
+            parts.append(self._all(nested))
+        return parts[0] if len(parts) == 1 else AnyOf(tuple(_flat(parts, AnyOf)))
+
+    def _all(self, nested: int) -> Expression:
+        parts = [self._each(nested)]
+        while self._takes("and"):
+            parts.append(self._each(nested))
+        return parts[0] if len(parts) == 1 else AllOf(tuple(_flat(parts, AllOf)))
+
+    def _each(self, nested: int) -> Expression:
+        if nested > MOST_NESTED:
+            _refuse(f"At most {MOST_NESTED} brackets and words not lie around a comparison", self._at())
+        if self._takes("not"):
+            return Not(self._each(nested + 1))
+        if self._takes("("):
+            found = self._any(nested + 1)
+            self._expect(")")
+            return found
+        return self._comparison()
+
+    def _comparison(self) -> Expression:
+        raws, signs = [self._term()], list[str]()
+        while (token := self._peek()) is not None and token.kind == "sign":
+            self._next += 1
+            signs.append(token.text)
+            raws.append(self._term())
+        if not signs:
+            self._unexpected("a comparison: one of <, <=, >, >=, ==, !=")
+        return Comparison(self._resolved(raws, signs), tuple(signs))
+
+    def _term(self) -> _Raw:
+        token = self._peek()
+        if token is not None and token.kind == "number":
+            self._next += 1
+            return self._named(_factor(token)) if self._takes("*") else _Raw(token)
+        return self._named(1.0, "a number or a name")
+
+    def _named(self, factor: float, wanted: str = "the name of a variable or a parameter") -> _Raw:
+        """Read a name, or its magnitude."""
+        absolute = self._takes("abs")
+        if absolute:
+            self._expect("(")
+        token = self._peek()
+        if token is None or token.kind != "word" or token.text in _KEYWORDS:
+            self._unexpected(wanted)
+        self._next += 1
+        if absolute:
+            self._expect(")")
+        return _Raw(token, token.text, factor, absolute)
+
+    def _resolved(self, raws: Sequence[_Raw], signs: Sequence[str]) -> tuple[Term, ...]:
+        """Return the terms of a comparison, by the quantities that they name."""
+        known = [raw for raw in raws if raw.name in self._quantities]
+        if flagged := [raw for raw in known if self._quantities[raw.name].flags is not None]:
+            return self._flags(raws, signs, flagged[0])
+        for raw in raws:
+            if raw.name and raw not in known:
+                _refuse_name(raw, raw.name, self._quantities)
+        if not known:
+            _refuse("A comparison names at least one variable or parameter", raws[0].token.at)
+        quantity = self._quantities[known[0].name]
+        for raw in known:
+            other = self._quantities[raw.name]
+            if other.units != quantity.units:
+                _refuse(
+                    f"Only like quantities are compared: {quantity.name} is in {quantity.units} and {other.name} in "
+                    f"{other.units}",
+                    raw.token.at,
+                )
+        return tuple(
+            Variable(raw.name, raw.factor, raw.absolute) if raw.name else _number(raw.token, quantity)
+            for raw in raws
+        )
+
+    def _flags(self, raws: Sequence[_Raw], signs: Sequence[str], flagged: _Raw) -> tuple[Term, ...]:
+        """Return a variable and the name of one of its codes."""
+        quantity = self._quantities[flagged.name]
+        codes = {name: code for code, name in (quantity.flags or {}).items()}
+        others = [raw for raw in raws if raw is not flagged]
+        if len(raws) != 2 or signs[0] not in ("==", "!=") or not flagged.bare or not others[0].bare:
+            _refuse(
+                f"{flagged.name} is one of {', '.join(codes)}, and is compared with one of these names by == or !=",
+                flagged.token.at,
+                f"Write it as in {flagged.name} == {next(reversed(codes))}.",
+            )
+        if others[0].name not in codes:
+            _refuse_name(others[0], f"{flagged.name} == {others[0].name}", codes)
+        flag = Flag(others[0].name, codes[others[0].name])
+        return tuple(Variable(raw.name) if raw is flagged else flag for raw in raws)
+
+    def _takes(self, text: str) -> bool:
+        """Go past the next token if it is this one, and return whether it is."""
+        token = self._peek()
+        here = token is not None and token.text == text
+        self._next += here
+        return here
+
+    def _expect(self, text: str) -> None:
+        if not self._takes(text):
+            self._unexpected(text)
+
+    def _peek(self) -> _Token | None:
+        return self._tokens[self._next] if self._next < len(self._tokens) else None
+
+    def _at(self) -> int:
+        token = self._peek()
+        return self._length if token is None else token.at
+
+    def _unexpected(self, wanted: str) -> NoReturn:
+        token = self._peek()
+        there = "the end" if token is None else shown(token.text)
+        _refuse(f"Here must stand {wanted}; got {there}", self._at())
+
+
+def _flat(parts: Iterable[Expression], kind: type[AllOf] | type[AnyOf]) -> Iterator[Expression]:
+    """Yield parts, and instead of those of a kind their own parts."""
+    for part in parts:
+        if isinstance(part, AllOf | AnyOf) and isinstance(part, kind):
+            yield from part.parts
+        else:
+            yield part
+
+
+def _factor(token: _Token) -> float:
+    factor = float(token.number) + 0.0
+    if token.unit or not math.isfinite(factor):
+        _refuse(f"A factor is a finite number without a unit; got {shown(token.text)}", token.at)
+    return factor
+
+
+def _number(token: _Token, quantity: Quantity) -> Number:
+    """Return a number in the SI units of a quantity."""
+    try:
+        value = read_number(f"{token.number} {token.unit}".strip(), quantity)
+    except RequestError as error:
+        _refuse(error.message.removesuffix("."), token.at, error.hint)
+    # no tilt is so far from another one: such a number is degrees taken for radians
+    if quantity.units == "rad" and not token.unit and abs(value) >= math.pi:
+        _refuse(
+            f"A bare number is in rad, and {quantity.name} is below 180 deg; got {shown(token.text)}",
+            token.at,
+            f"Write {token.text}deg.",
+        )
+    return Number(value, quantity.units)
+
+
+def _refuse_name(raw: _Raw, given: str, known: Iterable[str]) -> NoReturn:
+    names = tuple(known)
+    close = difflib.get_close_matches(raw.name.lower(), names, n=1)
+    _refuse(
+        f"{shown(given)} names nothing that there is; there are {', '.join(names)}",
+        raw.token.at,
+        f"Did you mean {close[0]}?" if close else "Use one of these names.",
+    )
