@@ -221,9 +221,10 @@ class Criterion:
 
 def _unknown(text: str) -> RequestError:
     # a kind without a form is not written in words
-    kinds = [kind for kind in _KINDS.values() if kind.form]
+    kinds = [_KINDS[word] for word in sorted(_KINDS) if _KINDS[word].form]
+    forms = [each.form for each in kinds]
     return RequestError(
-        f"{shown(text)} is no criterion. A criterion is {' or '.join(each.form for each in kinds)}.",
+        f"{shown(text)} is no criterion. A criterion is {', '.join(forms[:-1])} or {forms[-1]}.",
         hint=f"Write {' or '.join(each.example for each in kinds)}.",
         where="criterion",
     )

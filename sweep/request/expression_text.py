@@ -66,6 +66,7 @@ _INSTEAD = {
     "\u2212": "Write the minus sign as a hyphen, as in -1deg.",
 } | dict.fromkeys("+-/", "Beside comparisons there is only the product of a number and a name, as in 3*tilt.")
 
+_NAME = "the name of a variable or a parameter"
 _EXAMPLE = "Write it as in peak_tilt > 10deg or fall_time < 2s."
 
 
@@ -141,7 +142,7 @@ def _tokens(text: str) -> Iterator[_Token]:
 
 
 def _refuse(problem: str, at: int, hint: str = _EXAMPLE) -> NoReturn:
-    raise RequestError(f"{problem}, at character {at + 1}.", hint=hint)
+    raise RequestError(f"At character {at + 1}: {problem}.", hint=hint)
 
 
 class _Parser:
@@ -172,7 +173,7 @@ class _Parser:
 
     def _each(self, nested: int) -> Expression:
         if nested > MOST_NESTED:
-            _refuse(f"At most {MOST_NESTED} brackets and words not lie around a comparison", self._at())
+            _refuse(f"at most {MOST_NESTED} brackets and nots may lie around a comparison", self._at())
         if self._takes("not"):
             return Not(self._each(nested + 1))
         if self._takes("("):
@@ -198,11 +199,12 @@ class _Parser:
             return self._named(_factor(token)) if self._takes("*") else _Raw(token)
         return self._named(1.0, "a number or a name")
 
-    def _named(self, factor: float, wanted: str = "the name of a variable or a parameter") -> _Raw:
+    def _named(self, factor: float, wanted: str = _NAME) -> _Raw:
         """Read a name, or its magnitude."""
         absolute = self._takes("abs")
         if absolute:
             self._expect("(")
+            wanted = _NAME
         token = self._peek()
         if token is None or token.kind != "word" or token.text in _KEYWORDS:
             self._unexpected(wanted)
@@ -220,15 +222,16 @@ class _Parser:
             if raw.name and raw not in known:
                 _refuse_name(raw, raw.name, self._quantities)
         if not known:
-            _refuse("A comparison names at least one variable or parameter", raws[0].token.at)
+            _refuse("a comparison names at least one variable or parameter", raws[0].token.at)
         quantity = self._quantities[known[0].name]
         for raw in known:
             other = self._quantities[raw.name]
             if other.units != quantity.units:
                 _refuse(
-                    f"Only like quantities are compared: {quantity.name} is in {quantity.units} and {other.name} in "
+                    f"only like quantities are compared: {quantity.name} is in {quantity.units} and {other.name} in "
                     f"{other.units}",
                     raw.token.at,
+                    f"Compare {other.name} with numbers and quantities in {other.units}.",
                 )
         return tuple(
             Variable(raw.name, raw.factor, raw.absolute) if raw.name else _number(raw.token, quantity)
@@ -244,7 +247,7 @@ class _Parser:
             _refuse(
                 f"{flagged.name} is one of {', '.join(codes)}, and is compared with one of these names by == or !=",
                 flagged.token.at,
-                f"Write it as in {flagged.name} == {next(reversed(codes))}.",
+                f"Write {flagged.name} == and one of them.",
             )
         if others[0].name not in codes:
             _refuse_name(others[0], f"{flagged.name} == {others[0].name}", codes)
@@ -272,7 +275,7 @@ class _Parser:
     def _unexpected(self, wanted: str) -> NoReturn:
         token = self._peek()
         there = "the end" if token is None else shown(token.text)
-        _refuse(f"Here must stand {wanted}; got {there}", self._at())
+        _refuse(f"here must stand {wanted}; got {there}", self._at())
 
 
 def _flat(parts: Iterable[Expression], kind: type[AllOf] | type[AnyOf]) -> Iterator[Expression]:
@@ -287,7 +290,7 @@ def _flat(parts: Iterable[Expression], kind: type[AllOf] | type[AnyOf]) -> Itera
 def _factor(token: _Token) -> float:
     factor = float(token.number) + 0.0
     if token.unit or not math.isfinite(factor):
-        _refuse(f"A factor is a finite number without a unit; got {shown(token.text)}", token.at)
+        _refuse(f"a factor is a finite number without a unit; got {shown(token.text)}", token.at)
     return factor
 
 
@@ -296,11 +299,12 @@ def _number(token: _Token, quantity: Quantity) -> Number:
     try:
         value = read_number(f"{token.number} {token.unit}".strip(), quantity)
     except RequestError as error:
-        _refuse(error.message.removesuffix("."), token.at, error.hint)
+        problem = error.message.removesuffix(".")
+        _refuse(problem[:1].lower() + problem[1:], token.at, error.hint)
     # no tilt is so far from another one: such a number is degrees taken for radians
     if quantity.units == "rad" and not token.unit and abs(value) >= math.pi:
         _refuse(
-            f"A bare number is in rad, and {quantity.name} is below 180 deg; got {shown(token.text)}",
+            f"a bare number is in rad, and {quantity.name} is below 180 deg; got {shown(token.text)}",
             token.at,
             f"Write {token.text}deg.",
         )

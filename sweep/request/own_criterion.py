@@ -17,8 +17,11 @@ from sweep.request import expression
 from sweep.request.criterion_base import Criterion, Errors
 from sweep.request.expression_text import read_expression
 
-#: Characters of a line of a caption.
-_CAPTION = 60
+#: What only the text of a comparison holds, also one that is written with the signs of printed pages.
+_COMPARING = "<>=!\u2264\u2265\u2260"
+
+#: Characters of a line of a caption, and room for what stands before its first one.
+_CAPTION, _BEFORE = 60, " " * 10
 
 
 def where_true(
@@ -70,7 +73,7 @@ class Expression(Criterion):
     @classmethod
     def read(cls, text: str, model: Model) -> Self | None:
         """Return the criterion that a text with a comparison spells; None of a text without one."""
-        if not any(sign in text for sign in "<>=!"):
+        if not any(sign in text for sign in _COMPARING):
             return None
         return cls(read_expression(text, _quantities(model)))
 
@@ -88,7 +91,8 @@ class Expression(Criterion):
 
     def caption(self, model: Model) -> str:
         """Return the expression, on several lines if it is long."""
-        return textwrap.fill(re.sub(r"(?<=\d)deg\b", "°", str(self)), _CAPTION)
+        text = re.sub(r"(?<=\d)deg\b", "°", str(self))
+        return textwrap.fill(text, _CAPTION, initial_indent=_BEFORE).removeprefix(_BEFORE)
 
     def comment(self, model: Model) -> str:
         """Return the expression, and what is stable where it is false."""
@@ -260,5 +264,5 @@ def _quantities(model: Model) -> dict[str, Quantity]:
     added = {name: each for table in model.additions.values() for name, each in table.items()}
     named: dict[str, Quantity] = {**model.variables, **added, **model.parameters}
     # it follows from the criterion
-    del named["stability"]
+    named.pop("stability", None)
     return named

@@ -1,6 +1,7 @@
 """The figure of one cell: its tilt over time with the extremes and the limit of the criterion, and its path."""
 
 import math
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,9 @@ _PERIODS = 3.0
 
 _SAMPLES = 2000
 
+#: Characters of a line of the title of the tilt: more would run into the other title.
+_TITLE = 48
+
 #: Width and height [in]: a journal's page is 7 wide.
 _SIZE = (7.0, 3.3)
 
@@ -46,7 +50,7 @@ def figure(explanation: Explanation) -> Figure:
         _draw_tilt(left, motion, explanation)
         _draw_path(right, motion)
         verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
-        left.set_title(f"{verdict} by {explanation.spec.criterion.caption(DISK)}")
+        left.set_title(textwrap.fill(f"{verdict} by {explanation.spec.criterion}", _TITLE))
         right.set_title("path of the point of contact")
         write_head(
             drawn, explanation.spec.title or "The motion of one cell", caption_of_start(explanation.start)
