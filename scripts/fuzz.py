@@ -43,6 +43,7 @@ READING = {
     "info": "info {}",
     "boundary": "boundary {}",
     "criterion": "boundary {} --criterion departure:1deg -o OUT/boundary.nc --overwrite",
+    "own": "boundary {} --criterion not(tilt_max<1.5*tilt)or(nutation_period>3s) --refine 0.1",
     "refine": "boundary {} --refine 0.01",
     "plot": "plot {} -o OUT/map.png",
     "friction": "plot {} WHOLE --friction 0.5 -o OUT/map.svg",
@@ -63,6 +64,7 @@ WHOLE = {
     "rolling.nc": "rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log contact=yes",
     "curves.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg,4deg boundary=refined:1e-3 title='a < b'",
     "circling.nc": "circling precession_rate=0.5:4:6 tilt=5deg,10deg method=exact",
+    "own.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg criterion=peak_tilt>3*tilt",
     "line.nc": "spinning precession_rate=1:6:9 tilt_rate=0.01",
     "steady.nc": "rolling tilt=10deg tilt_rate=0.01 alpha=0.5,1 precession_rate=0.5:2:4 roll_rate=steady",
 }

@@ -25,7 +25,10 @@ _VALUES = (
     "1deg:2deg:999999999999999999",
     ",", ",,", "1,2,", ",".join(map(str, range(1, 30_000))), "1" * 10**6, "1." + "0" * 10**6, "steady", "steady-slow",
     "departure:5deg", "departure:", "departure:1e9deg", "amplification:" + "9" * 500, "refined:1e-300", "refined:nan",
-    "refined:\uff11e-6", "refined:1_0", "cuda", "exact", "yes", "auto", *TEXTS[:10], *TEXTS[11:],
+    "refined:\uff11e-6", "refined:1_0", "peak_tilt>1deg", "peak_tilt>", "peak_tilt > 1", "fall_time < 2 m*(9**9**9)",
+    "not " * 300, "(" * 10**5 + ">", "tilt>0or " * 10**5, "peak_tilt >= 1e400", "ending == fell", "ending==\x1b[31m",
+    "__import__('os')>1", "peak_tilt > 1" + "0" * 900, "tilt" + "<1deg" * 190, "wells==two_wells",
+    "cuda", "exact", "yes", "auto", *TEXTS[:10], *TEXTS[11:],
 )  # fmt: skip
 
 _LINES = (

@@ -61,7 +61,12 @@ OptionalSpec = Annotated[
 AtlasFile = Annotated[Path, typer.Argument(metavar="ATLAS.nc", help="A file made by eulerdisk run.")]
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The netCDF file to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the files to write if they exist.")]
-Criterion = Annotated[str | None, typer.Option(help="Judge by another criterion, e.g. departure:2deg.")]
+Criterion = Annotated[
+    str | None,
+    typer.Option(
+        help="Judge by another criterion, e.g. departure:2deg or 'peak_tilt > 10deg or fall_time < 2s'."
+    ),
+]
 Threads = Annotated[
     int | None,
     typer.Option(parser=whole_number, metavar="INTEGER", help="Number of threads; default: all available."),

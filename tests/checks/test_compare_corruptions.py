@@ -23,6 +23,7 @@ KINDS = {
     "circling": CIRCLING.replace(boundary="refined:1e-9"),
     "computed rate": STEADY,
     "exact": SPEC.replace(method="exact"),
+    "own": REFINED.replace(criterion="peak_tilt > 3*tilt and nutation_period > 3s"),
     "cube": SPEC.replace(roll_rate="0:3:7", tilt="0.1deg,1deg", alpha="0.5,1", tolerance=1e-6),
     "kicked": SPEC.replace(tilt=0, tilt_rate="0.01:3:4:log", duration=1.0),
 }

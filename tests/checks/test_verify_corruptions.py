@@ -77,6 +77,17 @@ KINDS = {
     "horizon": lambda: sweep.run(small("rolling", **ROLLING, duration=1.2)),
     "cell": lambda: sweep.run(SweepSpec(tilt="1deg", roll_rate=3, contact="yes")),
     "partial": lambda: partial(small("rolling", **{**ROLLING, "roll_rate": "2:4:9"})),
+    "own": lambda: sweep.run(
+        small(
+            "rolling",
+            **ROLLING,
+            boundary="refined:1e-6",
+            criterion="peak_tilt > 3*tilt and nutation_period > 3s",
+        )
+    ),
+    "own falls": lambda: sweep.run(
+        SweepSpec(tilt="-50deg,20deg", roll_rate="0:3:7", criterion="fall_time < 0.3s or ending != fell")
+    ),
     "reclassified": lambda: sweep.reclassify(sweep.run(small("rolling", **ROLLING)), "departure:2deg"),
 }
 

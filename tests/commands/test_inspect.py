@@ -31,6 +31,24 @@ def test_info_and_boundary_print_the_reports(command, tmp_path):
     assert other != command("boundary a.nc")[1].strip("\n")
 
 
+def test_an_expression_is_an_option_and_a_word(command, tmp_path):
+    """The boundary by an expression is that of the run with it; the file that is written states it."""
+    text = "peak_tilt > 3*tilt and nutation_period > 3s"
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    command(f"run rolling {' '.join(SMALL)} 'criterion={text}' -o own.nc")
+    status, out, _ = command(f"boundary a.nc --criterion '{text}' -o b.nc")
+    assert (status, out) == (0, command("boundary own.nc")[1])
+    assert out != command("boundary a.nc")[1]
+    assert f"unstable if {text}" in command("info b.nc")[1]
+    assert command("compare b.nc own.nc")[0] == 0
+    assert command("verify b.nc")[0] == 0
+    status, out, err = command("boundary a.nc --criterion 'friction_needed > 1' -o c.nc")
+    assert (status, out) == (2, "")
+    assert "friction_needed" in err
+    assert "contact=yes" in err
+    assert not (tmp_path / "c.nc").exists()
+
+
 def test_an_atlas_that_is_cut(command, tmp_path):
     """A truncated file is refused with one message by every command that reads."""
     command("run rolling roll_rate=3 tilt=1deg -o a.nc")

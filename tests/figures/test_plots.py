@@ -318,3 +318,36 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
         "no upper edge: 1 stable throughout, 1 lower edge only",
         "no lower edge in 1 of 2 columns: stable throughout",
     ]
+
+
+def test_an_own_criterion_is_drawn_without_a_prediction():
+    """The caption says the expression, on lines no wider than a panel; the analytic line stays, no other is drawn."""
+    text = "peak_tilt > 10deg or fall_time < 2s or amplification > 300 and abs(tilt_min) > 2*abs(tilt)"
+    atlas = sweep.run(ROLLING.replace(criterion=text))
+    drawn = plots.figure([atlas])
+    top, strip, _ = map_and_strip(drawn.axes)
+    caption = strip.get_legend().get_title().get_text()
+    assert " ".join(caption.split()).startswith(f"unstable: {text.replace('deg', '°')}")
+    assert max(map(len, caption.split("\n"))) <= 72
+    assert not [each for each in said_in(drawn) if "predicted" in each]
+    assert {"stable", "unstable"} <= set(words(top))
+    for axes in (top, strip):
+        assert not [each for each in axes.get_lines() if "predicted" in str(each.get_label())]
+    # on the strip nothing but the line of the analytic rate
+    assert np.isnan(
+        np.concatenate([each.get_ydata() for each in strip.get_lines()[1:] if len(each.get_ydata()) > 99])
+    ).all()
+    said = said_in(plots.figure([sweep.run(LINE.replace(criterion=text))]))
+    assert any("analytic" in each for each in said)
+    assert not [each for each in said if "predicted" in each]
+
+
+def test_what_a_function_judged_is_drawn():
+    """In memory it is drawn like any atlas, and the caption names the function."""
+
+    def steep(atlas):
+        return atlas.peak_tilt > 0.1
+
+    drawn = plots.figure([sweep.reclassify(sweep.run(ROLLING), steep)])
+    caption = map_and_strip(drawn.axes)[1].get_legend().get_title().get_text()
+    assert "steep" in caption

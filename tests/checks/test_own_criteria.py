@@ -1,0 +1,136 @@
+"""The checks by a criterion of one's own: cells on its edge, cells within the errors of it, and why a verdict is so."""
+
+import math
+
+import numpy as np
+import pytest
+from auditing import changed, flags
+from comparing import finding, found
+
+import sweep
+from sweep.checks.compare import compare
+from sweep.checks.explain import explain
+from sweep.checks.verify import findings, verify
+from sweep.model.quantity import STABLE, UNSTABLE
+
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:4deg:6:log")
+CELL = (5, 3)
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas that is not to be changed."""
+    return sweep.run(SPEC)
+
+
+@pytest.mark.parametrize("name", ["peak_tilt", "amplification", "nutation_period", "tilt_max"])
+def test_a_verdict_may_flip_on_the_edge_alone(atlas, name):
+    """Where a value is the one that it is compared with, the last bit decides: two atlases may differ there."""
+    value = float(atlas[name].values[CELL])
+    for text, excused in ((f"{name} > {value!r}", True), (f"not {name} <= {value!r} and tilt > 0", True),
+                          (f"{name} > {1.001 * value!r}", False)):  # fmt: skip
+        edge = sweep.reclassify(atlas, text)
+        assert edge.stability.values[CELL] == STABLE
+        comparison = compare(changed(edge, CELL, stability=UNSTABLE), edge)
+        assert comparison.same == excused, text
+        if excused:
+            assert finding(comparison, "stability").on_edge == 1
+        else:
+            assert found(comparison) == {"stability": 1}
+
+
+def test_a_verdict_flips_between_two_values(atlas):
+    """Two atlases whose values differ within what they state may have unlike verdicts between those, not beside."""
+    period = float(atlas.nutation_period.values[CELL])
+    later = changed(atlas, CELL, nutation_period=period * (1.0 + 1e-7))
+    for share, same in ((0.5e-7, True), (1e-3, False)):
+        text = f"nutation_period > {period * (1.0 + share)!r}"
+        new, old = sweep.reclassify(later, text), sweep.reclassify(atlas, text)
+        assert (new.stability.values[CELL] != old.stability.values[CELL]) == same
+        assert compare(new, old).same
+        other = changed(new, CELL, stability=UNSTABLE + STABLE - old.stability.values[CELL])
+        assert compare(other, old).same == same
+
+
+@pytest.mark.parametrize("name", ["peak_tilt", "amplification", "nutation_period"])
+def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas, name):
+    """A value that is compared with itself may lie on either side of the exact one; one that is far from it may not."""
+    value = float(atlas[name].values[CELL])
+    # as far from the exact value as a tolerance of 1e-8 rad lets it be
+    for share in (-1e-10, 1e-10):
+        edge = sweep.reclassify(atlas, f"{name} > {value * (1.0 + share)!r}")
+        assert findings(verify(edge)).passed
+    edge = sweep.reclassify(atlas, f"{name} > {value * 1.01!r}")
+    wrong = verify(changed(edge, CELL, stability=UNSTABLE))
+    assert flags(wrong)[CELL] == "verdict_differs"
+    assert [each.name for each in findings(wrong).wrong if each.name == "stability"] == ["stability"]
+
+
+def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
+    """Where the exact value is on the other side of the edge, the cell is marginal; the stored verdict follows."""
+    exact = sweep.run(SPEC.replace(method="exact"))
+    ours, theirs = atlas.peak_tilt.values, exact.peak_tilt.values
+    place = np.unravel_index(int(np.argmax(np.abs(ours - theirs))), ours.shape)
+    assert ours[place] != theirs[place]
+    edge = sweep.reclassify(atlas, f"peak_tilt > {float(ours[place] + theirs[place]) / 2.0!r}")
+    audited = verify(edge)
+    assert flags(audited)[place] == "marginal"
+    assert findings(audited).passed
+
+
+@pytest.mark.parametrize(
+    ("criterion", "words", "says"),
+    [
+        ("fall_time < 0.3s", {}, "on the stored values"),
+        ("friction_needed > 0.1", {"contact": "yes"}, "on the stored values"),
+        ("peak_tilt > 5deg", {}, "those of the exact reduction"),
+        ("wells == two_wells", {"method": "exact"}, "those of the exact reduction"),
+    ],
+)
+def test_verify_says_what_it_held_the_verdicts_against(criterion, words, says):
+    """What the exact reduction does not know is held against the stored values alone; wrong verdicts are found."""
+    atlas = sweep.run(SPEC.replace(criterion=criterion, **words))
+    assert findings(verify(atlas)).passed
+    statement = next(each for each in findings(verify(atlas)).statements if each.name == "stability")
+    assert says in statement.against
+    flipped = UNSTABLE + STABLE - atlas.stability.values[CELL]
+    wrong = findings(verify(changed(atlas, CELL, stability=flipped)))
+    assert "stability" in [each.name for each in wrong.wrong]
+
+
+def test_what_was_true_when_time_ran_out_is_no_fault():
+    """Unstable by what was measured until then, stable by the exact extremes: the verdict follows from the file."""
+    atlas = sweep.run(SPEC.replace(duration=1.0, criterion="peak_tilt < 5deg"))
+    audited = findings(verify(atlas))
+    assert audited.counts["within"] > 5
+    assert audited.passed
+
+
+def test_explain_shows_the_comparisons():
+    """Each comparison with the value of the cell, none as predicted, and the verdict by the whole expression."""
+    text = "peak_tilt > 10deg or fall_time < 2s"
+    atlas = sweep.run(SPEC.replace(criterion=text))
+    explained = " ".join(explain(atlas, {"roll_rate": 2.5, "tilt": "4deg"}).text.split())
+    assert f"unstable by {text}" in explained
+    assert "because peak_tilt > 10deg is true: peak_tilt is " in explained
+    assert "fall_time < 2s is false: fall_time is missing" in explained
+    assert "none as predicted for this start and this criterion" in explained
+    explained = " ".join(explain(atlas, {"roll_rate": 4, "tilt": "0.1deg"}).text.split())
+    assert "the ending, bounded, is final" in explained
+
+
+def test_explain_compares_with_the_start():
+    """A parameter of the start has its value of the cell."""
+    atlas = sweep.run(SPEC.replace(criterion="peak_tilt > 3*tilt"))
+    explained = " ".join(explain(atlas, {"roll_rate": 2, "tilt": "0.1deg"}).text.split())
+    assert "peak_tilt > 3*tilt is true" in explained
+    assert "tilt is 0.1 deg" in explained
+
+
+def test_a_steady_motion_can_be_unstable():
+    """Nothing disturbs it, and the expression is true: that is the reason, not that there is nothing to measure."""
+    atlas = sweep.run(sweep.SweepSpec(tilt="0,1deg", roll_rate=3, criterion="abs(tilt) < 0.5deg"))
+    assert atlas.stability.values.tolist() == [UNSTABLE, STABLE]
+    assert "abs(tilt) < 0.5deg is true" in explain(atlas, {"tilt": 0}).text
+    assert findings(verify(atlas)).passed
+    assert math.isfinite(atlas.peak_tilt.values[0])
