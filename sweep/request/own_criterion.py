@@ -225,10 +225,6 @@ class Function(Criterion):
         """Return the name of the function."""
         return f"unstable where the Python {self} says so"
 
-    def reason(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
-        """Return that the function says so."""
-        return f"the {self} says so"
-
     def needs(self, model: Model) -> tuple[str, ...]:
         """Return the ending."""
         return ("ending",)
@@ -244,10 +240,6 @@ class Function(Criterion):
         self._refuse()
 
     def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
-        """Refuse."""
-        self._refuse()
-
-    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
         """Refuse."""
         self._refuse()
 

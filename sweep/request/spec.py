@@ -58,7 +58,8 @@ class SweepSpec:
         of the contact point along its path, roll_rate * radius, m/s. The spec holds the rate, in rad/s. Not where
         gravity or radius varies.
     criterion : Criterion or str
-        What counts as unstable, e.g. ``departure:5deg``.
+        What counts as unstable: ``departure:5deg``, ``amplification:10``, or an expression over the variables of a cell
+        such as ``peak_tilt > 10deg or fall_time < 2s`` (docs/atlas.md).
     duration, step : float or str
         Longest time simulated for a cell, and time step, s; a step of ``"auto"`` is the engine's own.
     fall_tilt, tolerance : float or str
