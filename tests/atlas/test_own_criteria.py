@@ -11,6 +11,7 @@ import sweep
 from sweep.atlas.boundary import theory_lines
 from sweep.errors import RequestError
 from sweep.files.reading import open_atlas
+from sweep.model.disk.model import Disk
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.runs.run import run_to_file
 
@@ -70,6 +71,16 @@ def test_no_line_of_prediction_is_stored():
     for critical, predicted in theory_lines(OWN["peak"], "roll_rate").values():
         assert np.isnan(predicted).all()
         assert np.isfinite(critical).all()
+
+
+def test_what_a_model_predicts_is_left_out(monkeypatch):
+    """Also a line that a model gives in spite of the criterion."""
+    ones = {"upper": (np.ones(6), np.ones(6))}
+    monkeypatch.setattr(Disk, "lines", lambda self, spec, axis, starts: ones)
+    for spec, known in ((ROLLING, True), (OWN["peak"], False)):
+        critical, predicted = theory_lines(spec, "roll_rate")["upper"]
+        assert np.isfinite(critical).all()
+        assert np.isfinite(predicted).all() == known
 
 
 def test_the_file_states_it(tmp_path):
@@ -192,6 +203,8 @@ def test_what_a_function_judged_is_not_saved(tmp_path):
     assert not list(tmp_path.iterdir())
     with pytest.raises(RequestError, match="judged the cells of an atlas in memory"):
         sweep.refine(found, 1e-6)
+    with pytest.raises(RequestError, match="judged the cells of an atlas in memory"):
+        sweep.verify(found)
     sweep.save(sweep.reclassify(found, "peak_tilt > 5deg"), tmp_path / "a.nc")
     # written by other means it is no atlas
     found.to_netcdf(tmp_path / "b.nc", format="NETCDF4_CLASSIC", engine="netcdf4")

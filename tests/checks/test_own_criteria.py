@@ -52,6 +52,16 @@ def test_a_verdict_flips_between_two_values(atlas):
         assert compare(other, old).same == same
 
 
+def test_a_verdict_follows_a_value_that_differs(atlas):
+    """Where a value differs by more than it may, that is the finding: a verdict that changes between the two is not."""
+    period = float(atlas.nutation_period.values[CELL])
+    text = f"nutation_period > {period * 1.01!r}"
+    later = sweep.reclassify(changed(atlas, CELL, nutation_period=period * 1.02), text)
+    comparison = compare(later, sweep.reclassify(atlas, text))
+    assert finding(comparison, "nutation_period").different == 1
+    assert finding(comparison, "stability").on_edge == 1
+
+
 @pytest.mark.parametrize("name", ["peak_tilt", "amplification", "nutation_period"])
 def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas, name):
     """A value that is compared with itself may lie on either side of the exact one; one that is far from it may not."""

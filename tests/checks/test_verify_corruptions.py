@@ -86,7 +86,12 @@ KINDS = {
         )
     ),
     "own falls": lambda: sweep.run(
-        SweepSpec(tilt="-50deg,20deg", roll_rate="0:3:7", criterion="fall_time < 0.3s or ending != fell")
+        SweepSpec(
+            tilt="-50deg,20deg",
+            roll_rate="0:3:7",
+            criterion="fall_time < 0.3s or ending != fell",
+            boundary="refined:1e-3",
+        )
     ),
     "reclassified": lambda: sweep.reclassify(sweep.run(small("rolling", **ROLLING)), "departure:2deg"),
 }

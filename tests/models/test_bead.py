@@ -272,3 +272,19 @@ def test_friction_is_refused_by_name():
     with pytest.raises(sweep.RequestError, match="model bead has no contact forces") as caught:
         plots.figure([atlas], friction=0.3)
     assert "contact=yes" not in str(caught.value)
+
+
+def test_its_own_variables_make_a_criterion():
+    """An expression names the variables and the parameters of the model, and nothing of another one."""
+    text = "peak_angle > 2*angle and period > 1.5s"
+    atlas = sweep.run(sweep.SweepSpec(model="bead", hoop_rate="3:5:21", angle="1deg,3deg", criterion=text))
+    assert atlas.attrs["criterion"] == text
+    unstable = (atlas.peak_angle > 2.0 * atlas.angle) & (atlas.period > 1.5)
+    np.testing.assert_array_equal(atlas.stability == 2, unstable)
+    assert 0 < int(unstable.sum()) < unstable.size
+    assert atlas.predicted_lower_hoop_rate.isnull().all()
+    assert np.allclose(atlas.critical_lower_hoop_rate, CRITICAL)
+    with pytest.raises(sweep.RequestError, match="peak_tilt names nothing"):
+        sweep.SweepSpec(model="bead", criterion="peak_tilt > 3deg")
+    with pytest.raises(sweep.RequestError, match="peak_tilt names nothing"):
+        sweep.SweepSpec(model="bead", criterion=sweep.Criterion.parse("peak_tilt > 3deg"))
