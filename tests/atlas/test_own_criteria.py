@@ -65,8 +65,7 @@ def test_no_line_of_prediction_is_stored():
     limited, own = sweep.run(ROLLING), sweep.run(OWN["peak"])
     assert limited.predicted_roll_rate.notnull().all()
     assert own.predicted_roll_rate.isnull().all()
-    assert "no boundary by this criterion" in own.predicted_roll_rate.attrs["comment"]
-    assert "comment" not in limited.predicted_roll_rate.attrs
+    assert "theory has no value" in own.predicted_roll_rate.attrs["comment"]
     np.testing.assert_array_equal(own.critical_roll_rate, limited.critical_roll_rate)
     for critical, predicted in theory_lines(OWN["peak"], "roll_rate").values():
         assert np.isnan(predicted).all()
@@ -87,6 +86,7 @@ def test_the_file_states_it(tmp_path):
     """The attribute of the atlas, that of the verdicts, and the spec of the file: run again from it, the same bits."""
     own = sweep.run(OWN["falls"])
     assert own.attrs["criterion"] == "fall_time < 0.25s"
+    assert "unstable if fall_time < 0.25s;" in own.attrs["criterion_meaning"]
     assert "fall_time < 0.25s" in own.stability.attrs["comment"]
     assert "tilt_max" not in own.stability.attrs["comment"]
     sweep.save(own, tmp_path / "own.nc")
