@@ -143,11 +143,15 @@ class Expression(Criterion):
 
     def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
         """Return where the expression may be true and may be false; see `Criterion.on_edge`."""
-        low = self._values(starts, spec.model.parameters)
+        low, model = self._values(starts, starts.keys() & spec.model.parameters.keys()), spec.model
         high = dict(low)
         for name in (each for each in expression.variables(self.tree) if each not in low):
             several = [self._values(each, (name,))[name] for each in columns]
-            flags = spec.model.cell_variables(spec)[name].flags
+            if name in model.parameters:
+                # a rate that each cell computes, which is known to rounding
+                low[name], high[name] = several[0], several[0]
+                continue
+            flags = model.cell_variables(spec)[name].flags
             error = 0.0 if flags is not None else errors(name)
             low[name] = np.minimum.reduce(several) - error
             high[name] = np.maximum.reduce(several) + error

@@ -52,6 +52,22 @@ def test_a_verdict_flips_between_two_values(atlas):
         assert compare(other, old).same == same
 
 
+def test_a_rate_that_cells_compute_is_known():
+    """Compared with a rate that each cell computes for itself: on the edge a verdict may flip, elsewhere not."""
+    spec = sweep.SweepSpec(
+        tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="4:8:3", tilt_rate=1e-3
+    )
+    atlas = sweep.run(spec)
+    rate, size = abs(float(atlas.precession_rate.values[0, 0])), float(atlas.amplification.values[0, 0])
+    for text, same in (
+        (f"amplification > {size!r} and abs(precession_rate) > {0.5 * rate!r}", True),
+        (f"amplification > {size!r} and abs(precession_rate) > {2.0 * rate!r}", False),
+    ):
+        edge = sweep.reclassify(atlas, text)
+        flipped = UNSTABLE + STABLE - int(edge.stability.values[0, 0])
+        assert compare(changed(edge, (0, 0), stability=flipped), edge).same == same
+
+
 def test_a_verdict_follows_a_value_that_differs(atlas):
     """Where a value differs by more than it may, that is the finding: a verdict that changes between the two is not."""
     period = float(atlas.nutation_period.values[CELL])
