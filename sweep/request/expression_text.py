@@ -1,4 +1,4 @@
-r"""From text to the tree of a criterion of one's own: tokens, and one function for each rule of the grammar.
+"""From text to the tree of a criterion of one's own: tokens, and one function for each rule of the grammar.
 
 ::
 

@@ -147,12 +147,9 @@ class Expression(Criterion):
         high = dict(low)
         for name in (each for each in expression.variables(self.tree) if each not in low):
             several = [self._values(each, (name,))[name] for each in columns]
-            if name in model.parameters:
-                # a rate that each cell computes, which is known to rounding
-                low[name], high[name] = several[0], several[0]
-                continue
-            flags = model.cell_variables(spec)[name].flags
-            error = 0.0 if flags is not None else errors(name)
+            # a rate that each cell computes is known to rounding, and a flag is what it is
+            known = name in model.parameters or model.cell_variables(spec)[name].flags is not None
+            error = 0.0 if known else errors(name)
             low[name] = np.minimum.reduce(several) - error
             high[name] = np.maximum.reduce(several) + error
         sure, possible = self.tree.truth(low, high)
