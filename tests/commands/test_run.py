@@ -1,6 +1,7 @@
 """`run`, `plan` and `warmup`: the file is the atlas that was asked for; plan and warmup say what they found."""
 
 import os
+import re
 import subprocess
 import sys
 from collections import namedtuple
@@ -112,8 +113,8 @@ def test_plan_measures(command):
     status, out, _ = command("plan rolling")
     assert status == 0
     assert "time     about " in out
-    assert " s (" in out
-    assert " cells per second)" in out
+    # on a busy machine it may be minutes
+    assert re.search(r"time +about [\d.]+ (s|min) \([\d.e+]+ cells per second\)", out)
 
 
 def test_plan_says_what_does_not_fit(command):

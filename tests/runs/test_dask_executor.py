@@ -57,7 +57,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
     address, workers = cluster
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     spec = SweepSpec.from_words(WORDS[0], WORDS[1:])
-    run_to_file(spec, tmp_path / "here.nc", command="eulerdisk run " + " ".join(WORDS))
+    run_to_file(spec, tmp_path / "here.nc", command=f"eulerdisk run {' '.join(WORDS)} -o a.nc")
     process = subprocess.Popen(
         [
             sys.executable,
