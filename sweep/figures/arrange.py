@@ -4,6 +4,7 @@ The places of all axes are computed once, from the sizes of their words, and the
 legend that is wider than its panel take the width of the panel.
 """
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -31,13 +32,13 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 #: Gaps in sizes of a letter: around the figure, between columns, between map and strip, above and below a legend.
-_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.6, 1.4, 0.5, 0.6, 0.8
+_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.6, 1.4, 1.2, 0.6, 0.8
 
 #: Width of the bar of colours, and its distance from the maps.
 _BAR, _TO_BAR = 1.0, 1.2
 
-#: Height of a map, or of a profile, over its width; and of a strip over that of its map.
-_SHAPE, _PROFILE, _STRIP = 0.95, 0.65, 0.3
+#: Height of a map, or of a profile, over its width; and of a strip over that of its map, and at least in letters.
+_SHAPE, _PROFILE, _STRIP, _LEAST_STRIP = 0.95, 0.65, 0.3, 4.6
 
 #: Height of the title of a figure.
 _TITLE = 2.2
@@ -156,17 +157,31 @@ def finish_in(block: Block, look: Look) -> "Figure":
     assert drawn is not None
     with lettered(look):
         axes.set_title(block.title, parse_math=False)
-        drawn.draw_without_rendering()
-        thin_ticks(axes)
-        name_block(block)
-        legend = add_legend(axes, *entries(block), block.caption, axes.get_window_extent().width / drawn.dpi)
-        tight = axes.get_tightbbox(for_layout_only=True)
-        assert tight is not None
-        below = (tight.y0 - axes.get_window_extent().y0) / drawn.dpi - 0.5 * _letter() / 72.0
-        shift = ScaledTranslation(0.0, below, drawn.dpi_scale_trans)
-        legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
-        legend.set_in_layout(True)
+        for _ in range(2):
+            forget_names(axes)
+            _put_below(axes, block)
+            # the legend may have moved the axes, and names are placed in their size
+            drawn.draw_without_rendering()
+            thin_ticks(axes)
+            if not name_block(block):
+                break
     return drawn
+
+
+def _put_below(axes: "Axes", block: Block) -> None:
+    """Write the legend of a panel below its labels, as a part of the layout of the figure."""
+    drawn = axes.get_figure(root=True)
+    assert drawn is not None
+    drawn.draw_without_rendering()
+    legend = add_legend(
+        axes, *entries(block), block.caption, axes.get_window_extent().width / axes.figure.dpi
+    )
+    tight = axes.get_tightbbox(for_layout_only=True)
+    assert tight is not None
+    below = (tight.y0 - axes.get_window_extent().y0) / axes.figure.dpi - 0.5 * _letter() / 72.0
+    shift = ScaledTranslation(0.0, below, axes.figure.dpi_scale_trans)
+    legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
+    legend.set_in_layout(True)
 
 
 def name_block(block: Block) -> bool:
@@ -237,8 +252,8 @@ def add_legend(
     title = "\n".join(line for part in caption if part for line in broken(probe, part, size))
     probe.remove()
     legend = axes.legend(
-        handles, labels, title=title or None, loc="upper left", ncols=columns, alignment="left", frameon=False, borderpad=0.0,
-        borderaxespad=0.0, handlelength=2.4,
+        handles, labels, title=title or None, loc="upper left", ncols=columns, alignment="left", frameon=False,
+        borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
     )  # fmt: skip
     legend.set_in_layout(False)
     return legend
@@ -295,6 +310,9 @@ class _Layout:
             for each in (axes, *axes.child_axes)
             for which, axis in ((0, each.xaxis), (1, each.yaxis))
         ]
+        for block in blocks:
+            if block.strip is not None:
+                drawn.align_ylabels([block.axes, block.strip])
         self._start()
 
     def axes(self) -> "list[Axes]":
@@ -374,8 +392,9 @@ class _Layout:
         ) / columns
         heights = self._heights(margins, across)
         total, up = heights.total, heights.panel
-        if across < _LEAST * letter or up < _LEAST * letter:
-            self._refuse(across, up, total)
+        high = up - (heights.strip + _CLOSE * letter if self.has_strip else 0.0)
+        if across < _LEAST * letter or high < _LEAST * letter:
+            self._refuse(across, high, total)
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
         top, x_left = total, 0.0
@@ -402,8 +421,6 @@ class _Layout:
     def _heights(self, margins: Any, across: float) -> "_Heights":
         letter, columns = self.letter, self.columns
         above, below = [], []
-        strip = _STRIP if self.has_strip else 0.0
-        extra = (_CLOSE * letter) if self.has_strip else 0.0
         for row in range(self.rows):
             some = range(row * columns, min((row + 1) * columns, len(self.blocks)))
             above.append(max(margins[i][0][3] for i in some) + _MARGIN * letter)
@@ -411,11 +428,17 @@ class _Layout:
             below.append(max(margins[i][-1][1] for i in some) + legend + _BELOW * letter)
         common = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
         fixed = sum(above) + sum(below) + common + (_TITLE * letter if self.title else 0.0)
+        extra, least = (_CLOSE * letter, _LEAST_STRIP * letter) if self.has_strip else (0.0, 0.0)
+        share = _STRIP if self.has_strip else 0.0
         if self.height is None:
             shape = _SHAPE if any(block.panel.y is not None for block in self.blocks) else _PROFILE
-            panel = across * shape * (1.0 + strip) + extra
-            return _Heights(above, below, panel, fixed + self.rows * panel, strip, extra)
-        return _Heights(above, below, (self.height - fixed) / self.rows, self.height, strip, extra)
+            high = across * shape
+            strip = max(share * high, least)
+            panel = high + extra + strip
+            return _Heights(above, below, panel, strip, fixed + self.rows * panel)
+        panel = (self.height - fixed) / self.rows
+        strip = max((panel - extra) * share / (1.0 + share), least)
+        return _Heights(above, below, panel, strip, self.height)
 
     def _legend_height(self, i: int) -> float:
         if self.common is not None or not self.legends or self.legends[i] is None:
@@ -426,12 +449,10 @@ class _Layout:
         self, i: int, left: float, top: float, across: float, up: float, margins: Any, heights: "_Heights"
     ) -> None:
         block = self.blocks[i]
-        if block.strip is None:
-            self._set(block.axes, left, top - up, across, up)
-        else:
-            high = (up - heights.extra) / (1.0 + heights.strip)
-            self._set(block.axes, left, top - high, across, high)
-            self._set(block.strip, left, top - up, across, high * heights.strip)
+        high = up if block.strip is None else up - heights.strip - _CLOSE * self.letter
+        self._set(block.axes, left, top - high, across, high)
+        if block.strip is not None:
+            self._set(block.strip, left, top - up, across, heights.strip)
         if self.common is None and self.legends:
             legend = self.legends[i]
             assert legend is not None
@@ -479,9 +500,9 @@ class _Layout:
         least = _LEAST * self.letter
         needed = []
         if across < least:
-            needed.append(f"width={25.4 * (self.width + (least - across) * self.columns) + 0.5:.0f}mm")
+            needed.append(f"width={_generous(self.width + (least - across) * self.columns)}")
         if up < least and self.height is not None:
-            needed.append(f"height={25.4 * (total + (least - up) * self.rows) + 0.5:.0f}mm")
+            needed.append(f"height={_generous(total + (least - up) * self.rows)}")
         size = " and ".join(needed)
         raise RequestError(
             f"The figure has no room for its panels: beside labels, numbers and legends in letters of "
@@ -491,13 +512,17 @@ class _Layout:
         )
 
 
+def _generous(inches: float) -> str:
+    """Return a length that is enough, though labels take other room there: a tenth more, in steps of 5 mm."""
+    return f"{5 * math.ceil(1.1 * 25.4 * inches / 5.0)}mm"
+
+
 @dataclass(frozen=True)
 class _Heights:
-    """Heights [in]: above and below the panels of each row, of a panel with its strip, and of the figure."""
+    """Heights [in]: above and below the panels of each row, of a panel with its strip, of a strip, of the figure."""
 
     above: list[float]
     below: list[float]
     panel: float
-    total: float
     strip: float
-    extra: float
+    total: float

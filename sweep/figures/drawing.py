@@ -310,7 +310,7 @@ def _draw_flags(axes: "Axes", panel: Panel, colouring: Colouring) -> None:
     """Give every flag of a map its entry in the legend."""
     for code in panel.shade.codes:
         colour = colouring.colours(colouring.norm(code))
-        name = panel.shade.quantity.flag(code)
+        name = f"{panel.shade.quantity.name.replace('_', ' ')}: {panel.shade.quantity.flag(code)}"
         axes.add_patch(
             Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=name)
         )
@@ -324,7 +324,12 @@ def _draw_outline(axes: "Axes", panel: Panel) -> None:
     upright = np.stack((np.tile(x[columns + 1], (2, 1)), [y[rows], y[rows + 1]])).T
     rows, columns = np.nonzero(unstable[1:] != unstable[:-1])
     level = np.stack(([x[columns], x[columns + 1]], np.tile(y[rows + 1], (2, 1)))).T
-    borders = LineCollection([*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3)
+    if not len(upright) + len(level):
+        return
+    borders = LineCollection(
+        [*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3,
+        label="border of the unstable cells",
+    )  # fmt: skip
     axes.add_collection(borders, autolim=False)
 
 

@@ -239,9 +239,10 @@ def name_line(room: Room, text: str, height: float) -> None:
 
 
 def name_end(room: Room, text: str, at: tuple[float, float]) -> bool:
-    """Write what the end of a line, a point in the units of the axes, is called, with a line to it, if it has room."""
+    """Write what the end of a line, a point in the units of the axes, is called, if there is room."""
     word = room.axes.annotate(
-        text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center", fontsize=0.875 * rcParams["font.size"],
+        text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center",
+        fontsize=0.875 * rcParams["font.size"],
         arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, bbox=_BOX, zorder=6, gid=NAME,
     )  # fmt: skip
     assert word.arrow_patch is not None

@@ -132,7 +132,7 @@ def test_rates_are_drawn_as_they_are_asked_for(atlases, rate, label, height, tol
     assert top.get_ylabel().replace("\n", " ") == label
     assert top.get_yscale() == "linear"
     np.testing.assert_allclose(line(top, "analytic")[1], height, rtol=1e-9)
-    assert [each for each in words(strip) if each.startswith("analytic")][0].endswith(f"= {told}")
+    assert next(each for each in words(strip) if each.startswith("analytic")).endswith(f"= {told}")
     assert bool(top.child_axes) == second
     # the ratio to the line is that of what is drawn
     [(_, y, _)], [(_, ratio, _)] = points(top), points(strip)
