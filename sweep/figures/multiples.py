@@ -14,21 +14,14 @@ from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.arrange import Block, arrange, finish_in
+from sweep.figures.arrange import arrange, finish_in
+from sweep.figures.blocks import Block
+from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
 from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet
 from sweep.figures.look import Look
 from sweep.figures.panels import Panel, drawn_dims, drawn_spec, fixed_parameters, formula, panel, value_text
-from sweep.figures.plots import (
-    add_bar,
-    check_same_quantity,
-    colours_of,
-    columns_of,
-    explained,
-    inches,
-    regions_of,
-    size_of,
-)
 from sweep.figures.scales import add_second_axis, set_scale
+from sweep.figures.sizes import columns_of, inches, size_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,8 +99,8 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
                     axes,
                     each,
                     title,
-                    regions=regions_of(each),
-                    explained=explained(each),
+                    regions=each.regions(),
+                    explained=each.explained,
                     is_mathematics=True,
                 )
             )

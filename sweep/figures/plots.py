@@ -6,23 +6,21 @@ The same atlases give the same bytes of the file: it holds neither a time nor a 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.arrange import Block, arrange, finish_in, lettered
-from sweep.figures.drawing import CONTOUR_EDGE, Colouring, draw_map, draw_profile, draw_ratio, sheet, styled
+from sweep.figures.arrange import arrange, finish_in, lettered
+from sweep.figures.blocks import Block
+from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
+from sweep.figures.drawing import Colouring, draw_map, draw_profile, draw_ratio, sheet, styled
 from sweep.figures.look import Look
+from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
-from sweep.figures.scales import set_log_ticks
-from sweep.figures.shade import COLOURS, Shade, common_norm, flag_colours, is_wide
+from sweep.figures.sizes import BAR, columns_of, inches, size_of
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
@@ -33,17 +31,12 @@ if TYPE_CHECKING:
 
 #: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
 #: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
-_WIDTH, _LEAST_WIDTH, _SECOND, _BAR = 3.6, 2.2, 2.6, 0.7
-
-#: Panels side by side.
-_MOST_IN_ROW = 3
+_WIDTH, _LEAST_WIDTH, _SECOND = 3.6, 2.2, 2.6
 
 _DOTS_PER_INCH = 200
 
 #: Dots of a figure at most: a png of them takes 400 MB of memory.
 _MOST_DOTS, _MOST_SIDE = 10**8, 2**16 - 1
-
-_INCH = 0.0254
 
 #: Format -> the metadata that would record the date and the program, each set to None to leave it out.
 _METADATA: Mapping[str, Mapping[str, None]] = {
@@ -96,9 +89,7 @@ def figure(
     if axes is not None:
         _check_own(look)
     if look.family or any(len(drawn_dims(dataset)) > 2 for dataset in datasets):
-        from sweep.figures import multiples
-
-        return multiples.figure(datasets, friction, look, axes)
+        return figure_of_many(datasets, friction, look, axes)
     panels = [
         panel(
             dataset, None if friction is None else spec_named(dataset).model.slipping(dataset, friction), look
@@ -112,7 +103,7 @@ def figure(
     with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
         colouring = colours_of(panels, look)
         scale = look.font_size / 8.0
-        second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + _BAR * scale
+        second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + BAR * scale
         blocks = [_block(drawn, each, colouring, second) for each in panels]
         bar = add_bar(drawn, panels, colouring)
         arrange(drawn, blocks, columns, height=inches(look.height), bar=bar)
@@ -129,118 +120,9 @@ def _check_own(look: Look) -> None:
         )
 
 
-def inches(length: float | None) -> float | None:
-    """Return a length [m] in inches."""
-    return None if length is None else length / _INCH
-
-
-def columns_of(count: int, look: Look, width: float, least: float) -> int:
-    """Return how many of `count` panels, of a width and at least so wide [in], stand side by side."""
-    most = min(count, _MOST_IN_ROW)
-    if look.width is None:
-        return most
-    scale = look.font_size / 8.0
-    return max(1, min(most, int((look.width / _INCH - _BAR * scale) / (least * scale))))
-
-
-def size_of(columns: int, look: Look, width: float) -> tuple[float, float]:
-    """Return width and height [in] of a figure; its height changes when it is laid out, if it was not given."""
-    scale = look.font_size / 8.0
-    wide = inches(look.width) or (columns * width + _BAR) * scale
-    return wide, inches(look.height) or wide
-
-
-def check_same_quantity(panels: Sequence[Panel]) -> None:
-    """Refuse panels whose flags differ: one bar of colours stands for all of them."""
-    flags = {each.shade.quantity.flags is not None for each in panels}
-    if len(flags) > 1:
-        raise RequestError(
-            f"{panels[0].shade.quantity.name} is a flag in one atlas and a number in another.",
-            "Draw them in two figures.",
-            "quantity",
-        )
-
-
-def colours_of(panels: Sequence[Panel], look: Look) -> Colouring:
-    """Return the colours of the maps of a figure, the same for all panels, and the levels of their contour lines."""
-    maps = [each.shade for each in panels if each.y is not None]
-    quantity = panels[0].shade.quantity
-    if look.contours is not None and (len(maps) < len(panels) or quantity.flags is not None):
-        raise RequestError(
-            "Contour lines need two axes and a quantity with numbers; "
-            + (
-                f"{quantity.name} is a flag."
-                if quantity.flags is not None
-                else "here is an atlas of one axis."
-            ),
-            "Leave the contour lines out.",
-            "contours",
-        )
-    if not maps:
-        return Colouring(COLOURS, common_norm([panels[0].shade], ""))
-    if quantity.flags is not None:
-        colours, norm, _ = flag_colours(maps)
-        return Colouring(colours, norm)
-    scale = common_norm(maps, panels[0].peak)
-    return Colouring(COLOURS, scale, () if look.contours is None else _levels(maps, scale, look))
-
-
-def _levels(maps: Sequence[Shade], scale: Normalize, look: Look) -> tuple[float, ...]:
-    """Return the levels of contour lines, at least one of them among the values."""
-    quantity, low, high = maps[0].quantity, float(scale.vmin or 0.0), float(scale.vmax or 0.0)
-    levels = look.levels(quantity) or _automatic(maps, low, high)
-    if not any(low <= level <= high for level in levels):
-        unit = f" {quantity.shown_units}".rstrip()
-        raise RequestError(
-            f"No contour line lies on the map: {quantity.name} is {low:.4g} to {high:.4g}{unit} there; got "
-            f"{', '.join(f'{level:.4g}{unit}' for level in levels) or 'none'}.",
-            f"Give a level between them; a bare number is in {quantity.units}."
-            if quantity.units != "1"
-            else "",
-            "contours",
-        )
-    return levels
-
-
-def _automatic(maps: Sequence[Shade], low: float, high: float) -> tuple[float, ...]:
-    """Return levels for contour lines: round numbers between the smallest and the largest value."""
-    if all(is_wide(each.values) for each in maps):
-        found = LogLocator(subs=(1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0)).tick_values(low, high)
-    else:
-        found = MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high)
-    return tuple(float(each) for each in found if low < each < high)
-
-
-def add_bar(
-    drawn: Figure, panels: Sequence[Panel], colouring: Colouring, beside: Any = None
-) -> "Axes | None":
-    """Add the bar of colours: in axes of its own, or beside those of a caller; none for flags and profiles."""
-    quantity = panels[0].shade.quantity
-    maps = [each.shade for each in panels if each.y is not None]
-    if quantity.flags is not None or not any(np.isfinite(each.values).any() for each in maps):
-        return None
-    low, high = float(colouring.norm.vmin or 0.0), float(colouring.norm.vmax or 1.0)
-    cut = any((each.values < low).any() for each in maps)
-    place: dict[str, Any] = (
-        {"cax": drawn.add_axes((0.9, 0.2, 0.02, 0.6))} if beside is None else {"ax": beside}
-    )
-    bar = drawn.colorbar(
-        ScalarMappable(colouring.norm, colouring.colours), label=quantity.plot_label,
-        extend="min" if cut else "neither", **place,
-    )  # fmt: skip
-    if isinstance(colouring.norm, LogNorm):
-        set_log_ticks(bar.ax.yaxis, high / low)
-    elif quantity.dtype.startswith("i"):
-        bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    for level in colouring.levels:
-        bar.ax.axhline(level, color="white", linewidth=0.9, path_effects=CONTOUR_EDGE)
-    found: Axes = bar.ax
-    return found
-
-
 def _block(drawn: Figure, each: Panel, colouring: Colouring, second: bool) -> Block:
     axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
-    block = Block(axes, each, each.title, each.caption, regions=regions_of(each), explained=explained(each))
+    block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
     if each.y is None:
         draw_profile(axes, each)
         return block
@@ -254,20 +136,6 @@ def _block(drawn: Figure, each: Panel, colouring: Colouring, second: bool) -> Bl
     return block
 
 
-def regions_of(each: Panel) -> list[tuple[str, Any]]:
-    """Return names and cells of the regions of a map: of its verdicts, or of its flags."""
-    if each.shade.quantity.flags is not None:
-        return each.shade.regions()
-    return [*each.verdicts(), ("undecided", each.undecided)]
-
-
-def explained(each: Panel) -> list[str]:
-    """Return the regions that the legend of a map explains in any case."""
-    return (
-        [name for name, _ in each.shade.regions()] if each.shade.quantity.flags is not None else ["undecided"]
-    )
-
-
 def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
     """Draw one panel into the axes of a caller."""
     if len(panels) != 1:
@@ -278,9 +146,7 @@ def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
     assert drawn is not None
     with lettered(look):
         colouring = colours_of(panels, look)
-        block = Block(
-            axes, each, each.title, each.caption, regions=regions_of(each), explained=explained(each)
-        )
+        block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
         if each.y is None:
             draw_profile(axes, each)
         else:
