@@ -240,7 +240,8 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
     several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
     for edge in panel.edges:
         label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
-        _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label)
+        # a point in the first column is whole
+        _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label, clip_on=False)
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
     for x, y in analytic_lines(panel):
         _draw_line(axes, panel, "analytic", x, y, f": {panel.line}")

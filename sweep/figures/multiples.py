@@ -155,7 +155,7 @@ def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) ->
         for edge in each.edges:
             for kind, line in (("analytic", edge.critical), ("predicted", edge.predicted)):
                 axes.plot(edge.fine_x, line, **LINES[kind] | {"color": colour, "linewidth": 1.1})
-            draw_points(axes, edge, color=colour, marker=marker, markersize=4.0)
+            draw_points(axes, edge, color=colour, marker=marker, markersize=4.0, clip_on=False)
         axes.plot([], [], color=colour, marker=marker, markerfacecolor="white", markersize=4.0, label=name)
     scales = [each.y for each in panels if each.y]
     ends = min(each.ends[0] for each in scales), max(each.ends[1] for each in scales)
