@@ -60,7 +60,7 @@ def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: 
     if axes is not None:
         raise RequestError(
             f"Axes hold one map; this atlas has {len(drawn_dims(dataset))} axes: {', '.join(drawn_dims(dataset))}.",
-            f"{_selection(further)}, or draw the family of its boundaries (family=True).",
+            f"{_selection(dataset, further)}, or draw the family of its boundaries (family=True).",
             "ax",
         )
     count = math.prod(dataset.sizes[name] for name in further)
@@ -69,7 +69,7 @@ def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: 
             f"An atlas of more than two axes is drawn as a map for each value of {' and '.join(further)}: these are "
             f"{' x '.join(str(dataset.sizes[name]) for name in further)} = {count} maps, and a figure has at most "
             f"{_MOST_MAPS}.",
-            f"{_selection(further)}.",
+            f"{_selection(dataset, further)}.",
         )
     return _multiples(dataset, further, friction, look)
 
@@ -127,7 +127,7 @@ def _family(dataset: Atlas, look: Look, axes: "Axes | None") -> Figure:
         raise RequestError(
             f"A family has a curve for each value of {' and '.join(further)}: these are {count} curves, and at most "
             f"{_MOST_CURVES} can be told apart.",
-            f"{_selection(further)}.",
+            f"{_selection(dataset, further)}.",
             "family",
         )
     parts = list(_parts(dataset, further))
@@ -211,8 +211,10 @@ def _further(dataset: Atlas) -> list[str]:
     return [name for name in rest if name != x]
 
 
-def _selection(further: Sequence[str]) -> str:
-    return f"Select values of {' and '.join(further)}, e.g. atlas.isel({further[-1]}=slice(0, 4)) in Python"
+def _selection(dataset: Atlas, further: Sequence[str]) -> str:
+    """Return how to draw fewer maps or curves."""
+    values = [f"{name}={dataset[name].values[0]:.6g}" for name in further]
+    return f"Take a part of the atlas, as in {' '.join(values)}, one value or several"
 
 
 def _hide_inner(axes: "Axes", is_first: bool, is_last: bool) -> None:

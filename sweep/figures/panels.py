@@ -249,7 +249,7 @@ def drawn_spec(dataset: Atlas) -> SweepSpec:
     if len(dims) > 2:
         raise RequestError(
             f"A figure shows an atlas of one axis or two; this one has {len(dims)}: {', '.join(dims)}.",
-            hint=f"Select one value of {' and of '.join(dims[2:])}, e.g. atlas.isel({dims[-1]}=0) in Python.",
+            hint=f"Take one value of {' and of '.join(dims[2:])}, as in {dims[-1]}={dataset[dims[-1]].values[0]:.6g}.",
         )
     if not dims:
         raise RequestError(
