@@ -213,7 +213,9 @@ def test_scaled_rates_of_unlike_disks_meet():
         heights.append(float(line.get_ydata()[0]))
         ends.append(axes.get_ylim())
     np.testing.assert_allclose(heights, 3.0**-0.5, rtol=1e-12)
+    # so each has its own numbers
     assert ends[0] != ends[1]
+    assert all(axes.yaxis.get_tick_params()["labelleft"] for axes in maps(drawn))
     # one map over both has no such axis
     with pytest.raises(sweep.RequestError, match=r"scaled rate needs one unit for all cells; roll_rate"):
         draw(atlas.isel(tilt=0), rate="scaled")
