@@ -242,7 +242,7 @@ class Eulerdisk:
         return plots.figure([self.atlas], friction, Look.read(**words), ax)
 
     def _plot_motion(self, words: "dict[str, Any]") -> "Figure":
-        if given := [name for name, value in words.items() if value not in (None, False)]:
+        if given := [name for name, value in words.items() if value is not None and value is not False]:
             raise RequestError(
                 f"{' and '.join(given)} belong to the map of an atlas; this is a motion, whose figure takes no words.",
                 hint="Write motion.eulerdisk.plot().",

@@ -261,3 +261,11 @@ def test_what_axes_of_a_caller_cannot_hold_is_refused(cube, words, message):
     with pytest.raises(sweep.RequestError, match=message):
         cube.eulerdisk.plot(ax=ax, **words)
     assert not ax.has_data()
+
+
+def test_a_motion_has_none_of_these_looks():
+    """The figure of a motion takes no word of a map: each that is given is named."""
+    motion = sweep.simulate(sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1))
+    assert motion.eulerdisk.plot().axes
+    with pytest.raises(sweep.RequestError, match=r"rate and contours belong to the map of an atlas"):
+        motion.eulerdisk.plot(rate="scaled", contours=np.array([1.0, 2.0]))
