@@ -88,6 +88,18 @@ ENTRIES = (
         " criterion predicts for the perturbation. Below, the boundary over the line.",
     ),
     Entry(
+        ("maps.png", "family.png"),
+        (
+            "python -m sweep run rolling alpha=0.1,0.25,0.5,0.75,1 tilt=0.1deg:4deg:160 roll_rate=2:4:200 "
+            "-o {folder}/alphas.nc --overwrite",
+            "python -m sweep plot {folder}/alphas.nc --family --rate scaled -o {folder}/family.png",
+            "python -m sweep plot {folder}/alphas.nc --contours 2deg,20deg -o {folder}/maps.png",
+        ),
+        "An atlas of three axes",
+        "Rolling for five mass distributions: a map for each with lines of equal peak tilt, and all boundaries in one "
+        "panel, rates in units of sqrt(g/R). [More of what figures can show](figures.md).",
+    ),
+    Entry(
         ("motion.png",),
         (
             "python -m sweep simulate tilt_rate=0.01 roll_rate=2 'title=Rolling at 2 rad/s: unstable' "

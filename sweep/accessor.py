@@ -18,6 +18,7 @@ from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, is_motion
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from sweep.request.criterion import Criterion
@@ -185,18 +186,70 @@ class Eulerdisk:
         request = request_of_cell(self.atlas, nearest_cell(spec, cell), changes)
         return simulate(request, command="dataset.eulerdisk.simulate")
 
-    def plot(self) -> "Figure":
+    def plot(
+        self,
+        ax: "Axes | None" = None,
+        *,
+        rate: str | None = None,
+        quantity: str | None = None,
+        contours: Any = None,
+        family: bool = False,
+        friction: float | None = None,
+        width: "str | float | None" = None,
+        height: "str | float | None" = None,
+        font_size: float | None = None,
+        dpi: int | None = None,
+    ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        See `sweep.figures.plots.figure` and `sweep.figures.disk.motion_plots.figure`.
+        See `sweep.figures.plots.figure` and `sweep.figures.disk.motion_plots.figure`, which takes none of these words.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Draw into these, with the settings of their figure; the legend is below them, and can be removed.
+        rate : {"linear", "squared", "scaled"}, optional
+            What the axis of a rate shows; scaled is in units of sqrt(g/R).
+        quantity : str, optional
+            The variable of the cells that gives the colours; by default the peak.
+        contours : str, number or sequence, optional
+            Levels of contour lines of it, as in ``"5deg,20deg"`` (numbers are SI), or ``"auto"``.
+        family : bool
+            Draw an atlas of more than two axes as a family of boundary curves, not as a map each.
+        friction : float, optional
+            Hatch where rolling without slip needs a larger friction coefficient.
+        width, height : str or float, optional
+            Of the figure, as in ``"86mm"``; a number is in m.
+        font_size : float, optional
+            Size of the words [points].
+        dpi : int, optional
+            Dots per inch of the figure.
+
+        Raises
+        ------
+        RequestError
+            If one of them is not possible, or the atlas cannot be drawn.
         """
+        words = {
+            "rate": rate, "quantity": quantity, "contours": contours, "family": family, "width": width,
+            "height": height, "font_size": font_size, "dpi": dpi,
+        }  # fmt: skip
         if is_motion(self._dataset):
-            from sweep.figures.disk import motion_plots
-
-            return motion_plots.figure(self._dataset)
+            return self._plot_motion({**words, "ax": ax, "friction": friction})
         from sweep.figures import plots
+        from sweep.figures.look import Look
 
-        return plots.figure([self.atlas])
+        return plots.figure([self.atlas], friction, Look.read(**words), ax)
+
+    def _plot_motion(self, words: "dict[str, Any]") -> "Figure":
+        if given := [name for name, value in words.items() if value is not None and value is not False]:
+            raise RequestError(
+                f"{' and '.join(given)} belong to the map of an atlas; this is a motion, whose figure takes no words.",
+                hint="Write motion.eulerdisk.plot().",
+            )
+        from sweep.figures.disk import motion_plots
+
+        return motion_plots.figure(self._dataset)
 
     def animate(
         self,

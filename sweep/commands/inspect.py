@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number, whole_number
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError, shown
@@ -175,9 +175,36 @@ def plot(
             help="Draw instead how many wells the potential has, and which motions cross the upright position.",
         ),
     ] = False,
+    rate: Annotated[
+        str | None,
+        typer.Option(metavar="WORD", help="Draw rates linear, squared, or scaled: in units of sqrt(g/R)."),
+    ] = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Draw this variable instead of the peak, e.g. fall_time."),
+    ] = None,
+    contours: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LEVELS", help="Draw lines where the quantity has these values: 5deg,20deg or auto."
+        ),
+    ] = None,
+    family: Annotated[
+        bool,
+        typer.Option("--family", help="Draw an atlas of more than two axes as a family of boundary curves."),
+    ] = False,
+    width: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 86mm.")] = None,
+    height: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 70mm.")] = None,
+    font_size: Annotated[
+        float | None, typer.Option(parser=number, metavar="POINTS", help="Of the words; default: 8.")
+    ] = None,
+    dpi: Annotated[
+        int | None, typer.Option(parser=whole_number, metavar="INTEGER", help="Dots per inch; default: 200.")
+    ] = None,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts.
 
+    An atlas of more than two axes becomes a map for each value of the others; or draw a part of it:
     eulerdisk plot three-axes.nc alpha=0.5 -o slice.png
     """
     from sweep.files.paths import check_atlas, check_format
@@ -189,12 +216,23 @@ def plot(
             "Write --friction 0.5.",
             "--friction",
         )
-    if regimes and not (criterion is None and friction is None):
+    others = {
+        "--criterion": criterion, "--friction": friction, "--quantity": quantity, "--contours": contours,
+        "--family": family or None,
+    }  # fmt: skip
+    clashing = [name for name, value in others.items() if value is not None]
+    if regimes and clashing:
         raise RequestError(
-            "--regimes draws kinds of motion, which depend neither on a criterion nor on friction; "
-            "got --regimes with --criterion or --friction.",
-            "Leave --criterion and --friction out.",
+            "--regimes draws kinds of motion, which depend neither on a criterion nor on friction, and has no other "
+            f"quantity; got --regimes with {' and '.join(clashing)}.",
+            f"Leave {' and '.join(clashing)} out.",
         )
+    from sweep.figures.look import Look
+
+    look = Look.read(
+        rate=rate, quantity=quantity, contours=contours, width=width, height=height, font_size=font_size, dpi=dpi,
+        family=family,
+    )  # fmt: skip
     paths, words = files_and_words(atlases)
     for atlas in paths:
         check_atlas(atlas)
@@ -203,14 +241,16 @@ def plot(
 
     with ExitStack() as stack:
         if criterion is None and friction is None and not regimes and not words:
-            plots.save(plots.figure([stack.enter_context(opened_file(path)) for path in paths]), output)
+            drawn = plots.figure([stack.enter_context(opened_file(path)) for path in paths], look=look)
+            plots.save(drawn, output, look.dpi)
             return
         datasets = [stack.enter_context(opened_part(path, words)) for path in paths]
         if criterion is not None:
             from sweep.atlas.reclassify import reclassify
 
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        plots.save(plots.regimes(datasets) if regimes else plots.figure(datasets, friction), output)
+        drawn = plots.regimes(datasets, look) if regimes else plots.figure(datasets, friction, look)
+        plots.save(drawn, output, look.dpi)
 
 
 def export(

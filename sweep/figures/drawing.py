@@ -1,64 +1,70 @@
-"""Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, names and legend."""
+"""Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, hatching."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, LogNorm
-from matplotlib.container import ErrorbarContainer
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
+from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path as Outline
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import ScaledTranslation
 
-from sweep.figures.distance import distance_to_outside
-from sweep.figures.panels import Panel
-from sweep.figures.scales import SQUEEZED, add_scaled_axis, set_log_ticks, set_scale
-from sweep.model.quantity import Array, Quantity, Truths
+from sweep.figures.panels import Edge, Panel
+from sweep.figures.room import HALO
+from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
+from sweep.figures.shade import LEAST, is_wide
+from sweep.model.quantity import Array, Truths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+__all__ = ["HALO", "INK", "STYLE", "hatch", "sheet", "styled"]
+
+
+def style(font_size: float) -> dict[Any, Any]:
+    """Return the matplotlib settings of a figure whose words have a size [points]."""
+    return {
+        "font.family": "DejaVu Sans",
+        "font.size": font_size,
+        "axes.titlesize": 9.0 / 8.0 * font_size,
+        "axes.titleweight": "bold",
+        "axes.titlelocation": "left",
+        "axes.labelsize": font_size,
+        "xtick.labelsize": 7.5 / 8.0 * font_size,
+        "ytick.labelsize": 7.5 / 8.0 * font_size,
+        "legend.fontsize": 7.5 / 8.0 * font_size,
+        "legend.title_fontsize": 7.0 / 8.0 * font_size,
+        "hatch.linewidth": 0.6,
+        "axes.linewidth": 0.7,
+        "pdf.fonttype": 42,
+        "svg.hashsalt": "eulerdisk",
+    }
+
+
 #: matplotlib settings of every figure of this package.
-STYLE: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.0,
-    "axes.titlesize": 9.0,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "legend.fontsize": 7.5,
-    "legend.title_fontsize": 7.0,
-    "hatch.linewidth": 0.6,
-    "axes.linewidth": 0.7,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "eulerdisk",
+STYLE = style(8.0)
+
+#: matplotlib's own defaults where the style says nothing. The backend is the program's.
+_DEFAULTS: dict[Any, Any] = {
+    name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
 }
 
-#: All settings: matplotlib's own defaults where the style says nothing. The backend is the program's.
-_SETTINGS = {
-    name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
-} | STYLE
-
-#: Largest number of points of the measured boundary that are drawn: more would merge into a thick line.
-MOST_POINTS = 24
-
-#: Colour map of the peak tilt: perceptually uniform, colour-blind safe, light for small tilts.
-COLOURS = ListedColormap(colormaps["viridis_r"](np.linspace(0.0, 0.86, 256)), name="peak_tilt")
+#: Largest number of points of the measured boundary, and of cells of a profile, that are drawn: more would merge.
+MOST_POINTS, _MOST_CELLS = 24, 60
 
 INK = "black"
-HALO = [withStroke(linewidth=2.4, foreground="white")]
 
-_LINES: dict[str, dict[str, Any]] = {
+#: What the legend adds to a line of theory that is not on the map.
+OUTSIDE = " (outside the map)"
+
+LINES: dict[str, dict[str, Any]] = {
     "analytic": {"color": INK, "linewidth": 1.3, "zorder": 3},
     "predicted": {"color": "#c8380a", "linewidth": 1.4, "linestyle": (0, (4, 2)), "zorder": 4},
 }
@@ -75,103 +81,150 @@ _POINTS: dict[str, Any] = {
 _MARKERS = {"upper": "o", "lower": "s"}
 _VERDICTS = {"stable": ("o", "white"), "unstable": ("o", INK), "undecided": ("x", INK)}
 
-#: Distance [in] of the legend below the axes: there the labels end.
-_BELOW = 0.5
+#: Hatching of cells: no result, no value of the quantity, no verdict, marked.
+_LOST: dict[str, Any] = {"facecolor": "0.85", "hatch": "xxxx"}
+_ABSENT: dict[str, Any] = {"facecolor": "0.95", "hatch": "\\\\\\\\"}
+_UNDECIDED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.45), "hatch": "////"}
+_MARKED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.3), "hatch": "...."}
 
-#: Side of the raster of points on which a place for a word is sought, and width over height of the word.
-_RASTER, _WORD = 80, 4.0
+#: Contour lines: white between black edges, so that they show on every colour and are none of the other lines.
+_CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.9, "linestyles": "solid", "zorder": 2.5}
+CONTOUR_EDGE: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="0.2")]
 
-#: Samples between two corners of a line, to find the points of the raster that it covers.
-_DENSE = 20
+#: Steps between the colours of flags and their hatching in a legend.
+_EDGE = "0.25"
 
-#: Least distance [points of the raster] between the middle of a word and the next region or line.
-_ROOM = 2.4
+
+@dataclass(frozen=True)
+class Colouring:
+    """How the values of several panels become colours: the map, the norm, and levels of contour lines, if any."""
+
+    colours: Colormap
+    norm: Normalize
+    levels: tuple[float, ...] = ()
 
 
 @contextmanager
-def styled() -> Iterator[None]:
+def styled(font_size: float = 8.0) -> Iterator[None]:
     """Draw in the style of this package alone, whatever matplotlib was told by files or programs."""
-    with matplotlib.rc_context(_SETTINGS):
+    with matplotlib.rc_context(_DEFAULTS | style(font_size)):
         yield
 
 
 @contextmanager
-def sheet(width: float, height: float) -> Iterator[Figure]:
+def sheet(
+    width: float, height: float, font_size: float = 8.0, layout: str = "constrained"
+) -> Iterator[Figure]:
     """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
-    with styled():
-        drawn = Figure(figsize=(width, height), layout="constrained")
+    with styled(font_size):
+        drawn = Figure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
         FigureCanvasAgg(drawn)
         yield drawn
 
 
-def draw_map(axes: "Axes", panel: Panel, norm: LogNorm) -> None:
-    """Draw a panel of two axes."""
+def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = True) -> None:
+    """Draw a panel of two axes; `second` says whether rates have a second axis of pure numbers."""
     assert panel.y is not None
-    peak = np.ma.masked_where(panel.no_result, np.clip(panel.peak, norm.vmin, norm.vmax))
+    values, norm = panel.shade.values, colouring.norm
+    if panel.shade.quantity.flags is None:
+        values = np.clip(values, norm.vmin, norm.vmax)
     axes.pcolormesh(
-        panel.x.borders, panel.y.borders, peak, norm=norm, cmap=COLOURS, rasterized=True, zorder=0
-    )
+        panel.x.borders, panel.y.borders, np.ma.masked_invalid(values), norm=norm, cmap=colouring.colours,
+        rasterized=True, zorder=0,
+    )  # fmt: skip
     set_scale(axes, "x", panel.x)
     set_scale(axes, "y", panel.y)
-    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
-    hatch(axes, panel, panel.undecided, "undecided", facecolor=(1.0, 1.0, 1.0, 0.45), hatch="////")
-    hatch(axes, panel, panel.marked, panel.marking, facecolor=(1.0, 1.0, 1.0, 0.3), hatch="....")
+    missing = np.isnan(panel.shade.values)
+    hatch(axes, panel, panel.no_result & missing, panel.lost, **_LOST)
+    hatch(axes, panel, panel.shade.absent, panel.shade.absence, **_ABSENT)
+    if panel.shade.quantity.flags is None:
+        hatch(axes, panel, panel.undecided & ~missing, "undecided", **_UNDECIDED)
+    hatch(axes, panel, panel.marked, panel.marking, **_MARKED)
+    if colouring.levels:
+        _draw_contours(axes, panel, colouring.levels)
+    _draw_flags(axes, panel, colouring)
     if panel.edges:
         _draw_edges(axes, panel)
     if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
         _draw_outline(axes, panel)
-    name_regions(axes, panel, panel.verdicts())
-    if panel.unit is not None:
-        add_scaled_axis(axes, "y", panel.y, panel.unit)
+    if second:
+        add_second_axis(axes, "y", panel.y)
 
 
 def draw_ratio(axes: "Axes", panel: Panel) -> None:
     """Draw the ratio of the boundary to the analytic line, which a map is too coarse to show."""
-    axes.axhline(1.0, **_LINES["analytic"])
+    axes.axhline(1.0, **LINES["analytic"])
     for edge in panel.edges:
         _draw_points(axes, edge.name, edge.x, edge.ratio, edge.ratio_error)
-        axes.plot(edge.fine_x, edge.predicted_ratio, **_LINES["predicted"])
+        axes.plot(edge.fine_x, edge.predicted_ratio, **LINES["predicted"])
     axes.set_ylim(*_ratio_ends(panel))
-    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    axes.set_ylabel("rate$^2$ / analytic", fontsize=7.0)
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    axes.set_ylabel("boundary\n/ analytic")
 
 
 def draw_profile(axes: "Axes", panel: Panel) -> None:
-    """Draw a panel of one axis: the peak tilt with the verdicts, and the boundary as vertical lines."""
-    peak = np.where(panel.no_result, np.nan, panel.peak)
-    axes.plot(panel.x.values, peak, color="0.6", zorder=1)
+    """Draw a panel of one axis: the quantity with the verdicts, and the boundary as vertical lines."""
+    x, values = panel.x.values, panel.shade.values
+    flags = panel.shade.quantity.flags
+    axes.plot(x, values, color="0.6", zorder=1, drawstyle="default" if flags is None else "steps-mid")
     for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
-        if cells.any():
+        some = _thinned(cells & np.isfinite(values))
+        if some.size:
             marker, face = _VERDICTS[name]
             axes.plot(
-                panel.x.values[cells],
-                peak[cells],
-                marker,
-                color=INK,
-                markersize=3.5,
-                markerfacecolor=face,
-                label=name,
+                x[some], values[some], marker, color=INK, markersize=3.5, markerfacecolor=face, label=name
             )
     if panel.marked.any():
-        axes.plot(
-            panel.x.values[panel.marked],
-            peak[panel.marked],
-            "x",
-            color="#c8380a",
-            markersize=5.0,
-            label=panel.marking,
-        )
+        some = _thinned(panel.marked & np.isfinite(values))
+        axes.plot(x[some], values[some], "+", color="#c8380a", markersize=5.0, label=panel.marking)
     set_scale(axes, "x", panel.x)
+    _span(axes, panel, panel.no_result & np.isnan(values), panel.lost, **_LOST)
+    _span(axes, panel, panel.shade.absent, panel.shade.absence, **_ABSENT)
     for edge in panel.edges:
         for low, high in zip(edge.measured - edge.error[0], edge.measured + edge.error[1], strict=True):
-            axes.axvspan(low, high, color="0.8", zorder=0, label=f"bracket of the {panel.method} boundary")
+            label = f"bracket of the {panel.method} boundary"
+            axes.axvspan(low, high, facecolor="0.8", edgecolor="0.6", linewidth=0.8, zorder=0, label=label)
         for place in edge.critical[np.isfinite(edge.critical)]:
-            axes.axvline(place, label=f"analytic: {panel.line}", **_LINES["analytic"])
+            axes.axvline(place, label=f"analytic: {panel.line}", **LINES["analytic"])
         for place in edge.predicted[np.isfinite(edge.predicted)]:
-            axes.axvline(place, label=f"predicted, {panel.criterion}", **_LINES["predicted"])
-    _set_peak_scale(axes, peak, panel.peak_quantity)
-    if panel.unit is not None:
-        add_scaled_axis(axes, "x", panel.x, panel.unit)
+            axes.axvline(place, label=f"predicted, {panel.criterion}", **LINES["predicted"])
+    # lines of theory outside of the atlas do not stretch its axis
+    axes.set_xlim(*panel.x.ends)
+    _set_height(axes, panel)
+    add_second_axis(axes, "x", panel.x)
+
+
+def _thinned(cells: Truths) -> Any:
+    """Return the places of some of the cells, the first and the last of every run among them."""
+    places = np.flatnonzero(cells)
+    step = -(-len(cells) // _MOST_CELLS)
+    first = np.flatnonzero(np.diff(np.pad(cells.astype(int), 1)) == 1)
+    last = np.flatnonzero(np.diff(np.pad(cells.astype(int), 1)) == -1) - 1
+    return np.union1d(places[places % step == 0], np.concatenate((first, last)))
+
+
+def _span(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
+    """Hatch runs of cells of a profile from the bottom to the top."""
+    ends = np.diff(np.pad(cells.astype(int), 1))
+    for first, last in zip(np.flatnonzero(ends == 1), np.flatnonzero(ends == -1), strict=True):
+        low, high = panel.x.borders[first], panel.x.borders[last]
+        axes.axvspan(low, high, label=label, edgecolor=_EDGE, linewidth=0.0, zorder=0, **look)
+
+
+def _set_height(axes: "Axes", panel: Panel) -> None:
+    """Set the y axis of a profile."""
+    quantity, values = panel.shade.quantity, panel.shade.values
+    axes.set_ylabel(quantity.plot_label)
+    if quantity.flags is not None:
+        codes = panel.shade.codes
+        axes.set_yticks(codes, [quantity.flag(code) for code in codes])
+        axes.set_ylim(min(codes, default=0) - 0.5, max(codes, default=0) + 0.5)
+    elif is_wide(values):
+        positive = values[np.isfinite(values) & (values > LEAST)]
+        axes.set_yscale("log", nonpositive="clip")
+        set_log_ticks(axes.yaxis, positive.max() / positive.min())
+    elif not np.isfinite(values).any():
+        axes.set_yticks([])
 
 
 def _ratio_ends(panel: Panel) -> tuple[float, float]:
@@ -185,21 +238,34 @@ def _ratio_ends(panel: Panel) -> tuple[float, float]:
 
 def _draw_edges(axes: "Axes", panel: Panel) -> None:
     several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
-    lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
-    if panel.joined:
-        # both edges are one curve: out along one, back along the other
-        (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
-        lines = [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
     for edge in panel.edges:
         label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
-        _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label)
+        # a point in the first column is whole
+        _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label, clip_on=False)
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
-    for x, y in lines:
+    for x, y in analytic_lines(panel):
         _draw_line(axes, panel, "analytic", x, y, f": {panel.line}")
+    if panel.joined is not None and panel.y is not None:
+        for height in (each for each in joined_heights(panel) if each is not None):
+            axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
+
+
+def analytic_lines(panel: Panel) -> list[tuple[Array, Array]]:
+    """Return the analytic line of every edge; a single curve where both edges are one."""
+    lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
     if panel.joined:
-        _name_ends(axes, panel, *lines[0][1][[0, -1]])
-    else:
-        _name_line(axes, panel, lines[0][1])
+        # out along one edge, back along the other
+        (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
+        return [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
+    return lines
+
+
+def joined_heights(panel: Panel) -> list[float | None]:
+    """Return where the ends of the curve that both edges form meet zero of the coordinate; None outside the map."""
+    assert panel.y is not None
+    low, high = panel.y.ends
+    ends = analytic_lines(panel)[0][1][[0, -1]]
+    return [float(height) if low <= height <= high else None for height in ends]
 
 
 def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, words: str) -> None:
@@ -208,17 +274,47 @@ def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, words:
         return
     low, high = panel.y.ends
     seen = np.any((finite >= low) & (finite <= high))
-    label = f"{kind}{words}" + ("" if seen else " (outside the map)")
-    axes.plot(x, y, label=label, path_effects=HALO, **_LINES[kind])
+    label = f"{kind}{words}" + ("" if seen else OUTSIDE)
+    axes.plot(x, y, label=label, path_effects=HALO, **LINES[kind])
 
 
-def _draw_points(axes: "Axes", edge: str, x: Array, y: Array, error: Array, label: str = "") -> None:
+def _draw_points(
+    axes: "Axes", edge: str, x: Array, y: Array, error: Array, label: str = "", **look: Any
+) -> None:
     if not x.size:
         return
     some = np.unique(np.linspace(0, x.size - 1, min(x.size, MOST_POINTS)).round().astype(int))
-    axes.errorbar(
-        x[some], y[some], yerr=error[:, some], label=label or None, marker=_MARKERS[edge], **_POINTS
+    words = {"label": label or None, "marker": _MARKERS[edge], **_POINTS, **look}
+    axes.errorbar(x[some], y[some], yerr=error[:, some], **words)
+
+
+def draw_points(axes: "Axes", edge: Edge, **look: Any) -> None:
+    """Draw the measured boundary of one edge with its bracket, in a look of its own."""
+    _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, **look)
+
+
+def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
+    """Draw contour lines of the quantity through the middles of the cells."""
+    assert panel.y is not None
+    values = np.ma.masked_invalid(panel.shade.values)
+    drawn = axes.contour(panel.x.values, panel.y.values, values, levels, **_CONTOUR)
+    drawn.set_path_effects(CONTOUR_EDGE)
+    quantity = panel.shade.quantity
+    unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
+    label = (
+        f"{quantity.name.replace('_', ' ')} of {', '.join(f'{each:.4g}' for each in levels)} {unit}".rstrip()
     )
+    axes.plot([], [], color="white", linewidth=0.9, path_effects=CONTOUR_EDGE, label=label)
+
+
+def _draw_flags(axes: "Axes", panel: Panel, colouring: Colouring) -> None:
+    """Give every flag of a map its entry in the legend."""
+    for code in panel.shade.codes:
+        colour = colouring.colours(colouring.norm(code))
+        name = f"{panel.shade.quantity.name.replace('_', ' ')}: {panel.shade.quantity.flag(code)}"
+        axes.add_patch(
+            Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=name)
+        )
 
 
 def _draw_outline(axes: "Axes", panel: Panel) -> None:
@@ -229,7 +325,12 @@ def _draw_outline(axes: "Axes", panel: Panel) -> None:
     upright = np.stack((np.tile(x[columns + 1], (2, 1)), [y[rows], y[rows + 1]])).T
     rows, columns = np.nonzero(unstable[1:] != unstable[:-1])
     level = np.stack(([x[columns], x[columns + 1]], np.tile(y[rows + 1], (2, 1)))).T
-    borders = LineCollection([*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3)
+    if not len(upright) + len(level):
+        return
+    borders = LineCollection(
+        [*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3,
+        label="border of the unstable cells",
+    )  # fmt: skip
     axes.add_collection(borders, autolim=False)
 
 
@@ -247,98 +348,4 @@ def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) ->
         for i, a, b in zip(columns, first, last, strict=True)
     ]
     shape = Outline.make_compound_path(*corners)
-    axes.add_patch(PathPatch(shape, label=label, edgecolor="0.25", linewidth=0.0, zorder=1, **look))
-
-
-def name_regions(
-    axes: "Axes", panel: Panel, regions: Iterable[tuple[str, Truths]], lines: int = 1, width: float = _WORD
-) -> list[str]:
-    """Write the name of each region where it has most room, so that a map can be read without colours.
-
-    `regions` holds names and cells; each name has `lines` lines and is `width` times as wide as a line is high.
-    Returns the names that had no room.
-    """
-    left_out = []
-    assert panel.y is not None
-    middles = (np.arange(_RASTER) + 0.5) / _RASTER
-    across, up = np.meshgrid(middles, middles)
-    to_data = axes.transAxes + axes.transData.inverted()
-    x, y = to_data.transform(np.column_stack((across.ravel(), up.ravel()))).T
-    column = np.searchsorted(panel.x.borders, x) - 1
-    row = np.searchsorted(panel.y.borders, y) - 1
-    inside = (column >= 0) & (column < len(panel.x.values)) & (row >= 0) & (row < len(panel.y.values))
-    free = inside.reshape(_RASTER, _RASTER) & ~_covered(axes)
-    column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
-    for name, cells in regions:
-        region = np.pad(cells[row, column].reshape(_RASTER, _RASTER) & free, 1)
-        room = distance_to_outside(region, (1.0 / lines, 1.0 / width))[1:-1, 1:-1]
-        if room.max() >= _ROOM:
-            place = np.unravel_index(np.argmax(room), room.shape)
-            axes.text(
-                middles[place[1]], middles[place[0]], name, transform=axes.transAxes, ha="center", va="center",
-                weight="bold", path_effects=HALO, zorder=6,
-            )  # fmt: skip
-        elif cells.any():
-            left_out.append(name)
-    return left_out
-
-
-def _covered(axes: "Axes") -> Truths:
-    """Return the points of the raster that a line or a word covers, shape (_RASTER, _RASTER)."""
-    covered = np.zeros((_RASTER, _RASTER), dtype=bool)
-    for line in axes.get_lines():
-        corners = (axes.transData + axes.transAxes.inverted()).transform(line.get_xydata()) * _RASTER
-        along = np.linspace(0.0, len(corners) - 1.0, _DENSE * len(corners))
-        x, y = (np.interp(along, np.arange(len(corners)), column) for column in corners.T)
-        on = np.isfinite(x) & np.isfinite(y) & (np.minimum(x, y) >= 0) & (np.maximum(x, y) < _RASTER)
-        covered[y[on].astype(int), x[on].astype(int)] = True
-    for word in axes.texts:
-        box = word.get_window_extent().transformed(axes.transAxes.inverted())
-        left, bottom, right, top = (np.array(box.extents) * _RASTER).astype(int).clip(0)
-        covered[bottom : top + 1, left : right + 1] = True
-    return covered
-
-
-def _name_line(axes: "Axes", panel: Panel, line: Array) -> None:
-    """Write the formula beside an analytic line that is horizontal and inside the map."""
-    assert panel.y is not None
-    low, high = panel.y.ends
-    if np.isfinite(line).all() and np.ptp(line) <= 1e-9 * abs(line[0]) and low < line[0] < high:
-        axes.annotate(
-            panel.line, (1.0, line[0]), (-3.0, 3.0), xycoords=("axes fraction", "data"),
-            textcoords="offset points", ha="right", va="bottom", path_effects=HALO, zorder=6,
-        )  # fmt: skip
-
-
-def _name_ends(axes: "Axes", panel: Panel, *ends: float) -> None:
-    """Name the two ends of a curve that both edges form, where it meets zero of the coordinate."""
-    assert panel.y is not None
-    assert panel.joined is not None
-    for height, name, offset in zip(ends, panel.joined, ((14.0, 17.0), (45.0, 9.0)), strict=True):
-        if panel.y.ends[0] <= height <= panel.y.ends[1]:
-            axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
-            axes.annotate(
-                name, (0.0, height), offset, textcoords="offset points", fontsize=7.0, ha="left", va="center",
-                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, path_effects=HALO, zorder=6,
-            )  # fmt: skip
-
-
-def _set_peak_scale(axes: "Axes", peak: Array, quantity: Quantity) -> None:
-    axes.set_ylabel(quantity.plot_label)
-    positive = peak[np.isfinite(peak) & (peak > 1e-30)]
-    if positive.size and positive.max() > SQUEEZED * positive.min():
-        axes.set_yscale("log")
-        set_log_ticks(axes.yaxis, positive.max() / positive.min())
-
-
-def add_legend(axes: "Axes", lowest: "Axes", caption: str) -> None:
-    """Put the legend of `axes` below `lowest`, where it covers nothing; `caption` is its title."""
-    handles, labels = axes.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True))
-    # the measurement first
-    order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
-    below = lowest.transAxes + ScaledTranslation(0.0, -_BELOW, lowest.figure.dpi_scale_trans)
-    lowest.legend(
-        [named[label] for label in order], order, title=caption, loc="upper left", bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below, alignment="left", frameon=False, borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
-    )  # fmt: skip
+    axes.add_patch(PathPatch(shape, label=label, edgecolor=_EDGE, linewidth=0.0, zorder=1, **look))

@@ -1,5 +1,6 @@
 """The contents of a panel: the arrays, labels and words that are drawn of an atlas."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,9 +13,11 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
-from sweep.figures.scales import Scale, scale
+from sweep.figures.look import LINEAR, SCALED, SQUARED, Look
+from sweep.figures.scales import Scale, check_rate_is_drawn, scale
+from sweep.figures.shade import Shade, drawable, shade
 from sweep.model.description import FAILED, MISSING
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
 from sweep.request.axes import Values
 from sweep.request.spec import SweepSpec
 
@@ -24,14 +27,12 @@ if TYPE_CHECKING:
 #: Points on a line of theory: a curve looks smooth, whatever the grid.
 _FINE = 400
 
-#: Values from here on are no rates and no angles.
-_LARGEST = 1e30
-
 #: First value of the coordinate on lines that end at zero, where their motions do not exist.
 _NEAR_ZERO = 1e-6
 
-#: Largest number of fixed parameters in a line of the caption: more would be wider than the panel.
-_MOST_IN_LINE = 4
+
+#: Columns with a boundary for which a strip of its own is worth its place.
+_LEAST_COMPARED = 3
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Edge:
 
     `x`, `measured` and `error`, shape (2, n), have a value for every column that has an edge; `fine_x`, `critical` and
     `predicted` one for every point of a smooth line, or a single one where the rate is the only axis. The ratios are
-    squares of rates over squares of the analytic critical ones.
+    those of what the axis shows to its analytic critical value.
     """
 
     name: str
@@ -59,40 +60,51 @@ class Edge:
 class Panel:
     """All that is drawn of one atlas.
 
-    `peak`, in the units of the label of `peak_quantity`, `stability` and `no_result` have the shape (rows of y, columns
-    of x), or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `lost` names the
-    endings behind `no_result`, `unit` is that of `Model.scaled_square` where a square is drawn. `joined` names the two
-    ends of the line where both edges are one curve (`Model.joined_edges`). `method` is how the cells were computed.
-    `marked` are the cells that were asked to be hatched; `marking` says why.
+    `shade` is what gives it colours; its values, `stability` and `no_result` have the shape (rows of y, columns of x),
+    or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `line_name` what is
+    written beside it, `lost` names the endings behind `no_result`. `joined` names the two ends of the line where both
+    edges are one curve (`Model.joined_edges`). `method` is how the cells were computed. `marked` are the cells that
+    were asked to be hatched; `marking` says why. `peak` is the variable that the model colours maps by. `caption` has a
+    text for each line.
     """
 
     title: str
-    caption: str
+    caption: tuple[str, ...]
     criterion: str
     line: str
+    line_name: str
     x: Scale
     y: Scale | None
-    peak: Array
-    peak_quantity: Quantity
+    shade: Shade
     stability: npt.NDArray[np.integer]
     no_result: Truths
     lost: str
     edges: tuple[Edge, ...]
-    unit: tuple[float, str] | None
     joined: tuple[str, str] | None
     method: str
     marked: Truths
     marking: str
+    peak: str
 
     @property
     def undecided(self) -> Truths:
-        """Cells that have a peak but no verdict."""
+        """Cells that have a result but no verdict."""
         return np.asarray((self.stability == UNDECIDED) & ~self.no_result)
 
     @property
     def has_ratio(self) -> bool:
-        """Whether a map has a measured boundary and an analytic line to compare it with."""
-        return self.y is not None and any(np.isfinite(edge.ratio).any() for edge in self.edges)
+        """Whether a map has a measured boundary, in several columns, and an analytic line to compare it with."""
+        compared = sum(int(np.isfinite(edge.ratio).sum()) for edge in self.edges)
+        return self.y is not None and compared >= _LEAST_COMPARED
+
+    @property
+    def explained(self) -> list[str]:
+        """The regions that the legend of a map explains in any case."""
+        return [name for name, _ in self.shade.regions()] or ["undecided"]
+
+    def regions(self) -> list[tuple[str, Truths]]:
+        """Return names and cells of the regions of a map: of its verdicts, or of the flags that give it colours."""
+        return self.shade.regions() or [*self.verdicts(), ("undecided", self.undecided)]
 
     def verdicts(self) -> tuple[tuple[str, Truths], ...]:
         """Return the name and the cells of the two verdicts."""
@@ -102,7 +114,7 @@ class Panel:
         )
 
 
-def panel(dataset: Atlas, marked: "xr.DataArray | None" = None) -> Panel:
+def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | None = None) -> Panel:
     """Return what is drawn of an atlas.
 
     Parameters
@@ -111,6 +123,8 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None) -> Panel:
         An atlas, or a selection from one; axes of a single value are left out.
     marked : xarray.DataArray of bool, optional
         Cells to be hatched, on the dimensions of the atlas; its name says what they are.
+    look : Look, optional
+        Which quantity is drawn, and how rates are.
 
     Returns
     -------
@@ -119,56 +133,61 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None) -> Panel:
     Raises
     ------
     RequestError
-        If the atlas has no axis or more than two.
+        If the atlas has no axis or more than two, or what `look` asks for cannot be drawn of it.
     """
+    look = look or Look()
     spec = drawn_spec(dataset)
     model = spec.model
     require(dataset, (model.peak, "stability"))
     control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
     joined = model.joined_edges(spec)
-    dims = _drawn_dims(dataset)
+    dims = drawn_dims(dataset)
     # y is the control that has a boundary, else the first axis of the atlas
     y_name = (control or dims[0]) if len(dims) > 1 else None
     x_name = next(name for name in dims if name != y_name)
 
-    def axis(name: str, from_zero: bool = False) -> Scale:
-        values = dataset[name].values
-        return scale(model.parameters[name], values, squares=name == control, from_zero=from_zero)
+    controls = model.controls(dims)
+    check_rate_is_drawn(look.rate, dims, controls)
 
-    x, y = axis(x_name, joined is not None and x_name == model.coordinate), axis(y_name) if y_name else None
+    def axis(name: str, from_zero: bool = False) -> Scale:
+        is_rate = name in controls
+        return scale(
+            model.parameters[name], dataset[name].values, from_zero=from_zero,
+            rate=look.rate if is_rate else LINEAR, unit=model.unit_of_square(spec, name) if is_rate else None,
+        )  # fmt: skip
+
+    over_coordinate = joined is not None and x_name == model.coordinate and y_name == control
+    x = axis(x_name, over_coordinate)
+    y = axis(y_name, over_coordinate) if y_name else None
     order = tuple(filter(None, (y_name, x_name)))
-    quantity = model.variables[model.peak]
-    values, stability, ending = (
-        in_order(dataset[name], order) for name in (model.peak, "stability", "ending")
-    )
-    peak = _drawable(values) * quantity.plot_scale
+    stability, ending = (in_order(dataset[name], order) for name in ("stability", "ending"))
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
-    whole_curve = joined is not None and x_name == model.coordinate and x.ends[0] == 0.0 and up.squared
+    edges = tuple(_edges(dataset, spec, control, up, across)) if control else ()
+    line, line_name = _line(spec, control, up, edges) if control else ("theory", "")
+    without = np.isin(ending, [each.code for each in lost])
     return Panel(
         title=spec.headline.partition(":")[0],
-        caption="\n".join(
-            (
-                f"unstable: {spec.criterion.caption(model)}",
-                fixed_parameters(spec),
-                *(_row_notes(dataset, control) if control else ()),
-            )
+        caption=(
+            f"unstable: {spec.criterion.caption(model)}",
+            fixed_parameters(spec),
+            *(_row_notes(dataset, control) if control else ()),
         ),
         criterion=spec.criterion.label(model),
-        line=_line(spec, control, up),
+        line=line,
+        line_name=line_name,
         x=x,
         y=y,
-        peak=peak,
-        peak_quantity=quantity,
+        shade=shade(dataset, spec, order, look.quantity, without),
         stability=stability,
-        no_result=np.isin(ending, [each.code for each in lost]) | ~np.isfinite(peak),
-        lost=", ".join(each.name for each in lost).replace("_", " ") or "no peak",
-        edges=tuple(_edges(dataset, spec, control, up, across)) if control else (),
-        unit=model.scaled_square(spec, control) if control and up.squared else None,
-        joined=joined if whole_curve else None,
+        no_result=without,
+        lost=", ".join(each.name for each in lost).replace("_", " "),
+        edges=edges,
+        joined=joined if over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0 else None,
         method={"rk4": "RK4"}.get(spec.method, spec.method),
         marked=np.zeros(ending.shape, bool) if marked is None else in_order(marked, order),
         marking="" if marked is None else str(marked.name),
+        peak=model.peak,
     )
 
 
@@ -183,15 +202,36 @@ def _row_notes(dataset: Atlas, control: str) -> list[str]:
     return [note for edge, status in found.items() for note in in_words(status, "columns", edge)]
 
 
-def _line(spec: SweepSpec, control: str | None, up: Scale) -> str:
-    """Return the formula of the analytic line, in mathtext: of the square where a square is drawn."""
-    label = spec.model.line_label(spec, control) if control else ""
-    if "=" in label or up.squared or not label:
-        return f"${label}$" if label else "theory"
-    return f"${up.quantity.symbol}^2 = {label}$".replace("_0", "")
+def formula(spec: SweepSpec, control: str, up: Scale) -> tuple[str, str]:
+    """Return both sides of the equation of the analytic line, in mathtext without dollars; empty if there is none."""
+    label = spec.model.line_label(spec, control)
+    if "=" in label:
+        left, right = label.split("=")
+        return left.strip(), right.strip()
+    symbol = up.quantity.symbol.replace("_0", "")
+    if not label:
+        return "", ""
+    # the line lies at both roots where rates are negative
+    if up.rate == SQUARED or up.values[0] < 0.0:
+        return f"{symbol}^2", label
+    return symbol, rf"\sqrt{{{label}}}"
 
 
-def _drawn_dims(dataset: Atlas) -> list[str]:
+def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tuple[str, str]:
+    """Return the analytic line for the legend, and what is written beside it where it is level, in mathtext."""
+    left, right = formula(spec, control, up)
+    if not left:
+        return "theory", ""
+    equation = f"${left} = {right}$"
+    known = np.concatenate([edge.critical[np.isfinite(edge.critical)] for edge in edges] or [np.zeros(0)])
+    if not known.size or np.ptp(known) > 1e-9 * abs(known[0]) or up.values[0] < 0.0:
+        return equation, equation
+    number, scaled = f"{known[0]:.4g}", up.rate == SCALED and up.unit is not None
+    unit = rf"$\sqrt{{{up.unit[1]}}}$" if scaled and up.unit else up.units
+    return f"{equation} = {number} {unit}".rstrip(), number if scaled else f"${right}$"
+
+
+def drawn_dims(dataset: Atlas) -> list[str]:
     """Return the dimensions of the cells along which there is more than one."""
     ending = dataset["ending"]
     return [name for name, count in zip(ending.dims, ending.shape, strict=True) if count > 1]
@@ -205,11 +245,11 @@ def drawn_spec(dataset: Atlas) -> SweepSpec:
     RequestError
         If it has no axis or more than two.
     """
-    dims = _drawn_dims(dataset)
+    dims = drawn_dims(dataset)
     if len(dims) > 2:
         raise RequestError(
             f"A figure shows an atlas of one axis or two; this one has {len(dims)}: {', '.join(dims)}.",
-            hint=f"Select one value of {' and of '.join(dims[2:])}, e.g. atlas.isel({dims[-1]}=0) in Python.",
+            hint=f"Take one value of {' and of '.join(dims[2:])}, as in {dims[-1]}={dataset[dims[-1]].values[0]:.6g}.",
         )
     if not dims:
         raise RequestError(
@@ -233,7 +273,7 @@ def _edges(dataset: Atlas, spec: SweepSpec, control: str, up: Scale, across: Sca
         if measured_name not in dataset:
             continue
         measured, half, analytic = (
-            np.atleast_1d(_drawable(in_order(dataset[each], kept)))
+            np.atleast_1d(drawable(in_order(dataset[each], kept)))
             for each in (measured_name, halfwidth_name, critical_name)
         )
         has = np.isfinite(measured) & np.isfinite(half)
@@ -241,8 +281,8 @@ def _edges(dataset: Atlas, spec: SweepSpec, control: str, up: Scale, across: Sca
         critical, predicted = (np.atleast_1d(line) for line in lines.get(name, (nothing, nothing)))
         # where the analytic rate is zero (circling upright) there is nothing to compare with
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratios = [(each / analytic[has]) ** 2 for each in (low, middle, high)]
-            predicted_ratio = (predicted / critical) ** 2
+            ratios = [up.shown(each) / up.shown(analytic[has]) for each in (low, middle, high)]
+            predicted_ratio = up.shown(predicted) / up.shown(critical)
         edge = Edge(
             name=name,
             x=across.values[has] if across else np.zeros(middle.shape),
@@ -257,11 +297,6 @@ def _edges(dataset: Atlas, spec: SweepSpec, control: str, up: Scale, across: Sca
         )
         edges.append(edge)
     return edges
-
-
-def _drawable(values: Array) -> Array:
-    """Return values that a damaged file has made too large to be drawn as NaN: their squares overflow."""
-    return np.asarray(np.where(np.abs(values) < _LARGEST, values, np.nan))
 
 
 def _spread(low: Array, middle: Array, high: Array) -> Array:
@@ -281,12 +316,17 @@ def _fine(dataset: Atlas, across: Scale) -> Array:
 
 def fixed_parameters(spec: SweepSpec) -> str:
     """Return the parameters that are the same in every cell and not zero, in mathtext."""
-    parts = []
     # the system before its start: parameters of the start are zero by default
-    for name in sorted(spec.fixed, key=lambda name: spec.model.parameters[name].default == 0.0):
-        fixed, quantity = getattr(spec, name), spec.model.parameters[name]
-        if fixed != 0.0:
-            unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
-            parts.append(f"${quantity.symbol} = {fixed * quantity.plot_scale:.4g}$ {unit}".rstrip())
-    lines = [", ".join(parts[i : i + _MOST_IN_LINE]) for i in range(0, len(parts), _MOST_IN_LINE)]
-    return "\n".join(lines)
+    names = sorted(spec.fixed, key=lambda name: spec.model.parameters[name].default == 0.0)
+    return ", ".join(value_text(spec, name) for name in names if getattr(spec, name) != 0.0)
+
+
+def value_text(spec: SweepSpec, name: str) -> str:
+    """Return a parameter that is the same in every cell with its value, in mathtext."""
+    quantity = spec.model.parameters[name]
+    unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
+    unit = unit.replace(" ", "\u00a0")
+    # what belongs together is not broken at the end of a line
+    return f"${quantity.symbol} = {getattr(spec, name) * quantity.plot_scale:.4g}$\u00a0{unit}".rstrip(
+        "\u00a0"
+    )

@@ -8,18 +8,19 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.drawing import COLOURS, add_legend, draw_map, draw_profile, draw_ratio, sheet, styled
-from sweep.figures.panels import Panel, panel
-from sweep.figures.scales import set_log_ticks
-from sweep.figures.texts import set_title
+from sweep.figures.arrange import arrange, finish_in, lettered
+from sweep.figures.blocks import Block
+from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
+from sweep.figures.drawing import Colouring, draw_map, draw_profile, draw_ratio, sheet, styled
+from sweep.figures.look import Look
+from sweep.figures.multiples import figure as figure_of_many
+from sweep.figures.panels import Panel, drawn_dims, panel
+from sweep.figures.sizes import BAR, columns_of, inches, size_of
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
@@ -28,16 +29,14 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Size of a panel [in], axes and their labels; a journal's column is 3.4 wide.
-_WIDTH, _HEIGHT, _STRIP, _LEGEND, _BAR = 3.6, 3.2, 1.0, 1.1, 0.7
-
-#: Panels side by side.
-_MOST_IN_ROW = 3
+#: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
+#: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
+_WIDTH, _LEAST_WIDTH, _SECOND = 3.6, 2.2, 2.6
 
 _DOTS_PER_INCH = 200
 
-#: Peaks up to here, if a file has them, are drawn in the first colour: a scale from them on would overflow.
-_LEAST = 1e-30
+#: Dots of a figure at most: a png of them takes 400 MB of memory.
+_MOST_DOTS, _MOST_SIDE = 10**8, 2**16 - 1
 
 #: Format -> the metadata that would record the date and the program, each set to None to leave it out.
 _METADATA: Mapping[str, Mapping[str, None]] = {
@@ -47,111 +46,150 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 }
 
 
-def figure(datasets: Sequence[Atlas], friction: float | None = None) -> Figure:
+def figure(
+    datasets: Sequence[Atlas],
+    friction: float | None = None,
+    look: Look | None = None,
+    axes: "Axes | None" = None,
+) -> Figure:
     """Draw atlases side by side.
 
     Parameters
     ----------
     datasets : sequence of Atlas
-        Atlases of one axis or two, or selections from atlases, one panel each. Friction needs them as xarray.Dataset.
+        Atlases of one axis or two, or selections from atlases, one panel each; or one atlas of more axes, as small
+        multiples or as a family of boundary curves. Friction and `axes` need them as xarray.Dataset.
     friction : float, optional
         Friction coefficient: cells where the disk would need more, or would lift off, are hatched.
+    look : Look, optional
+        What is drawn, and how large.
+    axes : matplotlib.axes.Axes, optional
+        Draw the map or the profile of one atlas into these, in the style of their figure, and a bar of colours beside.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot.
+        That of `axes`; without, a new one on an Agg canvas, not registered with pyplot.
 
     Raises
     ------
     RequestError
-        If there is no atlas, or one of them has no axis or more than two, or no contact forces to hold `friction`
-        against (made without ``contact=yes``).
+        If there is no atlas, or one of them has no axis, or cannot be drawn as `look` says, or has no contact forces to
+        hold `friction` against (made without ``contact=yes``).
 
     Notes
     -----
-    An axis along which there is a boundary shows the square of the parameter, and on the other side the square in the
-    unit of the model (for the disk g/R).
     Under a map, a strip shows the boundary over the analytic line.
     """
+    look = look or Look()
     if not datasets:
         raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     for dataset in datasets:
         require(dataset, (spec_named(dataset).model.peak,))
+    if axes is not None:
+        _check_own(look)
+    if look.family or any(len(drawn_dims(dataset)) > 2 for dataset in datasets):
+        return figure_of_many(datasets, friction, look, axes)
     panels = [
-        panel(dataset, None if friction is None else spec_named(dataset).model.slipping(dataset, friction))
+        panel(
+            dataset, None if friction is None else spec_named(dataset).model.slipping(dataset, friction), look
+        )
         for dataset in datasets
     ]
-    columns = min(len(panels), _MOST_IN_ROW)
-    rows = -(-len(panels) // columns)
-    strip = _STRIP if any(each.has_ratio for each in panels) else 0.0
-    with sheet(columns * _WIDTH + _BAR, rows * (_HEIGHT + strip + _LEGEND)) as drawn:
-        # a row of maps, and a row of strips below if there are any
-        parts = [_HEIGHT, strip] if strip else [_HEIGHT]
-        grid = drawn.add_gridspec(len(parts) * rows, columns, height_ratios=parts * rows)
-        norm = _norm(panels)
-        for i, each in enumerate(panels):
-            row, column = len(parts) * (i // columns), i % columns
-            if each.has_ratio:
-                top = drawn.add_subplot(grid[row, column])
-                _draw_with_strip(top, drawn.add_subplot(grid[row + 1, column], sharex=top), each, norm)
-            else:
-                _draw_alone(drawn.add_subplot(grid[row : row + len(parts), column]), each, norm)
-        if any(each.y for each in panels):
-            bar = drawn.colorbar(
-                ScalarMappable(norm, COLOURS), ax=drawn.axes, label=panels[0].peak_quantity.plot_label,
-                pad=0.015, fraction=0.03, aspect=40,
-            )  # fmt: skip
-            set_log_ticks(bar.ax.yaxis, float(norm.inverse(1.0) / norm.inverse(0.0)))
+    check_same_quantity(panels)
+    if axes is not None:
+        return _draw_into(axes, panels, look)
+    columns = columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH)
+    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
+        colouring = colours_of(panels, look)
+        scale = look.font_size / 8.0
+        second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + BAR * scale
+        blocks = [_block(drawn, each, colouring, second) for each in panels]
+        bar = add_bar(drawn, panels, colouring)
+        arrange(drawn, blocks, columns, height=inches(look.height), bar=bar)
     return drawn
 
 
-def save(drawn: Figure, path: str | Path) -> None:
+def _check_own(look: Look) -> None:
+    given = {"width": look.width, "height": look.height, "dpi": look.dpi}
+    if names := [name for name, value in given.items() if value is not None]:
+        raise RequestError(
+            f"Axes belong to a figure that has a size and dots already; got ax with {' and '.join(names)}.",
+            f"Leave {' and '.join(names)} out, or ax.",
+            "ax",
+        )
+
+
+def _block(drawn: Figure, each: Panel, colouring: Colouring, second: bool) -> Block:
+    axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
+    block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
+    if each.y is None:
+        draw_profile(axes, each)
+        return block
+    draw_map(axes, each, colouring, second)
+    if each.has_ratio:
+        block.strip = drawn.add_axes((0.2, 0.1, 0.6, 0.1), sharex=axes)
+        draw_ratio(block.strip, each)
+        block.strip.set_xlabel(axes.get_xlabel())
+        axes.set_xlabel("")
+        axes.tick_params(axis="x", which="both", labelbottom=False)
+    return block
+
+
+def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
+    """Draw one panel into the axes of a caller."""
+    if len(panels) != 1:
+        raise RequestError(
+            f"Axes hold one panel; got {len(panels)} atlases.", "Draw each into axes of its own.", "ax"
+        )
+    each, drawn = panels[0], axes.get_figure(root=True)
+    assert drawn is not None
+    with lettered(look):
+        colouring = colours_of(panels, look)
+        block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
+        if each.y is None:
+            draw_profile(axes, each)
+        else:
+            draw_map(axes, each, colouring)
+            add_bar(drawn, panels, colouring, beside=axes)
+    return finish_in(block, look)
+
+
+def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
     """Write a figure; the file appears only when it is complete, and replaces one of the same name.
+
+    Parameters
+    ----------
+    drawn : Figure
+    path : str or Path
+    dpi : int, optional
+        Dots per inch; 200 if not given.
 
     Raises
     ------
     RequestError
-        If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written.
+        If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written, or the figure
+        would have too many dots.
     """
-    path = Path(path)
+    path, dpi = Path(path), dpi or _DOTS_PER_INCH
     ending = check_format(path)
     check_target(path, overwrite=True)
+    dots = [int(side * dpi) for side in drawn.get_size_inches()]
+    if max(dots) > _MOST_SIDE or dots[0] * dots[1] > _MOST_DOTS:
+        raise RequestError(
+            f"A figure has at most {_MOST_DOTS:.0e} dots, {_MOST_SIDE} along a side; got {dots[0]} x {dots[1]} with "
+            f"{dpi} per inch.",
+            "Give a smaller width, height or dpi.",
+            "dpi",
+        )
     with styled(), published(path) as unfinished:
-        drawn.savefig(unfinished, format=ending, dpi=_DOTS_PER_INCH, metadata=_METADATA[ending])
+        drawn.savefig(unfinished, format=ending, dpi=dpi, metadata=_METADATA[ending])
 
 
-def _draw_with_strip(top: "Axes", strip: "Axes", each: Panel, norm: LogNorm) -> None:
-    draw_map(top, each, norm)
-    draw_ratio(strip, each)
-    set_title(top, each.title)
-    strip.set_xlabel(top.get_xlabel())
-    top.set_xlabel("")
-    top.tick_params(axis="x", which="both", labelbottom=False)
-    add_legend(top, strip, each.caption)
-
-
-def _draw_alone(axes: "Axes", each: Panel, norm: LogNorm) -> None:
-    if each.y:
-        draw_map(axes, each, norm)
-    else:
-        draw_profile(axes, each)
-    set_title(axes, each.title)
-    add_legend(axes, axes, each.caption)
-
-
-def _norm(panels: Sequence[Panel]) -> LogNorm:
-    """Return the colour scale of all panels."""
-    peaks = np.concatenate([np.where(each.no_result, np.nan, each.peak).ravel() for each in panels])
-    peaks = peaks[np.isfinite(peaks) & (peaks > _LEAST)]
-    low, high = (peaks.min(), peaks.max()) if peaks.size else (1.0, 90.0)
-    return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
-
-
-def regimes(datasets: "Sequence[xr.Dataset]") -> Figure:
+def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw the kinds of motion of atlases, as the model of each does."""
     draw = [of_the_model(spec_named(each).model, "regimes", "--regimes") for each in datasets]
-    drawn: Figure = draw[0](datasets)
+    drawn: Figure = draw[0](datasets, look)
     return drawn
 
 

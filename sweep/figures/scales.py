@@ -1,20 +1,24 @@
-"""The axes of a panel: parameters in the units of their labels, controls squared; and their ticks in matplotlib."""
+"""The axes of a panel: parameters in the units of their labels, rates as they are, squared or scaled; their ticks."""
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
+from sweep.errors import RequestError
+from sweep.figures.look import LINEAR, RATES, SCALED, SQUARED
 from sweep.model.quantity import Array, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-#: Ratio of the ends beyond which values that are not evenly spaced are drawn on a logarithmic axis.
+#: Ratio of the ends beyond which values that are evenly spaced in the logarithm are drawn on a logarithmic axis.
 _MANY = 3.0
 
 #: Largest over smallest value beyond which a linear axis would squeeze the small ones.
@@ -23,15 +27,21 @@ SQUEEZED = 20.0
 #: Ratio of the ends of a logarithmic axis below which its ticks are even, and above which they are powers of ten.
 _EVEN, _POWERS = 4.0, 300.0
 
-#: Share of an axis below which it begins at zero.
-_NEAR_ZERO = 0.2
+#: Cells, or share of an axis, that it may be continued to zero: beyond, the first cells would stand for others.
+_TO_ZERO_CELLS, _TO_ZERO = 1.0, 0.01
+
+
+#: Numbers on a linear axis at most, and the least distance of two [sizes of their letters].
+_MOST_TICKS = {"x": 7, "y": 7}
+_APART = {"x": 0.7, "y": 0.4}
 
 
 @dataclass(frozen=True)
 class Scale:
-    """One axis of a panel: a parameter, or its square, in the units of its label.
+    """One axis of a panel: a parameter in the units of its label, or a rate squared or scaled.
 
-    `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis.
+    `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis, which is
+    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None.
     """
 
     quantity: Quantity
@@ -39,32 +49,69 @@ class Scale:
     borders: Array
     ends: tuple[float, float]
     log: bool
-    squared: bool
+    rate: str = LINEAR
+    unit: tuple[float, str] | None = None
 
     @property
     def label(self) -> str:
         """Label with symbol and unit."""
-        if not self.squared:
-            return self.quantity.plot_label
+        name = self.quantity.name.replace("_", " ")
+        if self.rate == SQUARED:
+            return f"{name} squared {self.symbol} ({self.units})"
+        return f"{name} {self.symbol}" if self.rate == SCALED else self.quantity.plot_label
+
+    @property
+    def units(self) -> str:
+        """Units of what is drawn, in mathtext; nothing for a pure number."""
+        if self.rate == SCALED:
+            return ""
+        if self.rate == LINEAR:
+            return (
+                self.quantity.plot_label.rpartition(" (")[2].rstrip(")") if self.quantity.units != "1" else ""
+            )
 
         def squared(unit: re.Match[str]) -> str:
             return f"{unit[1]}$^{{{2 * int(unit[2] or 1)}}}$"
 
         # each unit of a CF units string with twice its power: rad s-1 becomes rad^2 s^-2
-        units = re.sub(r"([A-Za-z]+)(-?\d*)", squared, self.quantity.units)
-        return f"{self.quantity.name.replace('_', ' ')} squared {self.symbol} ({units})"
+        return re.sub(r"([A-Za-z]+)(-?\d*)", squared, self.quantity.units)
 
     @property
     def symbol(self) -> str:
         """The symbol of what is drawn, in mathtext."""
-        return f"${self.quantity.symbol}^2$" if self.squared else f"${self.quantity.symbol}$"
+        return self._symbol(self.rate)
+
+    @property
+    def second(self) -> tuple[float, str] | None:
+        """Factor and label of a second axis, on which the same values are pure numbers; None if there is none."""
+        if self.unit is None or self.rate == SCALED:
+            return None
+        if self.rate == SQUARED:
+            return 1.0 / self.unit[0], f"${self.quantity.symbol}^2\\,/\\,({self.unit[1]})$"
+        return 1.0 / math.sqrt(self.unit[0]) / self.quantity.plot_scale, self._symbol(SCALED)
 
     def shown(self, values: Array) -> Array:
         """Return values [SI] as the axis shows them."""
-        return values**2 if self.squared else values * self.quantity.plot_scale
+        if self.rate == SQUARED:
+            return values**2
+        if self.rate == SCALED and self.unit is not None:
+            return values / math.sqrt(self.unit[0])
+        return values * self.quantity.plot_scale
+
+    def _symbol(self, rate: str) -> str:
+        if rate == SCALED and self.unit is not None:
+            return f"${self.quantity.symbol}\\,/\\sqrt{{{self.unit[1]}}}$"
+        return f"${self.quantity.symbol}^2$" if rate == SQUARED else f"${self.quantity.symbol}$"
 
 
-def scale(quantity: Quantity, values: Array, *, squares: bool, from_zero: bool = False) -> Scale:
+def scale(
+    quantity: Quantity,
+    values: Array,
+    *,
+    rate: str = LINEAR,
+    unit: tuple[float, str] | None = None,
+    from_zero: bool = False,
+) -> Scale:
     """Return the axis of a parameter.
 
     Parameters
@@ -73,25 +120,66 @@ def scale(quantity: Quantity, values: Array, *, squares: bool, from_zero: bool =
         A parameter of the model.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
-    squares : bool
-        Whether to show squares, if no value is negative.
+    rate : {"linear", "squared", "scaled"}
+        What to show of a rate; linear for other parameters.
+    unit : (float, str), optional
+        What a square is measured in to be a pure number, and its name in mathtext.
     from_zero : bool
-        Whether values that begin near zero, and not below it, are shown from zero on; squares are in any case.
+        Whether values that begin near zero, and not below it, are shown from zero on: the first cell is drawn larger.
+
+    Raises
+    ------
+    RequestError
+        If the square of the values is asked for and some are negative, or the scaled rate and there is no unit.
     """
+    _check_rate(quantity, values, rate, unit)
     gaps = np.diff(values)
     even = np.allclose(gaps, gaps[0], rtol=1e-6, atol=0.0)
-    log = bool(not even and values[0] > 0.0 and values[-1] > _MANY * values[0])
-    squared = squares and bool(values[0] >= 0.0)
+    log = bool(not even and values[0] > 0.0 and _is_logarithmic(values))
     borders = np.exp(_borders(np.log(values))) if log else _borders(values)
-    from_zero = from_zero and bool(values[0] >= 0.0)
-    if squared or from_zero:
-        borders = np.maximum(borders, 0.0)
-    low, high = borders[[0, -1]]
-    if not log and low > 0.0 and (from_zero or squared) and low < _NEAR_ZERO * high:
-        low = 0.0
-    bare = Scale(quantity, values, borders, (low, high), log, squared)
-    ends = tuple(bare.shown(np.array([low, high])))
-    return replace(bare, values=bare.shown(values), borders=bare.shown(borders), ends=ends)
+    if values[0] >= 0.0 and (from_zero or rate == SQUARED):
+        borders[0] = max(borders[0], 0.0)
+        reach = max(_TO_ZERO_CELLS * gaps[0], _TO_ZERO * values[-1]) * (1.0 + 1e-9)
+        if from_zero and not log and values[0] <= reach:
+            borders[0] = 0.0
+    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit)
+    borders = bare.shown(borders)
+    return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
+
+
+def _check_rate(quantity: Quantity, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
+    if rate == SQUARED and values[0] < 0.0:
+        raise RequestError(
+            f"Squares have no sign: {quantity.name} has values from {values[0]:g} {quantity.units}, and those below 0 "
+            "would lie on others.",
+            f"Draw the rate as it is ({LINEAR}), or {SCALED}.",
+            f"rate={SQUARED}",
+        )
+    if rate == SCALED and unit is None:
+        raise RequestError(
+            f"A scaled rate needs one unit for all cells; {quantity.name} has none here: the cells differ in it, "
+            "or the model has no such unit.",
+            f"Draw the rate as it is ({LINEAR}), or {SQUARED}.",
+            f"rate={SCALED}",
+        )
+
+
+def check_rate_is_drawn(rate: str, axes: Sequence[str], controls: Sequence[str]) -> None:
+    """Refuse a way to draw rates, one of `RATES`, where no axis is a rate."""
+    if rate != LINEAR and not controls:
+        raise RequestError(
+            f"There is no rate to draw {rate}: the axes are {' and '.join(axes)}.",
+            "Leave the rate out.",
+            f"rate={rate}" if rate in RATES else "rate",
+        )
+
+
+def _is_logarithmic(values: Array) -> bool:
+    """Return whether positive values are spaced evenly in the logarithm, or too far to be seen on a linear axis."""
+    ratios = np.diff(np.log(values))
+    if values[-1] > SQUEEZED * values[0]:
+        return True
+    return bool(len(values) > 2 and values[-1] > _MANY * values[0] and np.ptp(ratios) <= 1e-6 * ratios[0])
 
 
 def _borders(values: Array) -> Array:
@@ -102,50 +190,100 @@ def _borders(values: Array) -> Array:
 def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
     """Show a scale on the x or y axis: label, ends, ticks."""
     axes.set(**{f"{which}label": scale.label})
-    _apply_scale(axes, which, scale, 1.0)
-
-
-def add_scaled_axis(axes: "Axes", which: str, scale: Scale, unit: tuple[float, str]) -> None:
-    """Add a second axis on the other side, on which the same values are pure numbers.
-
-    `unit` holds the factor of the values and its name in mathtext (`Model.scaled_square`).
-    """
-    other = axes.twinx() if which == "y" else axes.twiny()
-    _apply_scale(other, which, scale, unit[0])
-    other.set(**{f"{which}label": f"{scale.symbol}$\\,{unit[1]}$"})
-
-
-def _apply_scale(axes: "Axes", which: str, scale: Scale, factor: float) -> None:
     low, high = scale.ends
-    rescale, axis = getattr(axes, f"set_{which}scale"), getattr(axes, f"{which}axis")
     if scale.log:
-        rescale("log")
-        set_log_ticks(axis, high / low)
-    elif scale.squared and low * SQUEEZED < high:
-        rescale("function", functions=(_root, np.square))
-        roots = MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, math.sqrt(factor * high))
-        axis.set_major_locator(FixedLocator(np.square(roots).tolist()))
-    getattr(axes, f"set_{which}lim")(factor * low, factor * high)
+        getattr(axes, f"set_{which}scale")("log")
+        set_log_ticks(getattr(axes, f"{which}axis"), high / low)
+    getattr(axes, f"set_{which}lim")(low, high)
+
+
+def add_second_axis(axes: "Axes", which: str, scale: Scale) -> None:
+    """Add an axis on the other side, on which the same values are pure numbers, where the scale has one."""
+    if scale.second is None:
+        return
+    factor, label = scale.second
+
+    def forward(values: Array) -> Array:
+        return np.asarray(values) * factor
+
+    def back(values: Array) -> Array:
+        return np.asarray(values) / factor
+
+    side = {"x": "top", "y": "right"}[which]
+    other = getattr(axes, f"secondary_{which}axis")(side, functions=(forward, back))
+    other.set(**{f"{which}label": label})
+    if scale.log:
+        set_log_ticks(getattr(other, f"{which}axis"), scale.ends[1] / scale.ends[0])
 
 
 def set_log_ticks(axis: "Axis", ratio: float) -> None:
     """Put plain numbers on a logarithmic axis whose ends have the ratio `ratio`."""
     if ratio < _EVEN:
         axis.set_major_locator(MaxNLocator(5))
+        axis.set_minor_locator(NullLocator())
     else:
         axis.set_major_locator(LogLocator(subs=(1.0,) if ratio > _POWERS else (1.0, 2.0, 5.0), numticks=10))
     axis.set_major_formatter(FuncFormatter(_plain_number))
     axis.set_minor_formatter(NullFormatter())
 
 
+def thin_ticks(axes: "Axes") -> None:
+    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size."""
+    for each in (axes, *axes.child_axes):
+        for which in ("x", "y"):
+            axis = getattr(each, f"{which}axis")
+            if axis.get_visible():
+                _thin(axis, which)
+
+
+def _thin(axis: "Axis", which: str) -> None:
+    """Take the most numbers that do not touch: round ones on a linear axis, powers of ten on a logarithmic one."""
+    if axis.get_scale() == "linear" and isinstance(axis.get_major_locator(), MaxNLocator):
+        whole = getattr(axis.get_major_locator(), "_integer", False)
+        for count in range(_MOST_TICKS[which], 0, -1):
+            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10], integer=whole))
+            if _are_apart(_numbers(axis, which), which):
+                return
+    numbers = _numbers(axis, which)
+    choices = [numbers]
+    if axis.get_scale() == "log":
+        choices.append([each for each in numbers if math.log10(each[0]).is_integer()])
+    choices += [numbers[::step] for step in range(2, len(numbers))]
+    # a scale with one number says nothing: two are left, even if they touch
+    choices = [choice for choice in choices if len(choice) > 1]
+    kept = next(
+        (choice for choice in choices if _are_apart(choice, which)), choices[-1] if choices else numbers
+    )
+    if len(kept) < len(numbers):
+        axis.set_major_locator(FixedLocator([place for place, _, _ in kept]))
+
+
+def _numbers(axis: "Axis", which: str) -> list[tuple[float, float, float]]:
+    """Return the place of each number on an axis, and both ends of the number along it [sizes of its letters]."""
+    # this brings all numbers to their places
+    axis.get_majorticklabels()
+    figure = axis.get_figure(root=True)
+    assert figure is not None
+    low, high = sorted(axis.get_view_interval())
+    room, side, found = 1e-9 * (high - low), 0 if which == "x" else 1, []
+    for tick in axis.get_major_ticks():
+        for label in (tick.label1, tick.label2):
+            if low - room <= tick.get_loc() <= high + room and label.get_visible() and label.get_text():
+                ends = label.get_window_extent().extents
+                letter = float(label.get_fontsize()) * figure.dpi / 72.0
+                found.append((float(tick.get_loc()), ends[side] / letter, ends[side + 2] / letter))
+    return sorted(found)
+
+
+def _are_apart(numbers: Sequence[tuple[float, float, float]], which: str) -> bool:
+    along = sorted(each[1:] for each in numbers)
+    return all(after[0] - before[1] >= _APART[which] for before, after in pairwise(along))
+
+
 def _plain_number(value: float, _: object = None) -> str:
     """Return a number as people write it: 0.001, 10; as a power of ten where that is shorter."""
-    if abs(value) >= 1e-3 or value == 0.0:
+    if 1e-3 <= abs(value) < 1e6 or value == 0.0:
         return f"{value:.6g}"
     digits, _, power = f"{value:.3e}".partition("e")
     times = "" if float(digits) == 1.0 else rf"{float(digits):g}\times "
     return f"${times}10^{{{int(power)}}}$"
-
-
-def _root(values: Array) -> Array:
-    return np.sqrt(np.maximum(values, 0.0))

@@ -8,19 +8,10 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from sweep.errors import printable
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.ft2font import FT2Font
-
-#: Size [points] of the title of a panel, and the width [in] that it may have.
-_SIZE, _WIDTH = 9.0, 3.3
 
 #: Characters that can be in a line of a figure at most, however narrow they are.
 _MOST = 400
-
-
-def set_title(axes: "Axes", text: str) -> None:
-    """Give a panel a title from a file or a request."""
-    axes.set_title(fitted(text, _SIZE, _WIDTH), parse_math=False)
 
 
 def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:

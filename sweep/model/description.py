@@ -424,10 +424,10 @@ class Model(ABC):
         """
         return None
 
-    def scaled_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
-        """Return the factor with which the square of a control parameter is a pure number, and its name in mathtext.
+    def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
+        """Return the unit in which the square of a control parameter is a pure number, and its name in mathtext.
 
-        None where cells differ in that factor, or the model has none.
+        None where cells differ in that unit, or the model has none.
         """
         return None
 

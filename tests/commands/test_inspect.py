@@ -92,6 +92,40 @@ def test_regimes_are_drawn(command, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("--rate cubic", "linear, squared or scaled; got cubic"),
+        ("--width 0mm", "from 20 mm to 2 m; got 0mm"),
+        ("--width nan", "must be finite"),
+        ("--font-size 1000", "from 4 to 40 points"),
+        ("--dpi 1", "from 10 to 2400"),
+        ("--dpi 1.5", "not a valid integer"),
+        ("--family --quantity ending", "got family with quantity"),
+        ("--regimes --contours auto", "--contours"),
+    ],
+)
+def test_a_bad_look_is_refused_before_a_file_is_opened(command, tmp_path, words, told):
+    """Options that are not possible are refused though there is no atlas, in a sentence, and nothing is written."""
+    status, _, err = command(f"plot absent.nc {words} -o b.png")
+    assert status == 2
+    assert told in " ".join(err.replace("\u2502", " ").split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_plot_takes_quantity_contours_size_and_rate(command, tmp_path):
+    """The options reach the figure: a png has the width and the dots that were asked for, a flag has no bar."""
+    from matplotlib.image import imread
+
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    looks = "--quantity peak_tilt --contours auto --rate squared --width 100mm --height 120mm --dpi 254 --font-size 7"
+    assert command(f"plot a.nc {looks} -o a.png")[0] == 0
+    assert imread(tmp_path / "a.png").shape[:2] == (1200, 1000)
+    status, _, err = command("plot a.nc --quantity fall_tim -o b.png")
+    assert (status, (tmp_path / "b.png").exists()) == (2, False)
+    assert "Did you mean fall_time?" in err
+
+
+@pytest.mark.parametrize(
     "line", ["info a.nc", "boundary a.nc", "export a.nc --to csv -o a.csv", "plot a.nc -o a.png"]
 )
 def test_what_a_user_has_added_is_left_out(command, tmp_path, line):

@@ -8,6 +8,7 @@ from matplotlib.container import ErrorbarContainer
 import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS
+from sweep.figures.look import Look
 from sweep.model.quantity import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
@@ -62,66 +63,99 @@ def said_in(drawn):
 
 def map_and_strip(axes):
     """Return the map, the strip below it and the second axis of a figure of one panel."""
-    top, twin = (each for each in axes if each.bbox.y0 == axes[0].bbox.y0 and "peak" not in each.get_ylabel())
-    strip = next(each for each in axes if "analytic" in each.get_ylabel())
-    return top, strip, twin
+    top, strip, *_ = axes
+    assert "analytic" in strip.get_ylabel()
+    return top, strip, top.child_axes[0]
 
 
 @pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
 def test_axes_say_quantity_and_unit(panels, name):
-    """Tilt is in degrees, the squared rate in rad2 s-2 and in g/R, the colour bar in degrees."""
-    top, strip, twin = map_and_strip(panels[name])
+    """Tilt is in degrees, the rate in rad s-1 and in units of sqrt(g/R), the colour bar in degrees."""
+    top, strip, second = map_and_strip(panels[name])
     rate = "roll rate" if name == "rolling" else "precession rate"
     assert strip.get_xlabel() == r"tilt $\theta_0$ (deg)"
-    assert top.get_ylabel().startswith(f"{rate} squared")
-    assert top.get_ylabel().endswith(r"(rad$^{2}$ s$^{-2}$)")
-    assert twin.get_ylabel().endswith("R/g$")
+    assert top.get_ylabel().startswith(rate)
+    assert top.get_ylabel().replace("\n", " ").endswith(r"(rad s$^{-1}$)")
+    assert top.get_yscale() == "linear"
+    assert second.get_ylabel().endswith(r"/\sqrt{g/R}$")
     assert panels[name][-1].get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
 
 
 @pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
-def test_second_axis_is_the_first_in_units_of_g_over_r(panels, name):
-    """Every height of the map reads rate^2 on one side and rate^2 R/g on the other."""
-    top, _, twin = map_and_strip(panels[name])
+def test_second_axis_is_the_first_in_units_of_root_g_over_r(panels, name):
+    """Every height of the map reads the rate on one side and rate sqrt(R/g) on the other."""
+    top, _, second = map_and_strip(panels[name])
     heights = np.linspace(0.0, 1.0, 7)
+    # the second axis takes its ends when it is drawn
+    top.get_tightbbox()
 
     def reads(axes):
         to_data = axes.transAxes + axes.transData.inverted()
         return to_data.transform(np.column_stack((np.zeros(7), heights)))[:, 1]
 
     # the transforms go through pixels and back
-    np.testing.assert_allclose(reads(twin), reads(top) * 0.5 / 9.81, atol=1e-9)
+    np.testing.assert_allclose(reads(second), reads(top) * math.sqrt(0.5 / 9.81), atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("name", "expected", "formula"),
-    [("rolling", G_OVER_3R, "$g/3R$"), ("spinning", FOUR_G_OVER_5R, "$4g/5R$")],
+    ("name", "expected", "beside", "told"),
+    [
+        ("rolling", G_OVER_3R, r"$\sqrt{g/3R}$", r"$\dot\phi = \sqrt{g/3R}$ = 2.557 rad s$^{-1}$"),
+        ("spinning", FOUR_G_OVER_5R, r"$\sqrt{4g/5R}$", r"$\dot\psi = \sqrt{4g/5R}$ = 3.962 rad s$^{-1}$"),
+    ],
 )
-def test_analytic_line_lies_where_linear_theory_puts_it(panels, name, expected, formula):
-    """The line of the uniform disk is level at g/3R (rolling) or 4g/5R (spinning), and says so."""
+def test_analytic_line_lies_where_linear_theory_puts_it(panels, name, expected, beside, told):
+    """The line of the uniform disk is level at the root of g/3R (rolling) or 4g/5R (spinning), and says so."""
     top, strip, _ = map_and_strip(panels[name])
-    np.testing.assert_allclose(line(top, "analytic")[1], expected, rtol=1e-12)
-    assert formula in words(top)
-    assert f"analytic: {formula}" in words(strip)
+    np.testing.assert_allclose(line(top, "analytic")[1], math.sqrt(expected), rtol=1e-12)
+    assert beside in words(top)
+    assert f"analytic: {told}" in words(strip)
+
+
+@pytest.mark.parametrize(
+    ("rate", "label", "height", "told", "second"),
+    [
+        ("linear", r"roll rate $\dot\phi_0$ (rad s$^{-1}$)", 6.54**0.5, "2.557 rad s$^{-1}$", True),
+        (
+            "squared",
+            r"roll rate squared $\dot\phi_0^2$ (rad$^{2}$ s$^{-2}$)",
+            6.54,
+            "6.54 rad$^{2}$ s$^{-2}$",
+            True,
+        ),
+        ("scaled", r"roll rate $\dot\phi_0\,/\sqrt{g/R}$", 3.0**-0.5, r"0.5774 $\sqrt{g/R}$", False),
+    ],
+)
+def test_rates_are_drawn_as_they_are_asked_for(atlases, rate, label, height, told, second):
+    """The axis of the rate is evenly divided in what its label says; line, number and second axis follow it."""
+    top, strip, *_ = plots.figure([atlases["rolling"]], look=Look.read(rate=rate)).axes
+    assert top.get_ylabel().replace("\n", " ") == label
+    assert top.get_yscale() == "linear"
+    np.testing.assert_allclose(line(top, "analytic")[1], height, rtol=1e-9)
+    assert next(each for each in words(strip) if each.startswith("analytic")).endswith(f"= {told}")
+    assert bool(top.child_axes) == second
+    # the ratio to the line is that of what is drawn
+    [(_, y, _)], [(_, ratio, _)] = points(top), points(strip)
+    np.testing.assert_allclose(ratio, y / height, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
     ("spec", "alpha", "formula"),
     [
-        (ROLLING, 1.0, "$g/4R$"),
-        (SPINNING, 1.0, "$2g/3R$"),
-        (ROLLING, 0.4, r"$g/[2(1{+}\alpha)R]$"),
-        (SPINNING, 0.4, r"$2g/[(2{+}\alpha)R]$"),
+        (ROLLING, 1.0, r"$\dot\phi = \sqrt{g/4R}$"),
+        (SPINNING, 1.0, r"$\dot\psi = \sqrt{2g/3R}$"),
+        (ROLLING, 0.4, r"$\dot\phi = \sqrt{g/[2(1{+}\alpha)R]}$"),
+        (SPINNING, 0.4, r"$\dot\psi = \sqrt{2g/[(2{+}\alpha)R]}$"),
     ],
 )
 def test_formula_follows_alpha(spec, alpha, formula):
     """The hoop has its own fractions of g/R, any other disk the general expression."""
     drawn = plots.figure([sweep.run(spec.replace(alpha=alpha, tilt="0.1deg:1deg:3"))])
-    assert f"analytic: {formula}" in said_in(drawn)
+    assert any(each.startswith(f"analytic: {formula} = ") for each in said_in(drawn))
 
 
 def test_boundary_is_the_atlas_s(atlases, panels):
-    """Points and bars are the squares of the bracket's middle and ends, at the tilts of the grid in degrees."""
+    """Points and bars are the bracket's middle and ends, at the tilts of the grid in degrees."""
     atlas = atlases["rolling"]
     rate, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
     has = np.isfinite(rate)
@@ -129,9 +163,9 @@ def test_boundary_is_the_atlas_s(atlases, panels):
     shown = np.isin(np.degrees(atlas["tilt"].values[has]), x)
     assert 10 < len(x) <= MOST_POINTS
     assert shown.sum() == len(x)
-    np.testing.assert_allclose(y, rate[has][shown] ** 2, rtol=1e-14)
-    np.testing.assert_allclose(bars[0], ((rate - half)[has][shown]) ** 2, rtol=1e-12)
-    np.testing.assert_allclose(bars[1], ((rate + half)[has][shown]) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(y, rate[has][shown], rtol=1e-14)
+    np.testing.assert_allclose(bars[0], (rate - half)[has][shown], rtol=1e-12)
+    np.testing.assert_allclose(bars[1], (rate + half)[has][shown], rtol=1e-12)
 
 
 def test_points_are_thinned():
@@ -149,7 +183,7 @@ def test_prediction_is_the_atlas_s(atlases, panels):
     tilt, rate = np.degrees(atlas["tilt"].values), atlas["predicted_precession_rate"].values
     # straight between 400 points of a curve that is smooth where the map shows it
     seen = rate < 6.0
-    np.testing.assert_allclose(np.interp(tilt[seen], x, y), rate[seen] ** 2, rtol=1e-4)
+    np.testing.assert_allclose(np.interp(tilt[seen], x, y), rate[seen], rtol=1e-4)
 
 
 def test_strip_shows_the_deviation_from_the_line(panels):
@@ -157,7 +191,7 @@ def test_strip_shows_the_deviation_from_the_line(panels):
     top, strip, _ = map_and_strip(panels["rolling"])
     [(x, y, _)], [(strip_x, ratio, _)] = points(top), points(strip)
     assert (x == strip_x).all()
-    np.testing.assert_allclose(ratio, y / G_OVER_3R, rtol=1e-12)
+    np.testing.assert_allclose(ratio, y / math.sqrt(G_OVER_3R), rtol=1e-12)
     assert strip.get_ylim()[0] < 1.0 < strip.get_ylim()[1]
 
 
@@ -166,11 +200,11 @@ def test_circling_curve_ends_at_both_lines(panels):
     top, _, _ = map_and_strip(panels["circling"])
     x, y = line(top, "analytic: $k = 0$")
     np.testing.assert_allclose(x[[0, -1]], 0.0, atol=1e-4)
-    np.testing.assert_allclose(y[[0, -1]], [FOUR_G_OVER_5R, 0.0], atol=1e-4)
+    np.testing.assert_allclose(y[[0, -1]], [math.sqrt(FOUR_G_OVER_5R), 0.0], atol=1e-4)
     # 30 deg in 400 points: the last one lies within 0.08 deg of the top
     assert x.max() == pytest.approx(18.62, abs=0.08)
     ends = {text.get_text(): text.xy[1] for text in top.texts if hasattr(text, "xy")}
-    assert ends[r"spinning: $\dot\psi^2 = 4g/5R$"] == pytest.approx(FOUR_G_OVER_5R, abs=1e-4)
+    assert ends[r"spinning: $\dot\psi^2 = 4g/5R$"] == pytest.approx(math.sqrt(FOUR_G_OVER_5R), abs=1e-4)
     assert ends[r"rolling: $\dot\phi^2 = g/3R$"] == pytest.approx(0.0, abs=1e-4)
 
 
@@ -179,7 +213,7 @@ def test_circling_shows_both_edges(atlases, panels):
     top, _, _ = map_and_strip(panels["circling"])
     (_, upper, _), (x, lower, _) = points(top)
     slow = atlases["circling"]["boundary_lower_precession_rate"].dropna("tilt")
-    np.testing.assert_allclose(np.interp(np.degrees(slow["tilt"]), x, lower), slow.values**2, rtol=1e-12)
+    np.testing.assert_allclose(np.interp(np.degrees(slow["tilt"]), x, lower), slow.values, rtol=1e-12)
     assert upper.min() > lower.max()
     height = top.transData.transform([(0.0, value) for value in (0.0, 1.0, *top.get_ylim()[1:])])[:, 1]
     assert height[1] - height[0] > 0.15 * (height[2] - height[0])
@@ -201,8 +235,8 @@ def test_verdicts_are_named_where_they_hold(atlases, panels):
         if text.get_text() not in {"stable", "unstable"}:
             continue
         pixel = top.transAxes.transform(text.get_position())
-        tilt, squared = top.transData.inverted().transform(pixel)
-        cell = atlas.sel(tilt=math.radians(tilt), roll_rate=math.sqrt(squared), method="nearest")
+        tilt, rate = top.transData.inverted().transform(pixel)
+        cell = atlas.sel(tilt=math.radians(tilt), roll_rate=rate, method="nearest")
         assert (int(cell["stability"]) == UNSTABLE) == (text.get_text() == "unstable")
     assert {"stable", "unstable"} <= set(words(top))
 
@@ -214,7 +248,8 @@ def test_one_verdict_gets_one_word():
     assert "unstable" in said
     assert "stable" not in said
     assert not points(axes)
-    assert "analytic: $g/3R$ (outside the map)" in said
+    told = r"analytic: $\dot\phi = \sqrt{g/3R}$ = 2.557 rad s$^{-1}$ (outside the map)"
+    assert told in [each.replace("\n", " ") for each in said]
 
 
 def test_hatching_is_explained_only_where_it_is(panels):
@@ -240,8 +275,8 @@ def test_other_axes_than_rates():
     assert len(axes) == 2
 
 
-def test_negative_rates_are_not_squared():
-    """Where a rate changes its sign the axis is the rate itself: both lines are at the root of 4g/5R."""
+def test_negative_rates():
+    """Where a rate changes its sign both lines are drawn, at the root of 4g/5R and below zero."""
     atlas = sweep.run(SPINNING.replace(precession_rate="-6:6:13", tilt="0.1deg:0.3deg:4"))
     axes = plots.figure([atlas]).axes[0]
     heights = {
@@ -249,29 +284,31 @@ def test_negative_rates_are_not_squared():
     }
     assert axes.get_ylabel() == r"precession rate $\dot\psi_0$ (rad s$^{-1}$)"
     assert {round(sign * math.sqrt(FOUR_G_OVER_5R), 9) for sign in (-1, 1)} <= heights
+    assert "analytic: $\\dot\\psi^2 = 4g/5R$" in said_in(plots.figure([atlas]))
+    with pytest.raises(sweep.RequestError, match=r"no sign: precession_rate has values from -6 rad s-1"):
+        plots.figure([atlas], look=Look(rate="squared"))
 
 
 def test_single_axis_is_a_profile():
     """An atlas of one axis is a line of peak tilts; the analytic rate stands upright on it."""
     atlas = sweep.run(LINE)
     axes = plots.figure([atlas]).axes[0]
-    assert axes.get_xlabel().startswith("roll rate squared")
+    assert axes.get_xlabel().startswith("roll rate")
     assert axes.get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
     x, y = axes.get_lines()[0].get_data()
-    np.testing.assert_allclose(x, atlas["roll_rate"].values ** 2, rtol=1e-14)
+    np.testing.assert_allclose(x, atlas["roll_rate"].values, rtol=1e-14)
     np.testing.assert_allclose(y, np.degrees(atlas["peak_tilt"].values), rtol=1e-14)
-    np.testing.assert_allclose(line(axes, "analytic")[0], G_OVER_3R, rtol=1e-12)
+    np.testing.assert_allclose(line(axes, "analytic")[0], math.sqrt(G_OVER_3R), rtol=1e-12)
     assert {"stable", "unstable", "bracket of the RK4 boundary"} <= set(words(axes))
 
 
 def test_selection_from_a_larger_atlas():
-    """Three axes are one too many; a selection is drawn, with the chosen value in the caption."""
+    """A selection from an atlas of three axes is one map, with the chosen value in the caption."""
     atlas = sweep.run(ROLLING.replace(roll_rate="2:4:9", tilt="0.1deg:1deg:4", alpha=[0.5, 1.0]))
-    with pytest.raises(sweep.RequestError, match=r"one axis or two.*has 3: roll_rate, tilt, alpha.*isel"):
-        plots.figure([atlas])
     hoop = plots.figure([atlas.sel(alpha=1.0)])
-    assert "analytic: $g/4R$" in words(map_and_strip(hoop.axes)[1])
-    assert r"$\alpha = 1$" in map_and_strip(hoop.axes)[1].get_legend().get_title().get_text()
+    legend = map_and_strip(hoop.axes)[1].get_legend()
+    assert any(r"\sqrt{g/4R}" in text.get_text() for text in legend.get_texts())
+    assert r"$\alpha = 1$" in legend.get_title().get_text()
 
 
 def test_nothing_to_draw():

@@ -61,11 +61,11 @@ class Plain(type(DISK)):
     exact = None
     disturbed_motion, check, complete = Model.disturbed_motion, Model.check, Model.complete
     cell_variables, kernels, measure_more = Model.cell_variables, Model.kernels, Model.measure_more
-    lines, line_label, joined_edges, scaled_square = (
+    lines, line_label, joined_edges, unit_of_square = (
         Model.lines,
         Model.line_label,
         Model.joined_edges,
-        Model.scaled_square,
+        Model.unit_of_square,
     )
     lost_in_words, linear_prediction, may_be_lost = (
         Model.lost_in_words,
@@ -83,7 +83,7 @@ def test_what_a_model_need_not_say():
     assert plain.kernels(spec) == (DISK.integrate,)
     assert (plain.measure_more(spec, starts, {}), plain.lines(spec, "roll_rate", starts)) == ({}, {})
     assert (plain.line_label(spec, "roll_rate"), plain.joined_edges(spec)) == ("", None)
-    assert plain.scaled_square(spec, "roll_rate") is None
+    assert plain.unit_of_square(spec, "roll_rate") is None
     assert list(plain.linear_prediction(spec, {}, {})) == []
     assert plain.lost_in_words(spec, {"ending": DISK.endings.code("fell")}) == DISK.endings.of(4).reason
     assert plain.disturbed_motion(spec)

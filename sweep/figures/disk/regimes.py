@@ -4,7 +4,7 @@ Both follow from the exact reduction: of an atlas only its starts are used.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +17,13 @@ from sweep.atlas.curves import without_curves
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
-from sweep.figures.drawing import HALO, INK, add_legend, hatch, name_regions, sheet
+from sweep.figures.arrange import arrange
+from sweep.figures.blocks import Block
+from sweep.figures.drawing import HALO, INK, hatch, sheet
+from sweep.figures.look import Look
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
-from sweep.figures.scales import add_scaled_axis, set_scale
-from sweep.figures.texts import set_title
+from sweep.figures.scales import add_second_axis, set_scale
+from sweep.figures.sizes import columns_of, inches, size_of
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
@@ -34,11 +37,8 @@ if TYPE_CHECKING:
 #: Names of the regimes: one or two wells, on one side of upright or across it.
 NAMES = ("one well\none side", "one well\ncrosses", "two wells\none side", "two wells\ncrosses")
 
-#: Size of a panel [in]: width and height of the axes, height of the legend.
-_WIDTH, _HEIGHT, _LEGEND = 3.6, 3.0, 0.85
-
-#: Panels in a row.
-_IN_ROW = 2
+#: Width of a panel [in], and the least one; panels in a row.
+_WIDTH, _LEAST_WIDTH, _IN_ROW = 3.6, 2.2, 2
 
 #: Okabe and Ito's blue and orange in two strengths: the hue shows the wells, the strength the crossing, also in grey.
 _COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
@@ -59,7 +59,7 @@ class Regimes:
     """
 
     panel: Panel
-    caption: str
+    caption: tuple[str, ...]
     regime: npt.NDArray[np.int8]
     fell: Truths
     unknown: Truths
@@ -73,10 +73,10 @@ class Regimes:
         return [*named, ("falls", self.fell)]
 
 
-def regimes(dataset: "xr.Dataset") -> Regimes:
+def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
     """Return the regimes of the starts of an atlas of two axes, or of a selection from one; raises as `figure` does."""
     dataset = without_curves(dataset).squeeze()
-    drawn = panel(dataset)
+    drawn = panel(dataset, look=look)
     if drawn.y is None:
         raise RequestError(
             f"A map of regimes has two axes; this atlas has one, {drawn.x.quantity.name}.",
@@ -96,7 +96,7 @@ def regimes(dataset: "xr.Dataset") -> Regimes:
     known = ending["bounded"] | ending["steady"]
     return Regimes(
         panel=drawn,
-        caption=f"{fixed_parameters(spec)}\none side of upright, or crosses it",
+        caption=(fixed_parameters(spec), "one side of upright, or crosses it"),
         regime=np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8),
         fell=ending["fell"],
         unknown=~known & ~ending["fell"],
@@ -121,10 +121,12 @@ def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
     tilt = np.geomspace(first, last, _FINE) if drawn.x.log else np.linspace(first, last, _FINE)
     rate = saddle_node_rates(tilt, axis, alpha) * np.sqrt(gravity / radius)
     shown = drawn.x.shown(tilt)
-    return [(shown, drawn.y.shown(sign * rate)) for sign in ((1.0,) if drawn.y.squared else (1.0, -1.0))]
+    return [
+        (shown, drawn.y.shown(sign * rate)) for sign in ((1.0,) if drawn.y.values[0] >= 0.0 else (1.0, -1.0))
+    ]
 
 
-def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
+def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure:
     """Draw the regimes of atlases of two axes, or of selections from atlases, a panel each.
 
     The curve of folds is drawn over the tilt and the only rate that is not zero, from theory; the colours and the
@@ -137,19 +139,16 @@ def figure(datasets: "Sequence[xr.Dataset]") -> Figure:
     """
     if not datasets:
         raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
-    panels = [regimes(dataset) for dataset in datasets]
-    columns = min(len(panels), _IN_ROW)
-    rows = -(-len(panels) // columns)
-    with sheet(columns * _WIDTH, rows * (_HEIGHT + _LEGEND)) as drawn:
-        drawn.set_layout_engine("constrained", h_pad=0.1)
-        for axes, each in zip(drawn.subplots(rows, columns, squeeze=False).flat, panels, strict=False):
-            _draw(axes, each)
-        for axes in drawn.axes[len(panels) : rows * columns]:
-            axes.set_visible(False)
+    look = look or Look()
+    panels = [regimes(dataset, look) for dataset in datasets]
+    columns = min(_IN_ROW, columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH))
+    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
+        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in panels]
+        arrange(drawn, blocks, columns, height=inches(look.height))
     return drawn
 
 
-def _draw(axes: "Axes", each: Regimes) -> None:
+def _block(axes: "Axes", each: Regimes) -> Block:
     panel = each.panel
     assert panel.y is not None
     shown = np.ma.masked_less(each.regime, 0)
@@ -165,16 +164,17 @@ def _draw(axes: "Axes", each: Regimes) -> None:
         label = "fold: one well above, two below (theory)"
         axes.plot(x, y, color=INK, linewidth=1.4, path_effects=HALO, label=label)
     _draw_separatrix(axes, each)
-    # the regions that are too small for their names stand in the legend
-    for name in name_regions(axes, panel, each.regions(), lines=2, width=5.5):
-        look = (
-            {"facecolor": _COLOURS[NAMES.index(name)]} if name in NAMES else {"edgecolor": "0.25", **_FALLS}
-        )
-        axes.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, label=name.replace("\n", ", "), linewidth=0.0, **look))
-    if panel.unit is not None:
-        add_scaled_axis(axes, "y", panel.y, panel.unit)
-    set_title(axes, panel.title)
-    add_legend(axes, axes, each.caption)
+    add_second_axis(axes, "y", panel.y)
+    # the lines of the verdict are not drawn, so none is named
+    panel = replace(panel, edges=(), joined=None)
+    return Block(axes, panel, panel.title, each.caption, regions=each.regions(), symbols=_symbol)
+
+
+def _symbol(name: str) -> Rectangle:
+    """Return what stands in the legend for a region that is too small for its name."""
+    known = name in NAMES
+    look = {"facecolor": _COLOURS[NAMES.index(name)]} if known else {"edgecolor": "0.25", **_FALLS}
+    return Rectangle((0.0, 0.0), 0.0, 0.0, linewidth=0.4 if known else 0.0, **{"edgecolor": "0.25", **look})
 
 
 def _draw_separatrix(axes: "Axes", each: Regimes) -> None:

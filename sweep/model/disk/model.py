@@ -161,10 +161,10 @@ class Disk(Model):
         fast, slow = (theory.critical_square(spec, rate) for rate in ("precession_rate", "roll_rate"))
         return rf"spinning: $\dot\psi^2 = {fast}$", rf"rolling: $\dot\phi^2 = {slow}$"
 
-    def scaled_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
+    def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
         """Return g/R, in which the square of a rate is a pure number."""
         if isinstance(spec.radius, float) and isinstance(spec.gravity, float):
-            return spec.radius / spec.gravity, "R/g"
+            return spec.gravity / spec.radius, "g/R"
         return None
 
     def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:

@@ -1,0 +1,167 @@
+"""What a figure of atlases shall look like: read from words and numbers, and refused, before anything is drawn."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from sweep.errors import RequestError, shown
+from sweep.model.quantity import DECISION, Quantity
+from sweep.request.values import read_number, read_value
+from sweep.request.words import suggestion
+
+#: How the axis of a rate is drawn: the rate, its square, or the rate in units of sqrt(g/R).
+RATES = LINEAR, SQUARED, SCALED = ("linear", "squared", "scaled")
+
+#: The word for levels that fit the values.
+AUTO = "auto"
+
+#: Contour lines in a map: more would hide it.
+_MOST_LEVELS = 12
+
+#: Ends [m] of what a figure can be wide and high, of its letters [points], and of its dots per inch.
+_SIZES, _LETTERS, _DOTS = (0.02, 2.0), (4.0, 40.0), (10, 2400)
+
+_SHOWN = Quantity("shown", "", "1", "a number of an option", DECISION)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How atlases are drawn.
+
+    Attributes
+    ----------
+    rate : {"linear", "squared", "scaled"}
+        What the axis of a rate shows.
+    quantity : str or None
+        The variable that gives maps their colour and profiles their height; None is the peak of the model.
+    contours : "auto", or what `sweep.request.values.read_value` reads, or None
+        Levels of contour lines of that quantity.
+    width, height : float or None
+        Of the figure [m]; None leaves it to the number of panels.
+    font_size : float
+        Size of the words [points].
+    dpi : int or None
+        Dots per inch of a png, and of the colours in a pdf or svg; None is 200.
+    family : bool
+        Whether atlases of more than two axes are drawn as one family of boundary curves, not as a map each.
+    """
+
+    rate: str = LINEAR
+    quantity: str | None = None
+    contours: Any = None
+    width: float | None = None
+    height: float | None = None
+    font_size: float = 8.0
+    dpi: int | None = None
+    family: bool = False
+
+    @classmethod
+    def read(
+        cls,
+        *,
+        rate: object = None,
+        quantity: str | None = None,
+        contours: Any = None,
+        width: object = None,
+        height: object = None,
+        font_size: object = None,
+        dpi: object = None,
+        family: bool = False,
+    ) -> Self:
+        """Return the look that words or numbers ask for; what is None has its default.
+
+        Parameters
+        ----------
+        width, height : str or float
+            With a unit, as in ``86mm``; a bare number is in m.
+
+        Raises
+        ------
+        RequestError
+            If one of them is not possible.
+        """
+        if rate is not None and rate not in RATES:
+            raise RequestError(
+                f"The axis of a rate is {', '.join(RATES[:-1])} or {RATES[-1]}; got {shown(rate)}.",
+                suggestion(rate, RATES) or "Write --rate scaled for the rate in units of sqrt(g/R).",
+                "rate",
+            )
+        if family and (quantity is not None or contours is not None):
+            raise RequestError(
+                "A family of boundary curves has no colours of a quantity and no contour lines; got family with "
+                f"{'quantity' if quantity is not None else 'contours'}.",
+                "Leave one of them out.",
+                "family",
+            )
+        return cls(
+            rate=LINEAR if rate is None else str(rate),
+            quantity=quantity,
+            contours=contours,
+            width=_length("width", width),
+            height=_length("height", height),
+            font_size=8.0 if font_size is None else _within("font_size", font_size, *_LETTERS, "points"),
+            dpi=None if dpi is None else _dots(dpi),
+            family=family,
+        )
+
+    def levels(self, quantity: Quantity) -> tuple[float, ...]:
+        """Return the levels of the contour lines in the unit of the quantity's label, increasing; none for ``auto``.
+
+        Raises
+        ------
+        RequestError
+            If they are no numbers with a unit that fits, or too many.
+        """
+        if self.contours is None or (isinstance(self.contours, str) and self.contours == AUTO):
+            return ()
+        raw, named = self.contours, dataclasses.replace(quantity, name="contours")
+        if isinstance(raw, Sequence) and not isinstance(raw, str):
+            numbers: list[float] = [read_number(each, named) for each in raw]
+        else:
+            value = read_value(raw, named)
+            numbers = [value] if isinstance(value, float) else value.array().tolist()
+        levels = sorted({each * quantity.plot_scale for each in numbers})
+        if not 1 <= len(levels) <= _MOST_LEVELS:
+            raise RequestError(
+                f"A map has 1 to {_MOST_LEVELS} contour lines; got {len(levels)}.",
+                f"Give fewer levels, or {AUTO}.",
+                "contours",
+            )
+        return tuple(levels)
+
+
+def _length(name: str, raw: object) -> float | None:
+    if raw is None:
+        return None
+    found = read_number(raw, Quantity(name, "", "m", "of a figure", DECISION))
+    low, high = _SIZES
+    if not low <= found <= high:
+        raise RequestError(
+            f"The {name} of a figure is from {low * 1000:g} mm to {high:g} m; got {shown(raw)}.",
+            "Write 86mm; a bare number is in m.",
+            name,
+        )
+    return found
+
+
+def _within(name: str, raw: object, low: float, high: float, unit: str) -> float:
+    found = read_number(raw, _SHOWN) if isinstance(raw, str) else raw
+    real = isinstance(found, int | float | np.integer | np.floating) and not isinstance(found, bool)
+    # written so that NaN is refused
+    if not real or not low <= found <= high:  # type: ignore[operator]
+        raise RequestError(
+            f"The {name.replace('_', ' ')} of a figure is a number from {low:g} to {high:g} {unit}; got {shown(raw)}.",
+            "Write 8 for the size of a caption." if unit == "points" else "Write 300 for a print.",
+            name,
+        )
+    return float(found)  # type: ignore[arg-type]
+
+
+def _dots(raw: object) -> int:
+    found = _within("dpi", raw, *_DOTS, "dots per inch")
+    if found != int(found):
+        raise RequestError(f"The dots per inch are a whole number; got {shown(raw)}.", "Write 300.", "dpi")
+    return int(found)

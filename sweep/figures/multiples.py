@@ -1,0 +1,289 @@
+"""Figures of an atlas of more than two axes: a map for each value of the further ones, or a family of curves."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from sweep.atlas.cf_metadata import edge_names
+from sweep.atlas.contents import Atlas, Variable
+from sweep.atlas.dataset import require, spec_named
+from sweep.errors import RequestError
+from sweep.figures.arrange import arrange, finish_in
+from sweep.figures.blocks import Block
+from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
+from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet
+from sweep.figures.look import Look
+from sweep.figures.panels import Panel, drawn_dims, drawn_spec, fixed_parameters, formula, panel, value_text
+from sweep.figures.scales import add_second_axis, set_scale
+from sweep.figures.sizes import columns_of, inches, size_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Maps of a figure, and curves of a family, that can be told apart.
+_MOST_MAPS, _MOST_CURVES = 12, 8
+
+#: Width of one of several maps, and its least one; width of a family [in].
+_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.5, 4.2
+
+#: Markers and part of viridis for the curves of a family: they differ in shape, hue and lightness.
+_MARKERS, _PART = "os^Dv<>p", 0.85
+
+
+def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: "Axes | None") -> Figure:
+    """Draw one atlas of more than two axes, or several with boundaries as families; see `sweep.figures.plots.figure`.
+
+    Raises
+    ------
+    RequestError
+        If there are too many maps or curves, or no boundary to draw.
+    """
+    if len(datasets) > 1:
+        raise RequestError(
+            f"An atlas of more than two axes, or a family of curves, fills a figure; got {len(datasets)} atlases.",
+            "Draw each into a figure of its own.",
+        )
+    dataset = datasets[0]
+    if look.family:
+        if friction is not None:
+            raise RequestError(
+                "A family of boundary curves has no cells to hatch; got friction.", "Leave it out."
+            )
+        return _family(dataset, look, axes)
+    further = _further(dataset)
+    if axes is not None:
+        raise RequestError(
+            f"Axes hold one map; this atlas has {len(drawn_dims(dataset))} axes: {', '.join(drawn_dims(dataset))}.",
+            f"{_selection(dataset, further)}, or draw the family of its boundaries (family=True).",
+            "ax",
+        )
+    count = math.prod(dataset.sizes[name] for name in further)
+    if count > _MOST_MAPS:
+        raise RequestError(
+            f"An atlas of more than two axes is drawn as a map for each value of {' and '.join(further)}: these are "
+            f"{' x '.join(str(dataset.sizes[name]) for name in further)} = {count} maps, and a figure has at most "
+            f"{_MOST_MAPS}.",
+            f"{_selection(dataset, further)}.",
+        )
+    return _multiples(dataset, further, friction, look)
+
+
+def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, look: Look) -> Figure:
+    marked = None if friction is None else spec_named(dataset).model.slipping(dataset, friction)
+    parts = [
+        (part, panel(part, None if marked is None else marked.isel(place), look))
+        for place, part in _parts(dataset, further)
+    ]
+    spec, panels = spec_named(dataset), [_plain(each, dataset) for _, each in parts]
+    check_same_quantity(panels)
+    count = len(panels)
+    columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
+    columns = min(columns, columns_of(count, look, _WIDTH, _LEAST_WIDTH)) if columns > 1 else 1
+    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
+        colouring, blocks = colours_of(panels, look), []
+        # scaled rates of disks of unlike radius have unlike ends
+        same = len({each.y.ends for each in panels if each.y}) == 1
+        for i, ((part, _), each) in enumerate(zip(parts, panels, strict=True)):
+            axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
+            draw_map(axes, each, colouring, second=False)
+            _hide_inner(axes, i % columns == 0 or not same, i + columns >= count)
+            title = ", ".join(value_text(drawn_spec(part), name) for name in further)
+            blocks.append(
+                Block(
+                    axes,
+                    each,
+                    title,
+                    regions=each.regions(),
+                    explained=each.explained,
+                    is_mathematics=True,
+                )
+            )
+        bar = add_bar(drawn, panels, colouring)
+        caption = (panels[0].caption[0], fixed_parameters(spec))
+        arrange(
+            drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
+        )
+    return drawn
+
+
+def _family(dataset: Atlas, look: Look, axes: "Axes | None") -> Figure:
+    control, further = _control(dataset), _further(dataset)
+    if control is None or not further:
+        raise RequestError(
+            "A family of boundary curves needs an atlas with a boundary and at least three axes; this one has "
+            f"{'the axes ' if drawn_dims(dataset) else 'no axes'}{', '.join(drawn_dims(dataset))}"
+            f"{'' if control else ', and no boundary'}.",
+            "Leave the family out.",
+            "family",
+        )
+    count = math.prod(dataset.sizes[name] for name in further)
+    if count > _MOST_CURVES:
+        raise RequestError(
+            f"A family has a curve for each value of {' and '.join(further)}: these are {count} curves, and at most "
+            f"{_MOST_CURVES} can be told apart.",
+            f"{_selection(dataset, further)}.",
+            "family",
+        )
+    parts = list(_parts(dataset, further))
+    panels = [_plain(panel(part, None, look), dataset) for _, part in parts]
+    names = [", ".join(value_text(drawn_spec(part), name) for name in further) for _, part in parts]
+    caption = (panels[0].caption[0], fixed_parameters(spec_named(dataset)), _sides(panels))
+    if axes is not None:
+        _draw_family(axes, panels, names)
+        block = Block(axes, replace(panels[0], line_name=""), panels[0].title, caption)
+        return finish_in(block, look)
+    with sheet(*size_of(1, look, _FAMILY), look.font_size, "none") as drawn:
+        own = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
+        _draw_family(own, panels, names)
+        block = Block(own, replace(panels[0], line_name=""), panels[0].title, caption)
+        arrange(drawn, [block], 1, height=inches(look.height))
+    return drawn
+
+
+def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) -> None:
+    """Draw the boundaries of several maps into one, each in its colour and with its marker."""
+    first = panels[0]
+    assert first.y is not None
+    colours = colormaps["viridis"](np.linspace(0.0, _PART, len(panels)))
+    for each, name, colour, marker in zip(panels, names, colours, _MARKERS, strict=False):
+        for edge in each.edges:
+            for kind, line in (("analytic", edge.critical), ("predicted", edge.predicted)):
+                axes.plot(edge.fine_x, line, **LINES[kind] | {"color": colour, "linewidth": 1.1})
+            draw_points(axes, edge, color=colour, marker=marker, markersize=4.0, clip_on=False)
+        axes.plot([], [], color=colour, marker=marker, markerfacecolor="white", markersize=4.0, label=name)
+    scales = [each.y for each in panels if each.y]
+    ends = min(each.ends[0] for each in scales), max(each.ends[1] for each in scales)
+    set_scale(axes, "x", first.x)
+    set_scale(axes, "y", replace(first.y, ends=ends))
+    if len({each.unit for each in scales}) == 1:
+        add_second_axis(axes, "y", first.y)
+    axes.plot(
+        [], [], label=f"{first.method} boundary with its bracket", linestyle="", marker="o", color=INK,
+        markerfacecolor="white", markersize=4.0,
+    )  # fmt: skip
+    for kind, words in (("analytic", f": {first.line}"), ("predicted", f", {first.criterion}")):
+        if any(
+            np.isfinite(getattr(edge, "critical" if kind == "analytic" else kind)).any()
+            for edge in first.edges
+        ):
+            axes.plot([], [], label=f"{kind}{words}", **LINES[kind] | {"color": INK})
+
+
+def _sides(panels: Sequence[Panel]) -> str:
+    """Return on which side of the curves the motion is stable."""
+    found = {edge.name for each in panels for edge in each.edges if edge.measured.size}
+    if found == {"upper", "lower"}:
+        return "unstable between the upper and the lower edge of each curve, stable outside"
+    return {
+        "upper": "stable above each curve, unstable below",
+        "lower": "stable below each curve, unstable above",
+    }.get(next(iter(found), ""), "no boundary")
+
+
+def _plain(each: Panel, dataset: Atlas) -> Panel:
+    """Return a panel as one of several: the formula of the line is that of all of them, and its ends have no names."""
+    spec, control = spec_named(dataset), _control(dataset)
+    line = "theory"
+    if control is not None and each.y is not None:
+        left, right = formula(spec, control, each.y)
+        line = f"${left} = {right}$" if left else line
+    return replace(each, line=line, joined=None)
+
+
+def _control(dataset: Atlas) -> str | None:
+    controls = spec_named(dataset).model.controls(drawn_dims(dataset))
+    return next((name for name in controls if edge_names(name)[0] in dataset), None)
+
+
+def _further(dataset: Atlas) -> list[str]:
+    """Return the axes of an atlas that are neither the y nor the x axis of its maps."""
+    dims, control = drawn_dims(dataset), _control(dataset)
+    y = control or next(iter(dims), "")
+    rest = [name for name in dims if name != y]
+    coordinate = spec_named(dataset).model.coordinate
+    x = coordinate if coordinate in rest else next(iter(rest), "")
+    return [name for name in rest if name != x]
+
+
+def _selection(dataset: Atlas, further: Sequence[str]) -> str:
+    """Return how to draw fewer maps or curves."""
+    values = [f"{name}={dataset[name].values[0]:.6g}" for name in further]
+    return f"Take a part of the atlas, as in {' '.join(values)}, one value or several"
+
+
+def _hide_inner(axes: "Axes", is_first: bool, is_last: bool) -> None:
+    if not is_first:
+        axes.set_ylabel("")
+        axes.tick_params(axis="y", which="both", labelleft=False)
+    if not is_last:
+        axes.set_xlabel("")
+        axes.tick_params(axis="x", which="both", labelbottom=False)
+
+
+def _parts(dataset: Atlas, further: Sequence[str]) -> Iterator[tuple[dict[str, int], Any]]:
+    """Yield the places along the further axes, and the part of the atlas there."""
+    require(dataset, ("stability",))
+    for places in itertools.product(*(range(dataset.sizes[name]) for name in further)):
+        place = dict(zip(further, places, strict=True))
+        yield place, dataset.isel(place) if hasattr(dataset, "isel") else _Part(dataset, place)
+
+
+class _Part:
+    """One place along some axes of an open file, as `xarray.Dataset.isel` gives it; see `contents.Atlas`."""
+
+    def __init__(self, atlas: Atlas, place: Mapping[str, int]) -> None:
+        self.attrs, self.encoding = atlas.attrs, atlas.encoding
+        self.sizes = {name: count for name, count in atlas.sizes.items() if name not in place}
+        self.variables = {
+            name: _PartVariable(variable, place) if place.keys() & set(variable.dims) else variable
+            for name, variable in atlas.variables.items()
+        }
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables
+
+    def __getitem__(self, name: str) -> Variable:
+        return self.variables[name]
+
+
+@dataclass(frozen=True)
+class _PartVariable:
+    """A variable at one place along some axes."""
+
+    whole: Variable
+    place: Mapping[str, int]
+
+    @property
+    def dims(self) -> tuple[Any, ...]:
+        return tuple(name for name in self.whole.dims if name not in self.place)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        sizes = dict(zip(self.whole.dims, self.whole.shape, strict=True))
+        return tuple(sizes[name] for name in self.dims)
+
+    @property
+    def dtype(self) -> Any:
+        return self.whole.dtype
+
+    @property
+    def attrs(self) -> Mapping[Any, Any]:
+        return self.whole.attrs
+
+    @property
+    def encoding(self) -> Mapping[Any, Any]:
+        return self.whole.encoding
+
+    @property
+    def values(self) -> Any:
+        return self[...]
+
+    def __getitem__(self, key: Any) -> Any:
+        index = tuple(self.place.get(name, slice(None)) for name in self.whole.dims)
+        return np.asarray(self.whole.values[index])[key]

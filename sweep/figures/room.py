@@ -1,0 +1,268 @@
+"""Where words have room in a panel: found in its present size, clear of lines, markers and other words."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.contour import ContourSet
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
+
+from sweep.figures.distance import distance_to_outside
+from sweep.figures.panels import Panel
+from sweep.model.quantity import Array, Truths
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.transforms import Bbox
+
+#: Side of the raster of points on which a place for a word is sought.
+_RASTER = 120
+
+#: Distance [points] of a word from what it must not touch, and of a word from the line that it names.
+_CLEAR, _BESIDE = 2.0, 3.0
+
+#: Distances [points] between the end of a line and the word for it.
+_NEAR, _FAR = 12.0, 60.0
+
+HALO = [withStroke(linewidth=2.4, foreground="white")]
+
+#: Behind formulas, of which a halo would hide dots and bars: each sign is drawn with its own.
+_BOX: dict[str, Any] = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+
+
+class Room:
+    """A raster over an axes that has been laid out: the points that are covered, and where a word fits.
+
+    Parameters
+    ----------
+    axes : Axes
+        In its final size; what is drawn later has to be taken by `take`.
+    """
+
+    def __init__(self, axes: "Axes") -> None:
+        self.axes = axes
+        self._box = axes.get_window_extent()
+        self._dots = axes.figure.dpi / 72.0
+        self.covered = np.zeros((_RASTER, _RASTER), bool)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for line in axes.get_lines():
+                self._cover(line.get_transform().transform_path(line.get_path()).vertices, _width(line))
+            for each in axes.collections:
+                if isinstance(each, ContourSet) or each.get_zorder() > 2.0:
+                    for path in each.get_paths():
+                        for corners in axes.transData.transform_path(path).to_polygons(closed_only=False):
+                            self._cover(corners, 1.0)
+        for word in axes.texts:
+            self.take(word)
+
+    def take(self, word: Text) -> None:
+        """Cover the place of a word."""
+        self.covered |= self._inside(np.array(_extent(word).extents))
+
+    def places(self, word: Text, region: Truths | None = None) -> Truths:
+        """Return the points of the raster on which the middle of a word can lie.
+
+        Parameters
+        ----------
+        word : Text
+            Drawn anywhere; only its size counts.
+        region : array of bool, optional
+            The points on which all of the word has to lie.
+        """
+        free = ~self.covered if region is None else ~self.covered & region
+        box = _extent(word)
+        steps = self._steps()
+        half = np.ceil((np.array([box.height, box.width]) / 2.0 + _CLEAR * self._dots) / steps[::-1]).astype(
+            int
+        )
+        if (2 * half >= _RASTER).any():
+            return np.zeros_like(free)
+        sums = np.pad(np.cumsum(np.cumsum(~free, axis=0), axis=1), ((1, 0), (1, 0)))
+        up, across = half
+        inner = (
+            sums[2 * up + 1 :, 2 * across + 1 :]
+            - sums[: -2 * up - 1, 2 * across + 1 :]
+            - sums[2 * up + 1 :, : -2 * across - 1]
+            + sums[: -2 * up - 1, : -2 * across - 1]
+        )
+        return np.pad(inner == 0, ((up, up), (across, across)))
+
+    def cells(self, panel: Panel, cells: Truths) -> Truths:
+        """Return the points of the raster that lie on cells of a map."""
+        assert panel.y is not None
+        middles = (np.arange(_RASTER) + 0.5) / _RASTER
+        across, up = np.meshgrid(middles, middles)
+        to_data = self.axes.transAxes + self.axes.transData.inverted()
+        x, y = to_data.transform(np.column_stack((across.ravel(), up.ravel()))).T
+        column, row = (np.searchsorted(each.borders, at) - 1 for each, at in ((panel.x, x), (panel.y, y)))
+        inside = (column >= 0) & (column < len(panel.x.values)) & (row >= 0) & (row < len(panel.y.values))
+        column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
+        return np.asarray((cells[row, column] & inside).reshape(_RASTER, _RASTER))
+
+    def best(self, word: Text, region: Truths) -> tuple[float, float] | None:
+        """Return where a word has most room within a region, in the coordinates of the axes; None if nowhere."""
+        places = self.places(word, region)
+        if not places.any():
+            return None
+        box = _extent(word)
+        around = np.pad(region & ~self.covered, 1)
+        steps = self._steps()
+        distance = distance_to_outside(around, (steps[1] / box.height, steps[0] / box.width))[1:-1, 1:-1]
+        return self.point(int(np.argmax(np.where(places, distance, -1.0))))
+
+    def nearest(self, word: Text, point: tuple[float, float]) -> tuple[float, float] | None:
+        """Return the place of a word nearest to a point [dots], a little away from it; None if there is none."""
+        across, up = self._middles()
+        box = _extent(word)
+        beside = np.maximum(np.abs(across - point[0]) - box.width / 2.0, 0.0)
+        above = np.maximum(np.abs(up - point[1]) - box.height / 2.0, 0.0)
+        distance = np.hypot(beside, above)
+        good = self.places(word) & (distance > _NEAR * self._dots) & (distance < _FAR * self._dots)
+        return self.point(int(np.argmin(np.where(good, distance, np.inf)))) if good.any() else None
+
+    def beside(self, word: Text, height: float) -> tuple[float, float] | None:
+        """Return a place for a word above or below a level line [dots], as far to the right as there is one."""
+        box, (across, up) = _extent(word), self._middles()
+        gap = box.height / 2.0 + _BESIDE * self._dots
+        step = self._steps()[1]
+        places = self.places(word)
+        for side in (gap + step, -gap - step):
+            good = places & (np.abs(up - height - side) <= step)
+            if good.any():
+                return self.point(int(np.argmax(np.where(good, across, -np.inf))))
+        return None
+
+    def _steps(self) -> Array:
+        """Return width and height [dots] of a point of the raster."""
+        return np.array([self._box.width, self._box.height]) / _RASTER
+
+    def _middles(self) -> tuple[Array, Array]:
+        middles = (np.arange(_RASTER) + 0.5) * self._steps()[:, np.newaxis]
+        across, up = np.meshgrid(*middles)
+        return across + self._box.x0, up + self._box.y0
+
+    def _inside(self, extents: Array) -> Truths:
+        across, up = self._middles()
+        left, bottom, right, top = extents
+        return np.asarray((across >= left) & (across <= right) & (up >= bottom) & (up <= top))
+
+    def point(self, index: int) -> tuple[float, float]:
+        """Return a point of the raster, counted row by row, in the coordinates of the axes."""
+        row, column = np.unravel_index(index, (_RASTER, _RASTER))
+        return (float(column) + 0.5) / _RASTER, (float(row) + 0.5) / _RASTER
+
+    def _cover(self, corners: Any, width: float) -> None:
+        """Cover a line through points [dots], NaN where it is interrupted, and `width` [points] to either side."""
+        corners = np.asarray(corners, float)
+        if not len(corners):
+            return
+        corners = np.clip(corners, -1e6, 1e6) - [self._box.x0, self._box.y0]
+        ends = np.concatenate((corners, corners[-1:]))
+        span = np.abs(np.diff(ends, axis=0)) / self._steps()
+        longest = np.nanmax(np.where(np.isfinite(span), span, 0.0).clip(0.0, 3.0 * _RASTER), initial=0.0)
+        along = np.linspace(0.0, 1.0, int(longest) + 2)[:, np.newaxis, np.newaxis]
+        points = (ends[:-1] + along * np.diff(ends, axis=0)).reshape(-1, 2)
+        reach = width * self._dots
+        for shift in ((0.0, 0.0), (reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)):
+            column, row = np.floor((points + shift) / self._steps()).T
+            on = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < _RASTER)
+            self.covered[row[on].astype(int), column[on].astype(int)] = True
+
+
+def _extent(word: Text) -> "Bbox":
+    """Return the box [dots] of a word, without the arrow of an annotation."""
+    # an annotation moves to its place only when it is asked for its box with the arrow
+    word.get_window_extent()
+    return Text.get_window_extent(word)
+
+
+def _width(line: Any) -> float:
+    """Return how far [points] a line or its markers reach to either side."""
+    marker = line.get_markersize() / 2.0 if line.get_marker() not in {None, "", "None", "none"} else 0.0
+    return float(max(marker, line.get_linewidth() / 2.0))
+
+
+def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]) -> list[str]:
+    """Write the name of each region where it has most room, so that a map can be read without colours.
+
+    Returns the names of those that had no room, and have cells.
+    """
+    left_out = []
+    for name, cells in regions:
+        if not cells.any():
+            continue
+        word = room.axes.text(
+            0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
+            path_effects=HALO, zorder=6, gid=NAME,
+        )  # fmt: skip
+        place = room.best(word, room.cells(panel, cells))
+        if place is None:
+            word.remove()
+            left_out.append(name)
+        else:
+            word.set_position(place)
+            room.take(word)
+    return left_out
+
+
+def point_at(room: Room, panel: Panel, cells: Truths, look: Mapping[str, Any]) -> None:
+    """Draw a marker where a region that is too small for its name has most room."""
+    middle = room.cells(panel, cells)
+    middle = np.pad(middle & ~room.covered if (middle & ~room.covered).any() else middle, 1)
+    if not middle.any():
+        # no point of the raster lies on it: any of its cells will do
+        row, column = np.argwhere(cells)[len(np.argwhere(cells)) // 2]
+        assert panel.y is not None
+        room.axes.plot(panel.x.values[column], panel.y.values[row], gid=NAME, clip_on=False, **look)
+        return
+    distance = distance_to_outside(middle, (1.0, 1.0))[1:-1, 1:-1]
+    x, y = room.point(int(np.argmax(distance)))
+    room.axes.plot(x, y, transform=room.axes.transAxes, gid=NAME, clip_on=False, **look)
+
+
+def name_line(room: Room, text: str, height: float) -> None:
+    """Write the formula beside a level line at a height of the axes, if there is room."""
+    low, high = room.axes.get_ylim()
+    if not text or not low < height < high:
+        return
+    word = room.axes.text(
+        0.5, 0.5, text, transform=room.axes.transAxes, ha="center", va="center", bbox=_BOX, zorder=6, gid=NAME
+    )
+    place = room.beside(word, room.axes.transData.transform((room.axes.get_xlim()[0], height))[1])
+    if place is None:
+        word.remove()
+        return
+    word.set_position(place)
+    room.take(word)
+
+
+def name_end(room: Room, text: str, at: tuple[float, float]) -> bool:
+    """Write what the end of a line, a point in the units of the axes, is called, if there is room."""
+    word = room.axes.annotate(
+        text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center",
+        fontsize=0.875 * rcParams["font.size"],
+        arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, bbox=_BOX, zorder=6, gid=NAME,
+    )  # fmt: skip
+    assert word.arrow_patch is not None
+    word.arrow_patch.set_visible(False)
+    place = room.nearest(word, tuple(room.axes.transData.transform(at)))
+    if place is None:
+        word.remove()
+        return False
+    word.set_position(place)
+    word.arrow_patch.set_visible(True)
+    room.take(word)
+    return True
+
+
+#: What marks the words and markers of this module: they are removed where a panel is laid out again.
+NAME = "name"
+
+
+def forget_names(axes: "Axes") -> None:
+    """Remove what this module has written into a panel."""
+    for each in (*axes.texts, *axes.get_lines()):
+        if each.get_gid() == NAME:
+            each.remove()

@@ -1,0 +1,172 @@
+"""What gives a map its colours and a profile its height: one variable of the cells, and the looks of its values."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
+
+from sweep.atlas.contents import Atlas, Variable
+from sweep.atlas.dataset import in_order
+from sweep.errors import RequestError, printable, shown
+from sweep.figures.scales import SQUEEZED
+from sweep.model.quantity import DECISION, ERROR_GAUGE, STEP_COUNT, Array, Quantity, Truths
+from sweep.request.spec import SweepSpec
+from sweep.request.words import suggestion
+
+#: Values from here on are no rates and no angles.
+_LARGEST = 1e30
+
+#: Values up to here, if a file has them, are drawn in the first colour: a logarithmic scale from them would overflow.
+LEAST = 1e-30
+
+#: Part of viridis that is used, from the light end: perceptually uniform, colour-blind safe, and black lines stand out.
+_PART = 0.86
+
+#: Colour map of numbers, light for small ones.
+COLOURS = ListedColormap(colormaps["viridis_r"](np.linspace(0.0, _PART, 256)), name="peak_tilt")
+
+#: Flags that are told apart by their colours.
+_MOST_FLAGS = 12
+
+
+@dataclass(frozen=True)
+class Shade:
+    """A variable of the cells of a panel.
+
+    `values` are in the units of the label of `quantity`, NaN where there is none: shape (rows of y, columns of x), or
+    (columns of x). `absent` are the cells without a value though they have a result; `absence` says what they lack.
+    """
+
+    quantity: Quantity
+    values: Array
+    absent: Truths
+    absence: str
+
+    @property
+    def codes(self) -> list[int]:
+        """The codes that occur, if the variable is enumerated."""
+        if self.quantity.flags is None:
+            return []
+        return [int(code) for code in np.unique(self.values[np.isfinite(self.values)])]
+
+    def regions(self) -> list[tuple[str, Truths]]:
+        """Return the name and the cells of every code that occurs."""
+        return [(self.quantity.flag(code), np.asarray(self.values == code)) for code in self.codes]
+
+
+def shade(dataset: Atlas, spec: SweepSpec, order: tuple[str, ...], name: str | None, lost: Truths) -> Shade:
+    """Return a variable as it is drawn.
+
+    Parameters
+    ----------
+    dataset : Atlas
+    spec : SweepSpec
+        That of the atlas, or of the selection.
+    order : tuple of str
+        Dimensions of the panel.
+    name : str or None
+        The variable; None is the peak of the model.
+    lost : array of bool
+        Cells of which no number can be trusted, in the shape of the panel.
+
+    Raises
+    ------
+    RequestError
+        If the atlas has no such variable of the cells.
+    """
+    quantity = _quantity(dataset, spec, name or spec.model.peak)
+    values = in_order(dataset[quantity.name], order)
+    if quantity.flags is not None:
+        numbers = np.asarray(values, np.float64)
+    else:
+        numbers = drawable(values) * quantity.plot_scale
+        # what says how good a result is holds without one
+        if quantity.tolerance not in (ERROR_GAUGE, STEP_COUNT):
+            numbers = np.where(lost, np.nan, numbers)
+    return Shade(quantity, numbers, np.isnan(numbers) & ~lost, f"no {quantity.name.replace('_', ' ')}")
+
+
+def variables_of_cells(dataset: Atlas) -> list[str]:
+    """Return the names of the variables that have one number for every cell."""
+    dims = set(dataset["ending"].dims)
+    return [
+        str(name)
+        for name, variable in dataset.variables.items()
+        if set(variable.dims) == dims and variable.dtype.kind in "iuf" and name not in dims
+    ]
+
+
+def _quantity(dataset: Atlas, spec: SweepSpec, name: str) -> Quantity:
+    known = variables_of_cells(dataset)
+    if name not in known:
+        raise RequestError(
+            f"The atlas has no {shown(printable(str(name)))} of its cells; it has {', '.join(map(printable, known))}.",
+            suggestion(name, known) or "Give one of these.",
+            "quantity",
+        )
+    told: dict[str, Quantity] = {**spec.model.parameters, **spec.model.cell_variables(spec)}
+    return told[name] if name in told else _as_declared(name, dataset[name])
+
+
+def _as_declared(name: str, variable: Variable) -> Quantity:
+    """Return the quantity that the attributes of a variable declare, which is none of the model's."""
+    attrs = variable.attrs
+    values, names = np.atleast_1d(attrs.get("flag_values", [])), str(attrs.get("flag_meanings", "")).split()
+    flags = dict(zip((int(code) for code in values), names, strict=False)) if names else None
+    units = str(attrs.get("units", "1"))
+    return Quantity(name, "", units, str(attrs.get("long_name", name)), DECISION, flags=flags)
+
+
+def drawable(values: Array) -> Array:
+    """Return values that a damaged file has made too large to be drawn as NaN: their squares overflow."""
+    return np.asarray(np.where(np.abs(values) < _LARGEST, values, np.nan))
+
+
+def common_norm(shades: Sequence[Shade], peak: str) -> Normalize:
+    """Return the colour scale of several panels: logarithmic for the peak, and where numbers span decades.
+
+    `peak` is the variable of the first panel that is the peak of its model.
+    """
+    values = np.concatenate([each.values[np.isfinite(each.values)] for each in shades])
+    positive = values[values > LEAST]
+    if shades[0].quantity.name == peak:
+        low, high = (positive.min(), positive.max()) if positive.size else (1.0, 90.0)
+        return LogNorm(low, high if high > 1.01 * low else 1.01 * low)
+    if not values.size:
+        return Normalize(0.0, 1.0)
+    if is_wide(values):
+        return LogNorm(positive.min(), positive.max())
+    low, high = values.min(), values.max()
+    least = max(abs(low), abs(high)) * 1e-3 or 1.0
+    return Normalize(low, high) if high - low > least else Normalize(low - least, high + least)
+
+
+def is_wide(values: Array) -> bool:
+    """Return whether numbers, none of them negative, span too much for a linear scale to show the small ones."""
+    known = values[np.isfinite(values)]
+    positive = known[known > LEAST]
+    return bool(positive.size and known.min() >= 0.0 and positive.max() > SQUEEZED * positive.min())
+
+
+def flag_colours(shades: Sequence[Shade]) -> tuple[ListedColormap, BoundaryNorm, list[int]]:
+    """Return the colours of all codes that occur in several panels, from light to dark, their norm and the codes.
+
+    Raises
+    ------
+    RequestError
+        If they are too many to be told apart.
+    """
+    codes = sorted({code for each in shades for code in each.codes})
+    if len(codes) > _MOST_FLAGS:
+        raise RequestError(
+            f"A map has colours for {_MOST_FLAGS} flags; {shades[0].quantity.name} has {len(codes)} here.",
+            "Draw another quantity.",
+            "quantity",
+        )
+    parts = np.linspace(0.0, _PART, len(codes)) if len(codes) > 1 else [0.3]
+    # a norm needs two borders, even if nothing has a value
+    edges = [code - 0.5 for code in codes] + [(codes[-1] if codes else 0) + 0.5]
+    colours = ListedColormap(colormaps["viridis_r"](parts)) if codes else ListedColormap(["white"])
+    return colours, BoundaryNorm(edges if codes else [-0.5, 0.5], max(len(codes), 1)), codes

@@ -1,0 +1,65 @@
+"""docs/figures.md: its commands and its Python run as printed, and it names every option."""
+
+import re
+from pathlib import Path
+
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import sweep
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+PAGE = (CHECKOUT / "docs" / "figures.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    """Return the lines of the blocks of code in a language."""
+    return [
+        line
+        for block in re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+        for line in block.splitlines()
+    ]
+
+
+@pytest.mark.compiled
+def test_its_commands_run(command, tmp_path):
+    """Every command of the page writes its figure."""
+    small = "tilt=0.1deg:4deg:9 roll_rate=2:4:12"
+    assert command(f"run rolling {small} -o rolling.nc")[0] == 0
+    assert command(f"run rolling {small} alpha=0.2,0.5,1 -o alphas.nc")[0] == 0
+    lines = blocks("bash")
+    assert len(lines) >= 7
+    for line in lines:
+        program, _, words = line.partition(" ")
+        status, _, err = command(words)
+        assert (program, status) == ("eulerdisk", 0), (line, err)
+        assert (tmp_path / words.rpartition(" ")[2]).stat().st_size > 5_000
+
+
+@pytest.mark.compiled
+def test_its_python_runs(monkeypatch, tmp_path):
+    """Every line of Python runs, given an atlas and axes."""
+    monkeypatch.chdir(tmp_path)
+    drawn = Figure()
+    FigureCanvasAgg(drawn)
+    names = {
+        "atlas": sweep.run(sweep.SweepSpec(tilt="0.1deg:4deg:9", roll_rate="2:4:12")),
+        "ax": drawn.subplots(),
+    }
+    for line in blocks("python"):
+        exec(line, names)
+    assert (tmp_path / "column.pdf").stat().st_size > 5_000
+    assert drawn.axes[0].has_data()
+
+
+def test_it_names_every_option(command):
+    """Each option of the command stands on the page, and each word of `.plot` too."""
+    from sweep.accessor import Eulerdisk
+
+    _, out, _ = command("plot --help")
+    options = set(re.findall(r"--[a-z][a-z-]+", out)) - {"--help", "--output", "--regimes"}
+    assert len(options) >= 10
+    assert [option for option in options if f"`{option}`" not in PAGE] == []
+    words = set(Eulerdisk.plot.__annotations__) - {"return"}
+    assert [word for word in words if not re.search(rf"`{word}(=True)?`", PAGE)] == []

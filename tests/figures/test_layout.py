@@ -1,0 +1,209 @@
+"""Nothing in a figure of atlases lies on anything else: the boxes of the renderer say so, over awkward atlases."""
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.text import Text
+
+import sweep
+from sweep.figures import plots
+from sweep.figures.look import Look
+
+pytestmark = pytest.mark.compiled
+
+PLAIN = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:4deg:15")
+
+#: Atlases that a layout may stumble over.
+AWKWARD = {
+    "preset": sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:21", tilt="0.01deg:4deg:15:log"),
+    "circling": sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:16", precession_rate="0.05:5:21"),
+    "1 x N": PLAIN.replace(tilt=["1deg"]),
+    "N x 1": PLAIN.replace(roll_rate=[3.0], tilt="0.1deg:20deg:30"),
+    "2 x 2": PLAIN.replace(roll_rate="2:4:2", tilt="0.1deg:1deg:2"),
+    "all stable": PLAIN.replace(roll_rate="4:6:9", tilt="0.1deg:1deg:9"),
+    "all unstable": PLAIN.replace(roll_rate="1:2:9"),
+    "all undecided": PLAIN.replace(duration="0.05s"),
+    "partly undecided": PLAIN.replace(duration="2s"),
+    "negative": PLAIN.replace(roll_rate="-4:-2:21"),
+    "both signs": sweep.SweepSpec(
+        precession_rate="-6:6:25", tilt="-20deg:20deg:21", criterion="departure:5deg"
+    ),
+    "invalid": sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:12", precession_rate="-1:1:11"),
+    "alpha": PLAIN.replace(alpha="0.1:1:12", tilt="1deg"),
+    "alpha and tilt": PLAIN.replace(alpha="0.1:1:12", roll_rate=2.5),
+    "refined": PLAIN.replace(boundary="refined:1e-6"),
+    "decades": PLAIN.replace(roll_rate="0.1:100:16:log", tilt="0.001deg:60deg:16:log"),
+    "long numbers": PLAIN.replace(roll_rate="2.55001:2.55009:9", tilt="0.10001deg:0.10009deg:9"),
+    "small and fast": PLAIN.replace(radius="1mm", roll_rate="20:400:20"),
+    "two rates": PLAIN.replace(precession_rate="0:5:16", roll_rate="0:5:16", tilt="1deg"),
+    "five alphas": PLAIN.replace(alpha="0.2:1:5"),
+    "alphas and radii": PLAIN.replace(alpha="0.5,1", radius="0.1,0.5,1"),
+    "two times two": PLAIN.replace(alpha="0.5,1", gravity="1.62,9.81"),
+}
+
+LOOKS = {
+    "default": Look.read(),
+    "column": Look.read(width="86mm"),
+    "narrow": Look.read(width="64mm"),
+    "large letters": Look.read(width="180mm", font_size=12),
+    "scaled": Look.read(rate="scaled", width="86mm"),
+    "low": Look.read(height="110mm"),
+}
+
+
+@pytest.fixture(scope="module", params=AWKWARD)
+def atlas(request):
+    """Return one of the awkward atlases."""
+    return sweep.run(AWKWARD[request.param])
+
+
+@pytest.fixture(scope="module", params=["default", "column"])
+def drawn(request, atlas):
+    """Return a figure of one of them, wide or as wide as a column of a journal."""
+    return drawn_as(atlas, LOOKS[request.param])
+
+
+def drawn_as(atlas, look):
+    """Return a figure of an atlas, drawn; None where the look is refused in words."""
+    try:
+        drawn = plots.figure([atlas], look=look)
+    except sweep.RequestError as error:
+        if not any(
+            words in str(error) for words in ("no room for its panels", "no rate to draw", "needs one unit")
+        ):
+            raise
+        return None
+    drawn.draw_without_rendering()
+    return drawn
+
+
+def every_axes(drawn):
+    """Return all axes of a figure, second axes among them."""
+    return [each for axes in drawn.axes for each in (axes, *axes.child_axes)]
+
+
+def is_shown(text):
+    """Return whether a text is visible and holds anything."""
+    return bool(text.get_visible() and text.get_text().strip())
+
+
+def numbers_on(axis):
+    """Return the boxes of the numbers on an axis that lie within its ends."""
+    low, high = sorted(axis.get_view_interval())
+    room = 1e-6 * (high - low)
+    ticks = [tick for tick in axis.get_major_ticks() if low - room <= tick.get_loc() <= high + room]
+    labels = [label for tick in ticks for label in (tick.label1, tick.label2) if is_shown(label)]
+    return [(label.get_text(), label.get_window_extent()) for label in labels]
+
+
+def words_of(drawn):
+    """Return the text and the box of every word of a figure: numbers, labels, titles, names, legends."""
+    found = []
+    for axes in every_axes(drawn):
+        found += numbers_on(axes.xaxis) + numbers_on(axes.yaxis)
+        texts = [axes.xaxis.label, axes.yaxis.label, axes._left_title, *axes.texts]
+        legend = axes.get_legend()
+        if legend is not None:
+            texts += [*legend.get_texts(), legend.get_title()]
+        found += [(text.get_text(), Text.get_window_extent(text)) for text in texts if is_shown(text)]
+    return found + [(text.get_text(), text.get_window_extent()) for text in drawn.texts if is_shown(text)]
+
+
+def overlap(one, other):
+    """Return by how many dots two boxes overlap in the direction in which they do so less; negative if they do not."""
+    return min(min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0))
+
+
+def test_no_word_lies_on_another(drawn):
+    """Neither do the boxes of two words overlap, nor does any leave the figure, nor a legend lie on a panel."""
+    check_words(drawn)
+
+
+@pytest.mark.parametrize("look", ["narrow", "large letters", "scaled", "low"])
+@pytest.mark.parametrize("name", ["circling", "negative", "decades", "alphas and radii"])
+def test_no_word_lies_on_another_in_other_looks(name, look):
+    """The same holds for a narrow figure, for large letters, scaled rates and a low figure, or they are refused."""
+    drawn = drawn_as(sweep.run(AWKWARD[name]), LOOKS[look])
+    if drawn is not None:
+        check_words(drawn)
+
+
+def check_words(drawn):
+    """Hold the boxes of all words of a figure against each other and against its panels."""
+    words = words_of(drawn)
+    touching = [(a[0], b[0]) for a, b in itertools.combinations(words, 2) if overlap(a[1], b[1]) > 1.0]
+    assert not touching
+    outside = [text for text, box in words if overlap(box, drawn.bbox) < min(box.width, box.height) - 1.0]
+    assert not outside
+    for axes in drawn.axes:
+        legend = axes.get_legend()
+        if legend is not None:
+            assert all(overlap(legend.get_window_extent(), each.bbox) <= 0.0 for each in drawn.axes)
+
+
+def test_maps_are_full_of_cells_and_nothing_lies_on_markers(drawn):
+    """Axes end where the cells do; no word in a map covers a point of a boundary or of a line; no panel is empty."""
+    for axes in drawn.axes:
+        meshes = [
+            each for each in axes.collections if isinstance(each, QuadMesh) and axes.get_title(loc="left")
+        ]
+        for mesh in meshes:
+            corners = mesh.get_coordinates().reshape(-1, 2)
+            np.testing.assert_allclose(sorted(axes.get_xlim()), [corners[:, 0].min(), corners[:, 0].max()])
+            np.testing.assert_allclose(sorted(axes.get_ylim()), [corners[:, 1].min(), corners[:, 1].max()])
+            assert min(axes.bbox.width, axes.bbox.height) > 0.7 * drawn.dpi
+        boxes = [(text.get_text(), Text.get_window_extent(text)) for text in axes.texts if meshes]
+        for each in axes.get_lines():
+            with np.errstate(invalid="ignore", divide="ignore"):
+                at = each.get_transform().transform_path(each.get_path()).interpolated(50).vertices
+            for text, box in boxes:
+                on = (at[:, 0] > box.x0) & (at[:, 0] < box.x1) & (at[:, 1] > box.y0) & (at[:, 1] < box.y1)
+                assert not on.any(), (text, each.get_label())
+
+
+def test_every_verdict_is_named(atlas, drawn):
+    """Each verdict that a panel has is a word in it, or beside it with a marker."""
+    names = {0: "undecided", 1: "stable", 2: "unstable"}
+    there = {names[int(code)] for code in np.unique(atlas["stability"].values)}
+    if (atlas["ending"].values >= 5).any():
+        there.discard("undecided")
+    told = {text.partition(",")[0] for text, _ in words_of(drawn)}
+    assert there <= told
+
+
+def test_a_marker_points_at_a_region_without_room():
+    """Where the stable cells are too few for the word, a marker stands on one of them and the legend explains it."""
+    atlas = sweep.run(AWKWARD["two rates"])
+    axes = plots.figure([atlas]).axes[0]
+    [marker] = [each for each in axes.get_lines() if each.get_marker() == "*"]
+    x, y = axes.transData.inverted().transform(marker.get_transform().transform(marker.get_xydata()))[0]
+    cell = atlas.sel(precession_rate=x, roll_rate=y, method="nearest")
+    assert int(cell["stability"]) == 1
+    assert "stable, at the marker" in [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("width", "font_size"), [("25mm", 8), ("86mm", 30), ("40mm", 8)], ids=["narrow", "large", "both"]
+)
+def test_too_small_a_figure_is_refused_with_the_size_that_will_do(width, font_size):
+    """The size that a refusal names is enough."""
+    atlas = sweep.run(PLAIN)
+    with pytest.raises(sweep.RequestError, match=r"no room for its panels.*width=\d+mm") as caught:
+        plots.figure([atlas], look=Look.read(width=width, font_size=font_size))
+    named = str(caught.value).partition("width=")[2].partition("mm")[0]
+    plots.figure([atlas], look=Look.read(width=f"{named}mm", font_size=font_size))
+
+
+def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
+    """Width and height are those asked for to a dot, letters have their size."""
+    from matplotlib.image import imread
+
+    drawn = plots.figure(
+        [sweep.run(PLAIN)], look=Look.read(width="86mm", height="100mm", font_size=7, dpi=300)
+    )
+    np.testing.assert_allclose(drawn.get_size_inches() * 25.4, [86.0, 100.0], rtol=1e-12)
+    plots.save(drawn, tmp_path / "a.png", 300)
+    assert imread(tmp_path / "a.png").shape[:2] == (int(100 / 25.4 * 300), int(86 / 25.4 * 300))
+    assert drawn.axes[0].xaxis.label.get_fontsize() == 7.0

@@ -1,0 +1,271 @@
+"""What a figure can be asked for: quantities, contour lines, axes of a caller, maps of more than two axes."""
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import QuadMesh
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
+
+import sweep
+from sweep.figures import plots
+from sweep.figures.look import Look
+from sweep.figures.shade import variables_of_cells
+from sweep.files.reading import opened_file
+
+pytestmark = pytest.mark.compiled
+
+PLAIN = sweep.SweepSpec(roll_rate="0:4:22", tilt="0.1deg:30deg:16", tilt_rate=1.5)
+CUBE = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:2deg:8", alpha="0.2,0.5,1")
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """Return an atlas of two axes, some of whose cells fall."""
+    return sweep.run(PLAIN)
+
+
+@pytest.fixture(scope="module")
+def cube():
+    """Return an atlas of three axes."""
+    return sweep.run(CUBE)
+
+
+def draw(atlas, **words):
+    """Return a figure of an atlas in the look that words ask for."""
+    return plots.figure([atlas], look=Look.read(**words))
+
+
+def mesh(axes):
+    """Return the colours of a map."""
+    return next(each for each in axes.collections if isinstance(each, QuadMesh))
+
+
+def told(drawn):
+    """Return the lines of the legends of a figure."""
+    legends = [axes.get_legend() for axes in drawn.axes]
+    return [text.get_text() for legend in legends if legend for text in legend.get_texts()]
+
+
+def maps(drawn):
+    """Return the axes with a map, and those with anything else that has a title."""
+    return [axes for axes in drawn.axes if axes.get_title(loc="left")]
+
+
+def test_any_number_of_the_cells_is_drawn(plain):
+    """Every variable that is no flag gives the colours its values, in the unit of the bar; missing ones are hatched."""
+    for name in variables_of_cells(plain):
+        if name in ("ending", "stability"):
+            continue
+        drawn = draw(plain, quantity=name)
+        values = plain[name].transpose("roll_rate", "tilt").values * (
+            np.degrees(1.0) if plain[name].units == "rad" else 1.0
+        )
+        shown = np.ma.masked_array(mesh(drawn.axes[0]).get_array())
+        known = np.isfinite(values)
+        assert (~np.ma.getmaskarray(shown) == known).all(), name
+        # a value of a logarithmic scale that is zero has the first colour
+        norm = mesh(drawn.axes[0]).norm
+        np.testing.assert_allclose(shown[known], values[known].clip(norm.vmin, norm.vmax), rtol=1e-6)
+        if known.any():
+            assert name.replace("_", " ") in drawn.axes[-1].get_ylabel().replace("\n", " ")
+        assert (f"no {name.replace('_', ' ')}" in told(drawn)) == bool((~known).any())
+
+
+def test_numbers_are_logarithmic_where_they_span_decades(plain):
+    """Errors span decades; fall times do not, and tilts of both signs cannot."""
+    names = ("tilt_min", "fall_time", "energy_drift")
+    found = [type(mesh(draw(plain, quantity=name).axes[0]).norm).__name__ for name in names]
+    assert found == ["Normalize", "Normalize", "LogNorm"]
+
+
+def test_flags_have_colours_and_names(plain):
+    """Each flag that occurs has a colour of its own, told apart in grey, and an entry in the legend."""
+    drawn = draw(plain, quantity="ending")
+    colours = mesh(drawn.axes[0])
+    present = np.unique(plain["ending"].values)
+    assert len(present) > 1
+    grey = [float(np.dot(colours.cmap(colours.norm(code))[:3], (0.299, 0.587, 0.114))) for code in present]
+    assert np.abs(np.diff(grey)).min() > 0.2
+    assert {"ending: bounded", "ending: fell"} <= set(told(drawn))
+    assert len(drawn.axes) < 4
+
+
+def test_a_flag_of_one_axis_has_its_names_on_the_axis(plain):
+    """A profile of endings has a step for each, named where numbers would be."""
+    axes = draw(plain.isel(tilt=-1), quantity="ending").axes[0]
+    assert {label.get_text() for label in axes.get_yticklabels()} == {"bounded", "fell"}
+
+
+def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
+    """Interpolated along each line the quantity is the level, and the bar of colours and the legend name it."""
+    drawn = draw(plain, contours="25deg,60deg")
+    lines = next(each for each in drawn.axes[0].collections if isinstance(each, QuadContourSet))
+    np.testing.assert_allclose(lines.levels, [25.0, 60.0], rtol=1e-12)
+    peak = np.degrees(plain["peak_tilt"])
+    for level, path in zip((25.0, 60.0), lines.get_paths(), strict=True):
+        tilt, rate = path.vertices.T
+        at = peak.interp(tilt=("n", np.radians(tilt)), roll_rate=("n", rate))
+        np.testing.assert_allclose(at, level, rtol=1e-6)
+    assert "peak tilt of 25, 60 deg" in told(drawn)
+    on_bar = sorted(float(each.get_ydata()[0]) for each in drawn.axes[-1].get_lines())
+    np.testing.assert_allclose(on_bar, [25.0, 60.0], rtol=1e-12)
+    many = draw(plain, contours="auto").axes[0].collections
+    many = draw(plain, contours="auto").axes[0].collections
+    automatic = next(each for each in many if isinstance(each, QuadContourSet))
+    assert 2 <= len(automatic.levels) <= 12
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"rate": "sqared"}, r"linear, squared or scaled; got sqared\. Did you mean squared"),
+        ({"quantity": "peak_tlt"}, r"no peak_tlt of its cells; it has ending, .*Did you mean peak_tilt"),
+        ({"quantity": "roll_rate"}, r"no roll_rate of its cells"),
+        ({"width": "0mm"}, r"width of a figure is from 20 mm to 2 m; got 0mm"),
+        ({"width": "nan"}, r"width=nan: Every number must be finite"),
+        ({"width": float("inf")}, r"must be finite"),
+        ({"height": "8"}, r"height of a figure is from 20 mm"),
+        ({"height": "3kg"}, r"does not fit: height takes m, cm"),
+        ({"font_size": float("nan")}, r"font size of a figure is a number from 4 to 40"),
+        ({"font_size": "8pt"}, r"does not fit"),
+        ({"font_size": True}, r"font size of a figure"),
+        ({"dpi": 0}, r"from 10 to 2400"),
+        ({"dpi": 99.5}, r"whole number"),
+        ({"contours": "25deg,"}, ""),
+        ({"contours": "nan"}, r"contours=nan: Every number must be finite"),
+        ({"contours": "5m"}, r"does not fit: contours takes deg"),
+        ({"contours": "5"}, r"No contour line lies on the map.*got 286.5 deg.*bare number is in rad"),
+        ({"contours": "1deg:60deg:40"}, r"1 to 12 contour lines; got 40"),
+        ({"contours": "1", "quantity": "ending"}, r"ending is a flag"),
+        ({"family": True}, r"at least three axes; this one has the axes roll_rate, tilt"),
+        ({"family": True, "quantity": "steps"}, r"got family with quantity"),
+    ],
+)
+def test_bad_looks_are_refused(plain, words, message):
+    """What is not possible is refused in a sentence with what is, and with the bad word; the rest is drawn."""
+    if not message:
+        assert draw(plain, **words).axes
+        return
+    with pytest.raises(sweep.RequestError, match=message):
+        draw(plain, **words)
+
+
+def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
+    """Three maps of one colour scale, each with the cells of its slice, from a dataset as from a file."""
+    sweep.save(cube, tmp_path / "cube.nc")
+    with opened_file(tmp_path / "cube.nc") as file:
+        from_file = draw(file)
+    for drawn in (draw(cube), from_file):
+        assert [axes.get_title(loc="left") for axes in maps(drawn)] == [
+            r"$\alpha = 0.2$", r"$\alpha = 0.5$", r"$\alpha = 1$",
+        ]  # fmt: skip
+        for i, axes in enumerate(maps(drawn)):
+            expected = np.degrees(cube["peak_tilt"].isel(alpha=i).transpose("roll_rate", "tilt").values)
+            np.testing.assert_allclose(mesh(axes).get_array(), expected, rtol=1e-12)
+            theory = float(cube["critical_roll_rate"].isel(alpha=i, tilt=0))
+            line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
+            np.testing.assert_allclose(line.get_ydata(), theory, rtol=1e-12)
+        assert len({mesh(axes).norm for axes in maps(drawn)}) == 1
+        # one legend for all, whose formula is that of any of them
+        assert r"analytic: $\dot\phi = \sqrt{g/[2(1{+}\alpha)R]}$" in told(drawn)
+
+
+def test_a_family_of_boundaries_is_one_panel(cube):
+    """Each curve has the measured boundary of its slice, and the legend its value; no two share marker or colour."""
+    drawn = draw(cube, family=True)
+    [axes] = maps(drawn)
+    sets = [each for each in axes.containers if hasattr(each, "has_yerr")]
+    assert len(sets) == 3
+    for i, each in enumerate(sets):
+        edge = cube["boundary_roll_rate"].isel(alpha=i).dropna("tilt")
+        x, y = each[0].get_data()
+        np.testing.assert_allclose(x, np.degrees(edge.tilt), rtol=1e-12)
+        np.testing.assert_allclose(y, edge, rtol=1e-12)
+    assert len({(each[0].get_marker(), each[0].get_color().__str__()) for each in sets}) == 3
+    assert [line for line in told(drawn) if line.startswith(r"$\alpha")] == [
+        "$\\alpha = 0.2$", "$\\alpha = 0.5$", "$\\alpha = 1$",
+    ]  # fmt: skip
+    assert "stable above each curve, unstable below" in axes.get_legend().get_title().get_text()
+
+
+def test_too_many_maps_are_refused_with_their_number(cube):
+    """More maps or curves than can be told apart are refused with how many there would be, and what to select."""
+    many = sweep.run(CUBE.replace(alpha="0.1:1:13", roll_rate="2:4:3", tilt="1deg,2deg"))
+    with pytest.raises(
+        sweep.RequestError, match=r"each value of alpha: these are 13 = 13 maps.*at most 12.*alpha"
+    ):
+        draw(many)
+    with pytest.raises(sweep.RequestError, match=r"13 curves, and at most 8.*alpha"):
+        draw(many, family=True)
+    with pytest.raises(sweep.RequestError, match=r"fills a figure; got 2 atlases"):
+        plots.figure([cube, cube])
+
+
+def test_scaled_rates_of_unlike_disks_meet():
+    """In units of sqrt(g/R) the critical line is the same for all radii, and each map has the ends of its own cells."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:8:9", tilt="0.1deg,1deg", radius="0.1,0.5"))
+    drawn = draw(atlas, rate="scaled")
+    heights, ends = [], []
+    for axes in maps(drawn):
+        line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
+        heights.append(float(line.get_ydata()[0]))
+        ends.append(axes.get_ylim())
+    np.testing.assert_allclose(heights, 3.0**-0.5, rtol=1e-12)
+    # so each has its own numbers
+    assert ends[0] != ends[1]
+    assert all(axes.yaxis.get_tick_params()["labelleft"] for axes in maps(drawn))
+    # one map over both has no such axis
+    with pytest.raises(sweep.RequestError, match=r"scaled rate needs one unit for all cells; roll_rate"):
+        draw(atlas.isel(tilt=0), rate="scaled")
+
+
+def own_axes():
+    """Return axes of a figure that is not ours."""
+    with matplotlib.rc_context({"font.size": 10.0}):
+        figure = Figure(figsize=(9, 5), layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure.subplots(1, 2)
+
+
+def test_a_map_is_drawn_into_axes_of_a_caller(plain, cube):
+    """`plot(ax=...)` gives the caller's figure back, with map, bar and legend, and leaves the other axes alone."""
+    before = dict(matplotlib.rcParams)
+    ax, other = own_axes()
+    drawn = plain.eulerdisk.plot(ax=ax, quantity="amplification", contours="auto", rate="scaled")
+    assert drawn is ax.figure
+    assert mesh(ax)
+    assert ax.get_legend() is not None
+    assert not other.has_data()
+    assert len(drawn.axes) == 3
+    assert dict(matplotlib.rcParams) == before
+    assert cube.eulerdisk.plot(ax=other, family=True) is drawn
+    drawn.draw_without_rendering()
+    below = ax.get_legend().get_window_extent()
+    assert below.y1 <= ax.get_window_extent().y0
+    assert below.y0 >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"width": "86mm"}, "got ax with width"),
+        ({"dpi": 300, "height": 0.1}, "got ax with height and dpi"),
+        ({}, r"Axes hold one map; this atlas has 3 axes: roll_rate, tilt, alpha.*family=True"),
+    ],
+)
+def test_what_axes_of_a_caller_cannot_hold_is_refused(cube, words, message):
+    """A size belongs to the figure, and several maps need several axes; the axes stay empty."""
+    ax, _ = own_axes()
+    with pytest.raises(sweep.RequestError, match=message):
+        cube.eulerdisk.plot(ax=ax, **words)
+    assert not ax.has_data()
+
+
+def test_a_motion_has_none_of_these_looks():
+    """The figure of a motion takes no word of a map: each that is given is named."""
+    motion = sweep.simulate(sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1))
+    assert motion.eulerdisk.plot().axes
+    with pytest.raises(sweep.RequestError, match=r"rate and contours belong to the map of an atlas"):
+        motion.eulerdisk.plot(rate="scaled", contours=np.array([1.0, 2.0]))
