@@ -16,11 +16,16 @@ from sweep.model.kernel import code_hash
 from sweep.model.quantity import Quantity
 from sweep.platforms import most_threads, usual_threads
 from sweep.request.axes import Range, Values
+from sweep.request.distributions import Distribution, philox
 from sweep.request.spec import SweepSpec
+from sweep.request.start_table import Column
 from sweep.request.words import AUTOMATIC
 
 #: The thread loop of an NVIDIA device.
 _CUDA = "kernels.lanes.cuda"
+
+#: The arithmetic of distributions.
+_ELEMENTARY = "sweep.request.elementary"
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,9 @@ def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
         name: found[name].astype(quantity.dtype, copy=False)
         for name, quantity in model.cell_variables(spec).items()
     }
-    return columns | {name: measured[name] for name in spec.computed}
+    columns |= {name: measured[name] for name in spec.computed}
+    # what a list gives its starts is not kept in the journal: it is found again faster than it is read
+    return columns | {name: starts[name] for name in spec.listed}
 
 
 def reach_and_scale(
@@ -168,8 +175,11 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     device = [_CUDA] if spec.device == "cuda" else []
     axes = (Range.at, Range.array, Values.at, Values.array)
     engine: list[Callable[..., Any]] = [measure, _integrated, starts_of, starts_at, completed, *axes]
+    engine += [Distribution.at, Distribution._quantile, philox] if spec.samples else []
+    engine += [Column.at] if spec.starts else []
+    arithmetic = [_ELEMENTARY] if spec.samples else []
     types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
-    return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
+    return code_hash([*kernels, *device, *model.code(spec), *arithmetic, *engine], *types)
 
 
 def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:

@@ -36,6 +36,9 @@ _EDGE_BYTES = 33
 #: Rows along a control whose boundary is found at a time (`sweep.atlas.slices`), and bytes of each with its starts.
 _ROWS_AT_ONCE, _ROW_BYTES = 2**16, 800
 
+#: Bytes of a value of a start of a table.
+_START_BYTES = 8
+
 #: Bytes per point of the curves of a refined boundary, and of those in one plane while they are joined.
 _POINT_BYTES, _JOINED_BYTES = 60, 260
 
@@ -48,13 +51,18 @@ _CROSSINGS = 2
 
 def cell_bytes(spec: SweepSpec) -> int:
     """Return the bytes of one cell's variables in the file."""
-    parameters = {name: spec.model.parameters[name] for name in spec.computed}
+    parameters = {name: spec.quantities[name] for name in (*spec.computed, *spec.listed)}
     return _bytes({**spec.model.cell_variables(spec), **parameters})
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:
     """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
-    return 1.01 * cells * _bytes(measured_quantities(spec)) + 1e4
+    return 1.01 * cells * _bytes(measured_quantities(spec)) + table_bytes(spec) + 1e4
+
+
+def table_bytes(spec: SweepSpec) -> int:
+    """Return the bytes of the values of a table of starts, in memory and in the folder of its run."""
+    return _START_BYTES * len(spec.listed) * spec.size if spec.starts else 0
 
 
 def _bytes(quantities: Mapping[str, Quantity]) -> int:
@@ -74,7 +82,8 @@ def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
 
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
     """Return the resident bytes of a run at their largest."""
-    return _PROCESS_BYTES + _STAGES_BYTES * min(block_cells, spec.size) + boundary_bytes(spec)
+    stages = _STAGES_BYTES * min(block_cells, spec.size)
+    return _PROCESS_BYTES + stages + boundary_bytes(spec) + table_bytes(spec)
 
 
 def boundary_bytes(spec: SweepSpec) -> float:
@@ -188,7 +197,10 @@ def least_cells(threads: int | None = None) -> int:
 
 
 def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
-    """Return a spec of about so many cells of another, spread evenly over its grid."""
+    """Return a spec of about so many cells of another, spread evenly over its grid; of random starts the first ones."""
+    if spec.samples:
+        # as good as others, and drawn together
+        return spec.replace(start=spec.start.at(np.arange(min(cells, spec.size))))
     share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
     picked: dict[str, list[float]] = {}
     for name in spec.axes:

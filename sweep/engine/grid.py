@@ -13,7 +13,9 @@ import numpy.typing as npt
 from sweep.model.description import Starts
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
+from sweep.request.distributions import Distribution
 from sweep.request.spec import SweepSpec
+from sweep.request.start_table import Column
 
 #: Cells of a chunk at most: half a megabyte per double-precision variable.
 CHUNK_CELLS = 2**16
@@ -109,6 +111,11 @@ def starts_at(spec: SweepSpec, cells: npt.NDArray[np.intp]) -> Starts:
         given = getattr(spec, name)
         if isinstance(given, Range | Values):
             values[name] = given.at(places[name])
+        elif isinstance(given, Column):
+            values[name] = given.at(places["start"])
+        elif isinstance(given, Distribution):
+            numbers = np.rint(spec.start.at(places["start"])).astype(np.int64)
+            values[name] = given.at(numbers, f"{spec.seed}:{name}")
         elif not isinstance(given, str):
             values[name] = np.full(cells.size, given)
     return completed(spec, values)

@@ -9,8 +9,8 @@ import numpy as np
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import DECISION, Quantity
+from sweep.request.suggestions import suggestion
 from sweep.request.values import read_number, read_value
-from sweep.request.words import suggestion
 
 #: How the axis of a rate is drawn: the rate, its square, or the rate in units of sqrt(g/R).
 RATES = LINEAR, SQUARED, SCALED = ("linear", "squared", "scaled")

@@ -13,7 +13,7 @@ from sweep.errors import RequestError, printable, shown
 from sweep.figures.scales import SQUEEZED
 from sweep.model.quantity import DECISION, ERROR_GAUGE, STEP_COUNT, Array, Quantity, Truths
 from sweep.request.spec import SweepSpec
-from sweep.request.words import suggestion
+from sweep.request.suggestions import suggestion
 
 #: Values from here on are no rates and no angles.
 _LARGEST = 1e30

@@ -470,4 +470,4 @@ class Model(ABC):
 
     def controls(self, axes: Iterable[str]) -> list[str]:
         """Return the axes along which a boundary of stability is sought."""
-        return [name for name in axes if self.parameters[name].control]
+        return [name for name in axes if name in self.parameters and self.parameters[name].control]

@@ -22,7 +22,11 @@ from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
+from sweep.request.distributions import Distribution
+from sweep.request.start_list import START, WORDS, implied, with_list
+from sweep.request.start_table import Column, StartTable, read_table
 from sweep.request.substitutes import changed, parameter_of, resolved
+from sweep.request.suggestions import unknown_word
 from sweep.request.values import Value, read_value
 from sweep.request.words import (
     GRID,
@@ -34,7 +38,6 @@ from sweep.request.words import (
     read_file,
     read_word,
     split_words,
-    unknown_word,
 )
 
 #: Beyond this no disk holds the atlas.
@@ -44,7 +47,7 @@ MOST_STEPS = 10**8
 
 
 class SweepSpec:
-    """A grid of starts, how each is integrated, and the criterion of stability. It cannot be changed.
+    """A grid or a list of starts, how each is integrated, and the criterion of stability. It cannot be changed.
 
     Parameters
     ----------
@@ -53,6 +56,14 @@ class SweepSpec:
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
         Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
         rates that keep the tilt constant at a given `roll_rate`. Another model has parameters of its own.
+        With `samples` a distribution too: ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``.
+    samples, seed : int or str
+        How many random starts are drawn, and which ones: then the only dimension of the atlas is `start`.
+    starts : str, Path or mapping of str to array
+        Starts that are given one by one, in place of random ones: a CSV file, or columns called like the parameters,
+        in SI or with a unit as in ``tilt [deg]``; a pandas.DataFrame too. The others have one number each.
+    start : str or sequence of int, optional
+        The numbers of the starts that are meant, if not all of them.
     scaled_tilt_rate, scaled_precession_rate, scaled_roll_rate, speed
         Instead of a rate: the rate in units of sqrt(gravity/radius), a pure number; instead of `roll_rate`: the speed
         of the contact point along its path, roll_rate * radius, m/s. The spec holds the rate, in rad/s. Not where
@@ -108,9 +119,12 @@ class SweepSpec:
         for name in words:
             if name not in known:
                 unknown_word(name, known, model, _elsewhere())
+        if words.get("starts"):
+            words["starts"] = read_table(words["starts"], model)
         words = resolved(words, model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
+        values, given = with_list(model, values, given, words)
         model.check(values)
         _check_steps(values)
         _check_size([len(values[name]) for name in given])
@@ -146,7 +160,7 @@ class SweepSpec:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what pickle makes the spec again from: models are registered, not pickled."""
-        return SweepSpec.from_canonical, (self.canonical(),)
+        return _unpickled, (self.canonical(), self._values["starts"])
 
     def __repr__(self) -> str:
         """Return the words that make this spec."""
@@ -176,6 +190,22 @@ class SweepSpec:
     def fixed(self) -> tuple[str, ...]:
         """Parameters with the same number in all cells."""
         return tuple(name for name in self.model.parameters if isinstance(self._values[name], float))
+
+    @property
+    def is_list(self) -> bool:
+        """Whether the cells are a list of starts (`sweep.request.start_list`), not a grid."""
+        return self.axes == (START.name,)
+
+    @property
+    def listed(self) -> tuple[str, ...]:
+        """Parameters of which every start of a list has its own value."""
+        kinds = Distribution | Column
+        return tuple(name for name in self.model.parameters if isinstance(self._values[name], kinds))
+
+    @property
+    def quantities(self) -> Mapping[str, Input]:
+        """The parameters of the model, and the number of the start of a list: all that an axis can be."""
+        return {**self.model.parameters, **({START.name: START} if self.is_list else {})}
 
     @property
     def headline(self) -> str:
@@ -263,9 +293,14 @@ class SweepSpec:
             model = registry.named(str(held.get("model", registry.DEFAULT)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
-        changes = changes_of(model)
+        changes = {**changes_of(model)}
+        if changes.get("starts"):
+            changes["starts"] = read_table(changes["starts"], model)
+            held = _without_columns(held, changes["starts"], model)
         theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
+            if held.get("starts"):
+                held = {**held, "starts": read_table(_beside(path, held["starts"]), model)}
             return cls(**changed(held, changes, model))
         except RequestError as error:
             if error.where is None or error.where == str(path) or error.where.partition("=")[0] in theirs:
@@ -283,7 +318,11 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        words, given = self.words(), {parameter_of(name, self.model) for name in changes}
+        words = self.words()
+        if changes.get("starts"):
+            changes = {**changes, "starts": read_table(changes["starts"], self.model)}
+            words = _without_columns(words, changes["starts"], self.model)
+        given = {parameter_of(name, self.model) for name in changes}
         kept = {name: words[name] for name in words if name in self.axes or name not in given}
         return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
 
@@ -308,7 +347,8 @@ class SweepSpec:
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value; axes first, for their order is the order of the words."""
-        return {name: self._values[name] for name in dict.fromkeys(("title", *self.axes, *names(self.model)))}
+        order = dict.fromkeys(("title", *self.axes, *names(self.model)))
+        return {name: self._values[name] for name in order if not implied(name, self._values)}
 
     def to_toml(self) -> str:
         """Return the text of a TOML file from which `from_toml` makes the same spec."""
@@ -327,6 +367,7 @@ class SweepSpec:
             for name, value in self._values.items()
             # older atlases do not mention what was added later: so their texts and fingerprints stay
             if not (rows[name].added_later and value == read_word(name, rows[name].default, self.model))
+            and not implied(name, self._values)
         }
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
@@ -363,6 +404,12 @@ class SweepSpec:
             ) from problem
 
 
+def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
+    spec = SweepSpec.from_canonical(text)
+    # the text has not the values of a table
+    return spec.replace(starts=starts) if starts else spec
+
+
 def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
     """Return the names and values of ``NAME=VALUE`` words that change a spec.
 
@@ -382,6 +429,17 @@ def _known_changes(changes: Mapping[str, Any], model: Model) -> Mapping[str, Any
     return changes
 
 
+def _without_columns(words: Mapping[str, Any], table: StartTable, model: Model) -> dict[str, Any]:
+    """Return the words of a preset, a file or another spec without those for which a table has columns."""
+    gone = (*table.names, *WORDS)
+    return {name: value for name, value in words.items() if parameter_of(name, model) not in gone}
+
+
+def _beside(path: Path, table: object) -> object:
+    """Return the table that a spec file names: a path in it begins at its folder."""
+    return path.parent / table if isinstance(table, str) and table.strip() else table
+
+
 def _elsewhere() -> Mapping[str, str]:
     """Words that stand elsewhere, and where, for suggestions."""
     elsewhere = dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
@@ -393,7 +451,7 @@ def _defaults(model: Model) -> dict[str, Any]:
 
 
 def _rows(model: Model) -> dict[str, Input | Word]:
-    return {**model.parameters, **model.settings, **options(model)}
+    return {**model.parameters, **model.settings, **options(model), **WORDS}
 
 
 def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
@@ -458,18 +516,28 @@ def _toml(value: object) -> str:
     if isinstance(value, Values):
         return "[" + ", ".join(map(repr, value.values)) + "]"
     # JSON's strings are TOML's, as long as nothing outside ASCII is escaped in pairs.
-    return repr(value) if isinstance(value, float) else json.dumps(str(value), ensure_ascii=False)
+    return repr(value) if isinstance(value, float | int) else json.dumps(str(value), ensure_ascii=False)
 
 
 def _to_json(value: Any) -> Any:
     if isinstance(value, Criterion):
         return value.kept()
+    if isinstance(value, Distribution):
+        return str(value)
+    if isinstance(value, StartTable):
+        return value.to_json()
+    if isinstance(value, Column):
+        return {"column": value.name}
     return asdict(value) if isinstance(value, Range | Values) else value
 
 
 def _from_json(value: Any) -> object:
     if not isinstance(value, dict):
         return value
+    if "sha256" in value:
+        return StartTable.from_json(value)
+    if "column" in value:
+        return Column(str(value["column"]))
     if "kind" in value:
         return Criterion(**value)
     return Range(**value) if "count" in value else Values(**value)

@@ -15,8 +15,15 @@ import numpy as np
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
-from sweep.model.quantity import Quantity, Substitute
+from sweep.model.quantity import Input, Quantity, Substitute
 from sweep.request.axes import Range, Values
+from sweep.request.distributions import (
+    Distribution,
+    is_distribution,
+    parse_distribution,
+    read_distribution,
+)
+from sweep.request.start_table import Column, StartTable
 from sweep.request.values import Value, read_value
 from sweep.request.words import allowed, read_input
 
@@ -74,10 +81,17 @@ def resolved(
     """
     check_once(words, model)
     given = {name: model.substitutes[name] for name in words if name in model.substitutes}
-    values = {name: read(words[name], each) for name, each in given.items()}
+    values: dict[str, Value | Distribution] = {
+        name: parse_distribution(words[name], each)
+        if is_distribution(words[name])
+        else read(words[name], each)
+        for name, each in given.items()
+    }
     known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
+    if isinstance(table := words.get("starts"), StartTable):
+        known |= {name: Column(name, table) for name in table.names}
     needed = {
-        name: _ends(read_input(model.parameters[name], known[name], read if name in words else read_value))
+        name: _ends(model.parameters[name], known[name], read if name in words else read_value)
         for each in given.values()
         for name in each.needs
     }
@@ -110,18 +124,26 @@ def check_once(words: Mapping[str, Any], model: Model) -> None:
         seen[parameter] = name
 
 
-def _ends(value: Value | str) -> tuple[float, float]:
-    if isinstance(value, Range | Values):
-        low, high = value.ends().tolist()
+def _ends(quantity: Input, raw: object, read: Callable[[object, Quantity], Value]) -> tuple[float, float]:
+    """Return the smallest and the largest value of what was given for a parameter, of some distributions about."""
+    held = raw
+    if not isinstance(raw, Column):
+        held = read_distribution(raw, quantity) if is_distribution(raw) else read_input(quantity, raw, read)
+    if isinstance(held, Range | Values | Distribution | Column):
+        low, high = held.ends().tolist()
         return low, high
-    return float(value), float(value)
+    return float(str(held)), float(str(held))
 
 
 def _parameter(
-    substitute: Substitute, value: Value, disk: Mapping[str, float], raw: object, model: Model
-) -> Value:
+    substitute: Substitute, value: Value | Distribution, disk: Mapping[str, float], raw: object, model: Model
+) -> Value | Distribution:
     """Return the value of the parameter that a value of a substitute stands for; `raw` is what was given."""
     try:
+        if isinstance(value, Distribution):
+            first, second = (_divided(each, substitute, disk) for each in (value.first, value.second))
+            found_one = Distribution(value.kind, first, second)
+            return read_distribution(found_one, model.parameters[substitute.parameter])
         if isinstance(value, Range):
             start, stop = (_divided(end, substitute, disk) for end in (value.start, value.stop))
             found: Value = replace(value, start=start, stop=stop)
@@ -143,7 +165,7 @@ def _divided(value: float, substitute: Substitute, disk: Mapping[str, float]) ->
 def _refuse_varying(
     varying: list[str],
     told: Mapping[str, Substitute],
-    values: Mapping[str, Value],
+    values: Mapping[str, Value | Distribution],
     needed: Mapping[str, tuple[float, float]],
     model: Model,
 ) -> NoReturn:
@@ -160,7 +182,9 @@ def _refuse_varying(
     )
 
 
-def _for_all(substitute: Substitute, value: Value, needed: Mapping[str, tuple[float, float]]) -> str:
+def _for_all(
+    substitute: Substitute, value: Value | Distribution, needed: Mapping[str, tuple[float, float]]
+) -> str:
     """Return a word that gives the parameter: a range over the ranges of all disks, a number amid their numbers."""
     disks = [
         dict(zip(substitute.needs, each, strict=True))
@@ -175,6 +199,8 @@ def _for_all(substitute: Substitute, value: Value, needed: Mapping[str, tuple[fl
     if isinstance(value, Range):
         low, high = among(value.start)[0], among(value.stop)[2]
         text = f"{low:.4g}:{high:.4g}:{value.count}" + (":log" if value.spacing == "log" else "")
+    elif isinstance(value, Distribution):
+        text = f"{value.kind}:{among(value.first)[1]:.4g}:{among(value.second)[1]:.4g}"
     else:
         numbers = value.values if isinstance(value, Values) else (value,)
         text = ",".join(f"{among(number)[1]:.4g}" for number in numbers)

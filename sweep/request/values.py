@@ -142,6 +142,17 @@ def read_number(raw: object, quantity: Quantity) -> float:
     )
 
 
+def read_numbers(raw: Sequence[object], quantity: Quantity) -> tuple[float, ...]:
+    """Return numbers that were given together for a quantity, in its SI units: all with a unit, or none.
+
+    Raises
+    ------
+    RequestError
+        If one of them cannot be read, or a unit does not fit the quantity.
+    """
+    return _read_numbers(raw, quantity)
+
+
 def _read_text(text: str, quantity: Quantity) -> Value:
     if ":" in text and "," in text:
         _refuse(text)

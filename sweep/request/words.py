@@ -1,9 +1,7 @@
 """The words of a request: where they come from, what each may say, and which one was meant by an unknown one."""
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 
@@ -12,7 +10,11 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.criterion import Criterion, Expression
+from sweep.request.distributions import Distribution, is_distribution, read_distribution
 from sweep.request.regular_files import read_regular
+from sweep.request.start_list import WORDS, read_list_word
+from sweep.request.start_table import Column, StartTable
+from sweep.request.suggestions import suggestion, unknown_word
 from sweep.request.values import NOT_FINITE, Value, plain_number, read_number, read_value
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
@@ -43,7 +45,7 @@ def options(model: Model) -> Mapping[str, Word]:
 
 def names(model: Model) -> tuple[str, ...]:
     """Return all words of a request for a model: parameters, settings, options."""
-    return (*model.parameters, *model.settings, *options(model))
+    return (*model.parameters, *model.settings, *options(model), *WORDS)
 
 
 def known_words(model: Model) -> tuple[str, ...]:
@@ -171,7 +173,9 @@ def pairs(words: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def read_word(name: str, raw: object, model: Model) -> Value | Criterion | str:
+def read_word(
+    name: str, raw: object, model: Model
+) -> Value | Distribution | Column | StartTable | Criterion | int | str:
     """Return the value of a word in SI.
 
     Parameters
@@ -187,6 +191,12 @@ def read_word(name: str, raw: object, model: Model) -> Value | Criterion | str:
     RequestError
         If the value cannot be read or the rule of the quantity does not allow it.
     """
+    if name in WORDS:
+        return read_list_word(name, raw, model)
+    if isinstance(raw, Column):
+        return raw
+    if name in model.parameters and is_distribution(raw):
+        return read_distribution(raw, model.parameters[name])
     if name in model.parameters:
         return read_input(model.parameters[name], raw, read_value)
     if name in model.settings:
@@ -324,40 +334,3 @@ def _boundary(text: str) -> str:
         hint=f"Write boundary={REFINED}:1e-6.",
         where=f"boundary={shown(text)}",
     )
-
-
-def unknown_word(
-    name: str, known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None
-) -> NoReturn:
-    """Refuse a name that is not one of `known`, and say which was probably meant.
-
-    Parameters
-    ----------
-    name : str
-    known : sequence of str
-    model : Model
-        Its `synonyms` and `ambiguous` give the hints.
-    elsewhere : mapping of str to str, optional
-        Names that have no place here -> where they have one, in words.
-
-    Raises
-    ------
-    RequestError
-    """
-    small = name.lower()
-    hint = next((text for part, text in model.ambiguous.items() if part in small), "")
-    if not hint and model.synonyms.get(small) in known:
-        hint = f"Did you mean {model.synonyms[small]}?"
-    if not hint and elsewhere and name in elsewhere:
-        hint = f"Leave it out: {elsewhere[name]}."
-    raise RequestError(
-        f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
-        hint=hint or suggestion(name, known) or "Use one of these words.",
-        where=shown(name),
-    )
-
-
-def suggestion(word: object, known: Sequence[str]) -> str:
-    """Return a question for the known word that is nearest, or nothing."""
-    close = difflib.get_close_matches(str(word).lower(), known, n=1)
-    return f"Did you mean {close[0]}?" if close else ""

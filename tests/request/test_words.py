@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.request.spec import SweepSpec
+from sweep.request.start_list import WORDS
 from sweep.request.words import known_words, names, options, read_word
 
 
@@ -178,7 +179,7 @@ def test_every_word_has_a_name_of_its_own():
     """Parameters, settings and options do not share a name: a word of a request says one thing."""
     known = names(DISK)
     assert len(known) == len(set(known))
-    assert set(known) == {*DISK.parameters, *DISK.settings, *options(DISK)}
+    assert set(known) == {*DISK.parameters, *DISK.settings, *options(DISK), *WORDS}
     assert set(DISK.synonyms.values()) <= {*known_words(DISK), "mass"}
 
 

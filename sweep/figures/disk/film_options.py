@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from sweep.errors import RequestError, shown
-from sweep.request.words import suggestion
+from sweep.request.suggestions import suggestion
 
 #: File name extension -> frames per second by default, and at most. A gif counts time in hundredths of a second, and
 #: programs show a frame of one hundredth for longer.

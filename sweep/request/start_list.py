@@ -1,0 +1,251 @@
+"""A list of starts in place of a grid: one dimension that counts them, and in every cell values of its own.
+
+The dimension is called `start`, and its coordinate is the number of each start. A part of a list has the numbers of
+its starts, so that each start stays the same.
+"""
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any, NoReturn
+
+import numpy as np
+
+from sweep.errors import RequestError, shown
+from sweep.model.description import Model
+from sweep.model.quantity import DECISION, Array, Input, Truths, Word, table
+from sweep.request.axes import Range, Values
+from sweep.request.distributions import KINDS, Distribution
+from sweep.request.start_table import Column, StartTable, read_table
+from sweep.request.values import plain_number, read_value
+
+#: The most starts of a list: their numbers are 32-bit integers in the file.
+_MOST_STARTS = 2**31 - 1
+
+_MOST_SEED = 2**64 - 1
+
+
+def _counts(values: Array) -> Truths:
+    whole: Truths = (values >= 0.0) & (values == np.rint(values))
+    return whole
+
+
+#: The dimension of a list, and the words of a request that makes one.
+START = Input(
+    "start", "", "1", "number of the start", DECISION,
+    "cells are a list of starts, not a grid; each has its own values of the parameters that are listed", "i4",
+    default="", rule="a whole number, at least 0", allows=_counts, added_later=True,
+)  # fmt: skip
+WORDS: Mapping[str, Word | Input] = {
+    **table(
+        Word("samples", "how many random starts there are", "", added_later=True),
+        Word("seed", "which random starts they are", "0", added_later=True),
+        Word("starts", "a table of starts that are given one by one", "", added_later=True),
+    ),
+    START.name: START,
+}
+
+
+def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | Values | StartTable:
+    """Return the value of one of `WORDS`; empty text if nothing is given.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be read.
+    """
+    if isinstance(raw, str) and not raw.strip():
+        return ""
+    if name == "starts":
+        return read_table(raw, model)
+    if name == START.name:
+        return _numbers(raw)
+    low, most = (1, _MOST_STARTS) if name == "samples" else (0, _MOST_SEED)
+    found = _whole(raw)
+    if found is None or not low <= found <= most:
+        raise RequestError(
+            f"{name} is a whole number from {low} to {most}; got {shown(raw)}.",
+            hint=f"Write {name}={'1e6' if name == 'samples' else '7'}.",
+            where=name,
+        )
+    return found
+
+
+def _whole(raw: object) -> int | None:
+    """Return the whole number that was given, as text also in the form 1e6; None if it is none."""
+    if isinstance(raw, bool):
+        return None
+    if isinstance(raw, int | np.integer):
+        return int(raw)
+    if isinstance(raw, str) and raw.strip().isascii() and raw.strip().isdigit():
+        # all digits, of which a float keeps 16
+        return int(raw) if len(raw.strip()) <= 20 else None
+    number = plain_number(raw) if isinstance(raw, str) else raw if isinstance(raw, float) else math.nan
+    return int(number) if math.isfinite(number) and number == math.floor(number) else None
+
+
+def _numbers(raw: object) -> Range | Values:
+    found = read_value(raw, START)
+    # one number is a list of one start
+    axis = Values((found,)) if isinstance(found, float) else found
+    # of a range the step too, without making all of its values
+    steps = (axis.stop - axis.start) % max(1, axis.count - 1) if isinstance(axis, Range) else 0.0
+    ends_or_values = axis.ends() if isinstance(axis, Range) else axis.array()
+    if steps or getattr(axis, "spacing", "") == "log" or not _counts(ends_or_values).all():
+        _refuse_numbers(raw)
+    return axis
+
+
+def _refuse_numbers(raw: object) -> NoReturn:
+    raise RequestError(
+        f"start holds the numbers of starts, whole numbers from 0; got {shown(raw)}.",
+        hint="Write start=0:99:100, or leave it out for all starts.",
+        where="start",
+    )
+
+
+def every_start(count: int) -> Range:
+    """Return the numbers of all starts of a list."""
+    return Range(0.0, count - 1.0, count)
+
+
+def with_list(
+    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Collection[str]
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the values and axes of a request, which are those of a list of starts if it asks for one.
+
+    Parameters
+    ----------
+    model : Model
+    values : mapping of str to value
+        Of every word, read.
+    axes : tuple of str
+        The words with a list or a range, in the order given.
+    given : collection of str
+        The words that the request has; the others have their defaults.
+
+    Returns
+    -------
+    values : dict
+        With the numbers of the starts as ``start``.
+    axes : tuple of str
+        Of a list of starts ``("start",)``.
+
+    Raises
+    ------
+    RequestError
+        If words of lists and of grids, or samples and no distribution, are given together.
+    """
+    random = [name for name in model.parameters if isinstance(values[name], Distribution)]
+    if values["starts"]:
+        return _of_table(model, values, axes, given)
+    if not values["samples"]:
+        _check_no_list(values, random)
+        return dict(values), axes
+    if not random:
+        raise RequestError(
+            f"samples counts random starts, and no parameter has a distribution; got samples={values['samples']}.",
+            hint=f"Give one, as in {_example(model)}, or leave samples out.",
+            where="samples",
+        )
+    crossed = [name for name in axes if name != START.name]
+    if crossed:
+        raise RequestError(
+            f"samples and axes do not go together: every start has one value of each parameter; got samples="
+            f"{values['samples']} and {crossed[0]}={shown(str(values[crossed[0]]))}.",
+            hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
+            "samples out.",
+            where=crossed[0],
+        )
+    _check_no_boundary(values)
+    count = int(values["samples"])
+    numbers = values["start"] or every_start(count)
+    if numbers.ends()[1] >= count:
+        raise RequestError(
+            f"The starts have the numbers 0 to {count - 1}; got start={shown(str(numbers))}.",
+            hint="Choose numbers of that range, or leave start out for all.",
+            where="start",
+        )
+    return {**values, START.name: numbers}, (START.name,)
+
+
+def _check_no_boundary(values: Mapping[str, Any]) -> None:
+    if values["boundary"] != "grid":
+        raise RequestError(
+            "A list of starts has no rows in which a boundary is sought; got "
+            f"boundary={values['boundary']} for a list.",
+            hint="Leave boundary out, or give axes.",
+            where="boundary",
+        )
+
+
+def _of_table(
+    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Collection[str]
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the values and axes of a request with a table; its columns take the place of defaults."""
+    table: StartTable = values["starts"]
+    if foreign := [name for name in table.names if name not in model.parameters]:
+        raise ValueError(f"{foreign[0]} is no parameter of the model {model.name}")
+    other = [
+        name
+        for name in (*model.parameters, "samples", "seed")
+        if (name in table.names and name in given and not isinstance(values[name], Column))
+        or (name not in table.names and (name in axes or isinstance(values[name], Distribution | Column)))
+        or (name not in model.parameters and values[name])
+    ]
+    if other:
+        raise RequestError(
+            f"Starts of a table go with one number for every other parameter; got {table} and "
+            f"{other[0]}={shown(str(values[other[0]]))}.",
+            hint=f"Leave {other[0]} out."
+            if other[0] in (*table.names, "samples", "seed")
+            else f"Give {other[0]} one number, or a column of the table.",
+            where=other[0],
+        )
+    _check_no_boundary(values)
+    if values["start"] and values["start"] != table.numbers:
+        table = table.part(values["start"])
+    columns = {name: Column(name, table) for name in table.names}
+    return {**values, **columns, "starts": table, START.name: table.numbers}, (START.name,)
+
+
+def _check_no_list(values: Mapping[str, Any], random: list[str]) -> None:
+    """Refuse the words of a list where there is none."""
+    if lost := [name for name, value in values.items() if isinstance(value, Column)]:
+        raise RequestError(
+            f"{lost[0]} is a column of a table, and there is no table.",
+            hint="Give the table as starts, or a number.",
+            where=lost[0],
+        )
+    if random:
+        raise RequestError(
+            f"{random[0]}={values[random[0]]} is a distribution, and how many starts are drawn from it is not said.",
+            hint="Add samples=1e6, for instance.",
+            where=random[0],
+        )
+    for name in ("seed", START.name):
+        if values[name]:
+            raise RequestError(
+                f"{name} belongs to random starts, which samples counts; got {name}={shown(str(values[name]))} without "
+                "samples.",
+                hint=f"Leave {name} out, or add samples=1e6 and a distribution.",
+                where=name,
+            )
+
+
+def _example(model: Model) -> str:
+    control = next(iter(model.controls(model.parameters)), next(iter(model.parameters)))
+    return f"{control}=uniform:2:4"
+
+
+def implied(name: str, values: Mapping[str, Any]) -> bool:
+    """Return whether a word need not be written: it belongs to lists and this is a grid, or it names all starts."""
+    if name not in WORDS:
+        return False
+    if name == "starts":
+        return not values[name]
+    if name == START.name:
+        # a table holds the numbers of its starts
+        return bool(
+            not values[name] or values["starts"] or values[name] == every_start(int(values["samples"]))
+        )
+    return not values["samples"]

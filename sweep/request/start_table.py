@@ -1,0 +1,434 @@
+"""Starts that are given one by one: the columns of a CSV file, of a mapping or of a data frame.
+
+A request holds their names, their count and a SHA-256 of their values. The values themselves are in memory, in the
+folder of a run, or in the file of an atlas: a table read from a canonical text has none until it is given them.
+"""
+
+import contextlib
+import csv
+import hashlib
+import io
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.errors import RequestError, shown
+from sweep.model.description import Model
+from sweep.model.quantity import Array, Input, Quantity
+from sweep.request.axes import Range, Values
+from sweep.request.regular_files import read_regular
+from sweep.request.suggestions import unknown_word
+from sweep.request.values import factor_to_si
+
+#: Rows, and bytes of a CSV file, at most; rows that are converted at a time.
+_MOST_ROWS, _MOST_BYTES, _AT_ONCE = 10_000_000, 2**30, 2**16
+
+#: Name of a column, and a unit in brackets or after a blank.
+_HEAD = re.compile(r"\s*([^\s\[(]+)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|([^\[\](]*))\s*")
+
+
+@dataclass(frozen=True)
+class StartTable:
+    """Starts that are given one by one.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The parameters that are given, in the order of the model.
+    numbers : Range or Values
+        The numbers of the starts.
+    sha256 : str
+        Of the values: little-endian doubles, one parameter after the other.
+    columns : mapping of str to array, shape (n,), optional
+        The values, in SI. They do not count when tables are compared.
+    """
+
+    names: tuple[str, ...]
+    numbers: Range | Values
+    sha256: str
+    columns: Mapping[str, Array] | None = field(default=None, compare=False, repr=False)
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Array], numbers: Range | Values | None = None) -> Self:
+        """Return the table of some values [SI], numbered from 0 if `numbers` are not given."""
+        held = {name: np.ascontiguousarray(values, np.float64) + 0.0 for name, values in columns.items()}
+        for values in held.values():
+            values.setflags(write=False)
+        count = next(iter(held.values())).size
+        every = Range(0.0, count - 1.0, count)
+        return cls(tuple(held), numbers or every, _digest(held.values()), held)
+
+    def __len__(self) -> int:
+        """Return the number of starts."""
+        return len(self.numbers)
+
+    def __str__(self) -> str:
+        """Return what messages call the table."""
+        starts = "1 start" if len(self) == 1 else f"{len(self)} starts"
+        return f"{starts} of {', '.join(self.names)} (SHA-256 {self.sha256[:12]})"
+
+    def values(self, name: str) -> Array:
+        """Return the values of a parameter, shape (n,).
+
+        Raises
+        ------
+        RequestError
+            If the table is only known by its name, from a canonical text.
+        """
+        if self.columns is None:
+            raise RequestError(
+                f"The values of these starts are not here: {self}. A spec holds only their SHA-256.",
+                hint="Take the spec from the atlas (dataset.eulerdisk.spec), or give the table again.",
+                where="starts",
+            )
+        return self.columns[name]
+
+    def filled(self, columns: Mapping[str, npt.ArrayLike]) -> Self:
+        """Return this table with its values.
+
+        Raises
+        ------
+        RequestError
+            If these are not its values.
+        """
+        given = {name: np.asarray(columns[name], np.float64) for name in self.names}
+        found = type(self).of(given, self.numbers)
+        if found.sha256 == self.sha256 and all(values.shape == (len(self),) for values in given.values()):
+            return found
+        raise RequestError(
+            f"The values of {', '.join(self.names)} are not those of the starts that were given: their SHA-256 begins "
+            f"with {found.sha256[:12]}, not with {self.sha256[:12]}.",
+            hint="Take an undamaged copy, or run again with the table.",
+            where="starts",
+        )
+
+    def part(self, numbers: Range | Values) -> Self:
+        """Return the starts with some numbers, which they keep.
+
+        Raises
+        ------
+        RequestError
+            If there is no start of one of them.
+        """
+        wanted, there = numbers.array(), self.numbers.array()
+        places = np.minimum(np.searchsorted(there, wanted), there.size - 1)
+        if (missing := wanted[there[places] != wanted]).size:
+            raise RequestError(
+                f"There is no start {missing[0]:g}: the table has {self}, numbered from {there[0]:g} to {there[-1]:g}.",
+                hint="Choose numbers of its starts, or leave start out for all.",
+                where="start",
+            )
+        return type(self).of({name: self.values(name)[places] for name in self.names}, numbers)
+
+    def to_bytes(self) -> bytes:
+        """Return the values as the SHA-256 counts them."""
+        return b"".join(self.values(name).astype("<f8").tobytes() for name in self.names)
+
+    def from_bytes(self, content: bytes) -> Self:
+        """Return this table with its values from `to_bytes`; a RequestError says that they are others."""
+        numbers = np.frombuffer(content[: len(content) // 8 * 8], "<f8")
+        if len(content) != 8 * len(self.names) * len(self):
+            numbers = np.zeros(len(self.names) * len(self))
+        return self.filled(dict(zip(self.names, numbers.reshape(len(self.names), -1), strict=True)))
+
+    def to_json(self) -> dict[str, object]:
+        """Return what a canonical text says of the table."""
+        every = self.numbers == Range(0.0, len(self) - 1.0, len(self))
+        numbers = {} if every else {"numbers": vars(self.numbers)}
+        return {"names": list(self.names), "starts": len(self), "sha256": self.sha256, **numbers}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Self:
+        """Return the table that `to_json` described, without values; a ValueError says that it is none."""
+        names, count, digest = (content.get(key) for key in ("names", "starts", "sha256"))
+        if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
+            raise ValueError(f"the names of starts are a list of texts; got {shown(names)}")
+        if type(count) is not int or not 1 <= count <= _MOST_ROWS:
+            raise ValueError(f"a table has 1 to {_MOST_ROWS} starts; got {shown(count)}")
+        if not isinstance(digest, str) or not re.fullmatch("[0-9a-f]{64}", digest):
+            raise ValueError(f"sha256 is 64 hexadecimal digits; got {shown(digest)}")
+        held = content.get("numbers")
+        numbers: Range | Values = Range(0.0, count - 1.0, count)
+        if held is not None:
+            numbers = Range(**held) if "count" in held else Values(**held)
+        if len(numbers) != count:
+            raise ValueError(f"{count} starts have {len(numbers)} numbers")
+        return cls(tuple(names), numbers, digest)
+
+
+@dataclass(frozen=True)
+class Column:
+    """The values that a table gives one parameter; from a canonical text without the table."""
+
+    name: str
+    table: StartTable | None = None
+
+    def __str__(self) -> str:
+        """Return what messages call the column."""
+        return f"a column of {self.table}"
+
+    def in_words(self, quantity: Quantity) -> str:
+        """Return the extent of the values as people read it."""
+        low, high = (quantity.spell(float(each), 6) for each in self.ends())
+        return f"from a table, {low} to {high}"
+
+    def ends(self) -> Array:
+        """Return the smallest and the largest value, shape (2,); NaN where the values are not here."""
+        if self.table is None or self.table.columns is None:
+            return np.full(2, np.nan)
+        values = self.table.values(self.name)
+        return np.array([values.min(), values.max()])
+
+    def at(self, places: npt.NDArray[np.integer]) -> Array:
+        """Return the values at some places of the table, shape of `places`."""
+        assert self.table is not None
+        found: Array = self.table.values(self.name)[places]
+        return found
+
+
+def _digest(columns: Iterable[Array]) -> str:
+    digest = hashlib.sha256()
+    for values in columns:
+        digest.update(values.astype("<f8").tobytes())
+    return digest.hexdigest()
+
+
+def read_table(raw: object, model: Model) -> StartTable:
+    """Return the starts that were given.
+
+    Parameters
+    ----------
+    raw : StartTable, str, Path, or mapping of str to array
+        A CSV file, or columns of equal length; a pandas.DataFrame serves as a mapping. Columns are called like the
+        parameters, with a unit in brackets (``tilt [deg]``) if they are not in SI. An xarray.DataArray may have its
+        unit as the attribute ``units``.
+    model : Model
+
+    Raises
+    ------
+    RequestError
+        If the file cannot be read, a column is no parameter, a value is no finite number or not possible, or columns
+        are not equally long.
+    """
+    if isinstance(raw, StartTable):
+        return raw
+    if isinstance(raw, str | Path):
+        return _read_csv(Path(raw), model)
+    if hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
+        return _read_columns(raw, model)
+    raise RequestError(
+        f"starts is a CSV file, or columns: a mapping of names to arrays; got {shown(raw)}.",
+        hint='Write starts="table.csv", or starts={"tilt": [0.01, 0.02]}.',
+        where="starts",
+    )
+
+
+@dataclass(frozen=True)
+class _Head:
+    """A column before its values: its parameter, the factor to SI, and what it is called in messages."""
+
+    quantity: Input
+    factor: float
+    text: str
+
+
+def _read_heads(texts: Iterable[object], model: Model, place: str) -> list[_Head]:
+    heads = [_read_head(str(text), model, place) for text in texts]
+    names = [head.quantity.name for head in heads]
+    if double := [name for name in names if names.count(name) > 1]:
+        raise RequestError(
+            f"Each parameter has one column; {double[0]} has {names.count(double[0])}.",
+            hint="Leave all but one out.",
+            where=place,
+        )
+    if not heads:
+        raise RequestError("A table of starts has a column or more; got none.", "Name a parameter.", place)
+    return heads
+
+
+def _read_head(text: str, model: Model, place: str) -> _Head:
+    found = _HEAD.fullmatch(text)
+    name = found[1] if found else text.strip()
+    if found is None or name not in model.parameters:
+        try:
+            unknown_word(name, tuple(model.parameters), model)
+        except RequestError as error:
+            raise RequestError(
+                f"{shown(text)!r} is no column of a table of starts, which is called like a "
+                f"parameter, with its unit in brackets if it is not in SI, as in tilt [deg]; parameters are "
+                f"{', '.join(model.parameters)}.",
+                error.hint,
+                place,
+            ) from None
+    quantity = model.parameters[name]
+    unit = next((part.strip() for part in found.groups()[1:] if part), "") if found else ""
+    try:
+        factor = factor_to_si("" if unit in ("1", "-") else unit, quantity)
+    except RequestError as error:
+        raise error.at(f"{place}: column {shown(text)}") from None
+    return _Head(quantity, factor, text.strip())
+
+
+def _in_order(heads: list[_Head], columns: list[Array], model: Model) -> StartTable:
+    held = {head.quantity.name: values for head, values in zip(heads, columns, strict=True)}
+    return StartTable.of({name: held[name] for name in model.parameters if name in held})
+
+
+def _read_columns(raw: Any, model: Model) -> StartTable:
+    names = list(raw.keys())
+    heads, columns = _read_heads(names, model, "starts"), []
+    for head, name in zip(heads, names, strict=True):
+        units = getattr(raw[name], "attrs", {}).get("units")
+        if isinstance(units, str) and head.text == head.quantity.name:
+            head = _read_head(f"{name} [{units}]", model, "starts")
+        values = _array(raw[name])
+        if values.ndim != 1 or values.dtype.kind not in "fiu":
+            _refuse_value(
+                f"starts: {head.text}", f"a column of numbers; got {values.dtype} of shape {values.shape}"
+            )
+        columns.append(values.astype(np.float64) * head.factor)
+        if bad := _first_bad(head, columns[-1]):
+            _refuse_value(f"starts: {head.text}, start {bad[0]}", bad[1])
+    if len(sizes := {values.size for values in columns}) > 1:
+        listed = ", ".join(f"{head.text} {values.size}" for head, values in zip(heads, columns, strict=True))
+        raise RequestError(
+            f"Columns must be equally long; got {listed}.", "Give each start all values.", "starts"
+        )
+    _check_count(sizes.pop(), "starts")
+    return _in_order(heads, columns, model)
+
+
+def _array(column: Any) -> npt.NDArray[Any]:
+    """Return a column as numpy has it; without dimensions if numpy makes no array of it."""
+    try:
+        return np.asarray(column)
+    except ValueError:
+        return np.asarray("rows of unlike length")
+
+
+def _check_count(count: int, place: str) -> None:
+    if not 1 <= count <= _MOST_ROWS:
+        raise RequestError(
+            f"A table has 1 to {_MOST_ROWS} starts; got {count}.", "Give more rows, or fewer.", place
+        )
+
+
+def _first_bad(head: _Head, values: Array) -> tuple[int, str] | None:
+    """Return the place of the first value that no start can have, and what it must be."""
+    finite = np.isfinite(values)
+    good = finite & head.quantity.allows(np.where(finite, values, 0.0))
+    if good.all():
+        return None
+    place = int(np.argmin(good))
+    if not finite[place]:
+        return place, f"a finite number; got {values[place] / head.factor:g}"
+    return place, f"possible, {head.quantity.rule}; got {head.quantity.spell(float(values[place]))}"
+
+
+def _refuse_value(place: str, what: str) -> NoReturn:
+    raise RequestError(
+        f"The value must be {what}.",
+        hint="Correct it; the unit of a column stands in its head, as in tilt [deg], and a bare column is in SI.",
+        where=place,
+    )
+
+
+def _read_csv(path: Path, model: Model) -> StartTable:
+    try:
+        content = read_regular(path, _MOST_BYTES)
+    except (OSError, ValueError) as problem:
+        # a name with a NUL is a ValueError
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise RequestError(
+            f"The table of starts cannot be read: {reason}.",
+            hint="Check the path: a table is a CSV file whose first line names the columns.",
+            where=str(path),
+        ) from problem
+    lines = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline="")
+    try:
+        return _parse(lines, path, model)
+    except (csv.Error, UnicodeDecodeError) as problem:
+        raise RequestError(
+            f"The table of starts is no CSV file in UTF-8: {problem}.",
+            hint="Write one line for each start, numbers with commas between them.",
+            where=str(path),
+        ) from problem
+
+
+class _Lines:
+    """The lines of a file that are neither blank nor comments.
+
+    `number` is that of the last one, from 1; it is `odd` if Python would read numbers in it that are none elsewhere:
+    with digits of other scripts, or underscores.
+    """
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self.number, self.odd = 0, False
+        self._lines = lines
+
+    def __iter__(self) -> Iterator[str]:
+        for line in self._lines:
+            self.number += 1
+            if line.strip() and not line.startswith("#"):
+                self.odd = "_" in line or not line.isascii()
+                yield line
+
+
+def _parse(text: Iterable[str], path: Path, model: Model) -> StartTable:
+    lines = _Lines(text)
+    kept = iter(lines)
+    first = next(kept, "")
+    separator = next((each for each in ",;\t" if each in first), ",")
+    heads = _read_heads(next(csv.reader([first], delimiter=separator, strict=True), []), model, str(path))
+    rows, parts, numbers = csv.reader(kept, delimiter=separator, strict=True), list[Array](), list[int]()
+    values: list[list[float]] = []
+    for row in rows:
+        values.append(_numbers_of(row, heads, lines, path))
+        numbers.append(lines.number)
+        if len(values) == _AT_ONCE:
+            parts.append(_converted(values, heads, numbers, path))
+            _check_count(sum(part.shape[1] for part in parts), str(path))
+            values, numbers = [], []
+    if values or not parts:
+        parts.append(_converted(values, heads, numbers, path))
+    _check_count(sum(part.shape[1] for part in parts), str(path))
+    return _in_order(heads, list(np.concatenate(parts, axis=1)), model)
+
+
+def _numbers_of(row: list[str], heads: list[_Head], lines: _Lines, path: Path) -> list[float]:
+    """Return the numbers of a row, or refuse the first cell that is none."""
+    if len(row) == len(heads) and not lines.odd:
+        with contextlib.suppress(ValueError):
+            return [*map(float, row)]
+    place = f"{path}: line {lines.number}"
+    if len(row) != len(heads):
+        raise RequestError(
+            f"Every line has {len(heads)} cells, as the first has; got {len(row)}.",
+            hint="Add what is missing, or take out what is too much.",
+            where=place,
+        )
+    found = []
+    for cell, head in zip(row, heads, strict=True):
+        try:
+            number = float(cell)
+            if not cell.isascii() or "_" in cell:
+                raise ValueError
+        except ValueError:
+            _refuse_value(f"{place}, column {head.text}", f"a number; got {shown(cell) or 'nothing'}")
+        found.append(number)
+    return found
+
+
+def _converted(values: list[list[float]], heads: list[_Head], lines: list[int], path: Path) -> Array:
+    """Return rows of numbers as columns in SI, shape (len(heads), len(values)), or refuse the first bad one."""
+    columns = np.array(values, np.float64).reshape(-1, len(heads)).T
+    columns *= np.array([[head.factor] for head in heads])
+    for head, column in zip(heads, columns, strict=True):
+        if bad := _first_bad(head, column):
+            _refuse_value(f"{path}: line {lines[bad[0]]}, column {head.text}", bad[1])
+    return columns

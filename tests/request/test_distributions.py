@@ -1,0 +1,139 @@
+"""Random values: the words for them, the generator behind them, and the distribution that they have."""
+
+import hashlib
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from sweep.errors import RequestError
+from sweep.model.disk.tables import PARAMETERS
+from sweep.request.distributions import Distribution, philox, read_distribution
+
+WORDS = np.arange(1000)
+MASK = 2**64 - 1
+
+
+def philox_block(counter, key):
+    """Return the four words that Philox 4x64-10 makes of a counter, written from Salmon et al., SC11, section 3.3."""
+    words, (k0, k1) = [counter >> (64 * i) & MASK for i in range(4)], key
+    for _ in range(10):
+        left, right = 0xD2E7470EE14C6C93 * words[0], 0xCA5A826395121157 * words[2]
+        words = [right >> 64 ^ words[1] ^ k0, right & MASK, left >> 64 ^ words[3] ^ k1, left & MASK]
+        k0, k1 = k0 + 0x9E3779B97F4A7C15 & MASK, k1 + 0xBB67AE8584CAA73B & MASK
+    return words
+
+
+def referee(stream, number):
+    """Return the word of a stream at a place; NumPy counts the blocks of a generator from 1."""
+    digest = hashlib.sha256(stream.encode()).digest()
+    key = int.from_bytes(digest[:8], "little"), int.from_bytes(digest[8:16], "little")
+    return philox_block(number // 4 + 1, key)[number % 4]
+
+
+def test_the_referee_is_philox():
+    """The known answers of the authors' library Random123 (kat_vectors, philox4x64 10)."""
+    assert philox_block(0, (0, 0)) == [
+        0x16554D9ECA36314C,
+        0xDB20FE9D672D0FDC,
+        0xD7E772CEE186176B,
+        0x7E68B68AEC7BA23B,
+    ]
+
+
+def test_words_are_those_of_philox():
+    """Wherever in the sequence: near together, far apart, not in order, repeated, beyond 2**32."""
+    numbers = np.array([0, 1, 2, 3, 4, 7, 129, 130, 131, 5000, 4, 2**31 - 1, 2**40 + 3, 6, 0])
+    expected = [referee("7:tilt", int(each)) for each in numbers]
+    assert philox("7:tilt", numbers).tolist() == expected
+    assert philox("7:tilt", numbers[:0]).size == 0
+
+
+@pytest.mark.parametrize("text", ["uniform:2:4", "loguniform:0.001:10", "normal:1:0.2"])
+def test_a_value_depends_on_its_number_alone(text):
+    """Any part of the starts, in any order, has the bits that the whole has."""
+    given = read_distribution(text, PARAMETERS["roll_rate"])
+    whole = given.at(np.arange(20_000), "0:roll_rate")
+    for part in (
+        slice(0, 1),
+        slice(7, 8200),
+        slice(19_999, None),
+        slice(None, None, -1),
+        slice(3, None, 977),
+    ):
+        assert np.array_equal(given.at(np.arange(20_000)[part], "0:roll_rate"), whole[part])
+
+
+def test_streams_are_independent():
+    """Another seed, or another parameter, has other values: no two rank correlations are seen."""
+    given = Distribution("uniform", 0.0, 1.0)
+    columns = [
+        given.at(np.arange(20_000), stream) for stream in ("0:tilt", "1:tilt", "0:roll_rate", "10:tilt")
+    ]
+    correlations = stats.spearmanr(np.array(columns), axis=1).statistic[np.triu_indices(4, 1)]
+    assert np.abs(correlations).max() < 4.0 / np.sqrt(20_000)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("uniform:2:4", stats.uniform(2.0, 2.0)),
+        ("uniform:-1deg/s:1deg/s", stats.uniform(-np.pi / 180, np.pi / 90)),
+        ("loguniform:0.001:10", stats.loguniform(0.001, 10.0)),
+        ("normal:1:0.2", stats.norm(1.0, 0.2)),
+        ("normal:60rpm:1rpm", stats.norm(2 * np.pi, np.pi / 30)),
+    ],
+)
+def test_values_have_the_distribution(text, expected):
+    """Kolmogorov and Smirnov do not tell 100,000 values from SciPy's distribution, and not their tails."""
+    values = read_distribution(text, PARAMETERS["roll_rate"]).at(np.arange(100_000), "3:roll_rate")
+    assert stats.kstest(values, expected.cdf).pvalue > 1e-3
+    low, high = np.quantile(values, (1e-3, 1 - 1e-3))
+    assert expected.cdf(low) == pytest.approx(1e-3, rel=0.4)
+    assert expected.sf(high) == pytest.approx(1e-3, rel=0.4)
+
+
+def test_values_stay_inside():
+    """No value of a distribution with ends is beyond them, however near to each other they are."""
+    for kind in ("uniform", "loguniform"):
+        beside = [(low, np.nextafter(low, np.inf)) for low in np.linspace(0.1, 50.0, 100).tolist()]
+        for low, high in (*beside, (0.1, 0.1 * (1 + 1e-15)), (1e-300, 1e300)):
+            values = Distribution(kind, low, high).at(WORDS, "s")
+            assert low <= values.min() <= values.max() <= high
+
+
+def test_a_distribution_reads_as_it_is_written():
+    """Its text in SI gives the same bits."""
+    for text in ("uniform:0.1deg:5deg", "normal:1deg:0.2deg", "loguniform:1e-5deg:1deg"):
+        given = read_distribution(text, PARAMETERS["tilt"])
+        assert read_distribution(str(given), PARAMETERS["tilt"]) == given
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("tilt", "uniform:1deg:90deg", "an end of 90 deg, which is not possible: |tilt| < 90 deg"),
+        ("tilt", "normal:95deg:1deg", "a mean of 95 deg"),
+        ("tilt", "uniform:1:2", "bare number is in SI (radians"),
+        ("alpha", "uniform:0:1", "an end of 0"),
+        ("alpha", "normal:1.2:0.1", "a mean of 1.2"),
+        ("tilt", "uniform:2deg:1deg", "goes up, low < high"),
+        ("tilt", "uniform:1deg:1deg", "one number for all starts"),
+        ("tilt", "normal:1deg:0", "must be greater than 0"),
+        ("tilt", "normal:1deg:-1deg", "must be greater than 0"),
+        ("tilt", "loguniform:0:1deg", "start above 0"),
+        ("tilt", "uniform:1deg", "no distribution"),
+        ("tilt", "uniform:1deg:2deg:3", "no distribution"),
+        ("tilt", "gauss:1deg:2deg", "normal:MEAN:DEVIATION"),
+        ("tilt", "normal:1deg:0.2", "Some numbers have a unit"),
+        ("tilt", "normal:1deg:0.2m", "does not fit"),
+        ("tilt", "uniform:nan:1deg", "finite"),
+        ("roll_rate", "uniform:0:1e301", "below 1e300"),
+    ],
+)
+def test_what_is_no_distribution(name, text, says):
+    """It is refused, with what would do and the word that it stands in."""
+    with pytest.raises(RequestError) as caught:
+        read_distribution(text, PARAMETERS[name])
+    assert says in str(caught.value)
+    assert str(caught.value).startswith(f"{name}={text}: ")

@@ -1,0 +1,159 @@
+"""Requests for random starts: the words, the spec that comes of them, and what does not go together."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+from sweep.engine.grid import Span, starts_at, starts_of, whole
+from sweep.errors import RequestError
+from sweep.request.spec import SweepSpec
+
+RANDOM = ["roll_rate=uniform:2:4", "tilt=normal:1deg:0.2deg", "samples=1e3", "seed=7"]
+
+
+@pytest.fixture
+def spec():
+    """Return a spec of 1000 random starts."""
+    return SweepSpec.from_words("rolling", RANDOM)
+
+
+def test_a_list_has_one_dimension(spec):
+    """It counts the starts; the other parameters keep their numbers."""
+    assert spec.axes == ("start",)
+    assert spec.shape == (1000,)
+    assert spec.is_list
+    assert spec.listed == ("tilt", "roll_rate")
+    assert spec.fixed == ("tilt_rate", "precession_rate", "alpha", "radius", "gravity")
+    assert spec.start.array().tolist() == list(range(1000))
+
+
+def test_a_grid_is_as_it_was():
+    """Its text, and with it its fingerprint, do not mention lists."""
+    grid = SweepSpec.preset("rolling")
+    assert not grid.is_list
+    assert not {"samples", "seed", "start"} & {*grid.words()}
+    assert not {"samples", "seed", "start"} & json.loads(grid.canonical()).keys()
+
+
+def test_a_list_survives_all_its_spellings(spec, tmp_path):
+    """Canonical text, TOML, pickle and replace give the same spec; its numbers are small texts, not values."""
+    assert SweepSpec.from_canonical(spec.canonical()) == spec
+    assert pickle.loads(pickle.dumps(spec)) == spec
+    (tmp_path / "list.toml").write_text(spec.to_toml())
+    assert SweepSpec.from_toml(tmp_path / "list.toml") == spec
+    assert spec.replace(title="x").replace(title="") == spec
+    assert len(spec.replace(samples="1e6").canonical()) < 600
+    assert spec != spec.replace(seed=8)
+
+
+def test_starts_are_drawn(spec):
+    """Every start has its own tilt and roll rate; the others are the same everywhere."""
+    starts = whole(spec)
+    assert 2.0 <= starts["roll_rate"].min() < 2.01
+    assert 3.99 < starts["roll_rate"].max() <= 4.0
+    assert np.degrees(starts["tilt"].mean()) == pytest.approx(1.0, abs=0.03)
+    assert np.degrees(starts["tilt"].std()) == pytest.approx(0.2, abs=0.02)
+    assert not np.ptp(starts["alpha"])
+    assert abs(np.corrcoef(starts["tilt"], starts["roll_rate"])[0, 1]) < 0.13
+
+
+def test_a_start_depends_on_its_number_alone(spec):
+    """More starts, other parameters, parts and single cells change no bit of it."""
+    starts = whole(spec)
+    more = starts_of(spec.replace(samples=5000), Span(0, 1000))
+    other = whole(spec.replace(alpha="uniform:0.5:1"))
+    some = np.array([3, 999, 17])
+    part = whole(spec.replace(start=[3, 17, 999]))
+    for name in spec.listed:
+        assert np.array_equal(more[name], starts[name])
+        assert np.array_equal(other[name], starts[name])
+        assert np.array_equal(starts_at(spec, some)[name], starts[name][some])
+        assert np.array_equal(part[name], starts[name][np.sort(some)])
+    assert not np.array_equal(whole(spec.replace(seed=8))["tilt"], starts["tilt"])
+
+
+def test_a_part_of_a_list(spec):
+    """It keeps the numbers of its starts, and says so in its text."""
+    part = spec.replace(start=[3, 17, 999])
+    assert part.shape == (3,)
+    assert SweepSpec.from_canonical(part.canonical()) == part
+    assert part.replace(title="x").start.array().tolist() == [3, 17, 999]
+    assert spec.replace(start="0:999:1000") == spec
+
+
+@pytest.mark.parametrize("count", ["1e3", "1000", 1000, 1000.0, " 1000 "])
+def test_spellings_of_samples(spec, count):
+    """A whole number, in any spelling."""
+    assert spec.replace(samples=count) == spec
+
+
+@pytest.mark.parametrize(
+    ("words", "where", "says"),
+    [
+        (["samples=10"], "samples", "no parameter has a distribution"),
+        (RANDOM[:2], "tilt", "how many starts are drawn from it is not said. Add samples=1e6"),
+        (RANDOM[:1] + RANDOM[2:], "preset rolling: tilt", "Give tilt one number or a distribution"),
+        ([*RANDOM, "alpha=0.5,1"], "alpha", "samples and axes do not go together"),
+        ([*RANDOM, "alpha=0.5,"], "alpha", "samples and axes do not go together"),
+        ([*RANDOM[:3], "seed=-1"], "seed", "a whole number from 0 to"),
+        ([*RANDOM[:3], "seed=1.5"], "seed", "a whole number"),
+        ([*RANDOM[:2], "samples=0"], "samples", "a whole number from 1 to 2147483647"),
+        ([*RANDOM[:2], "samples=1e10"], "samples", "a whole number from 1"),
+        ([*RANDOM[:2], "samples=ten"], "samples", "a whole number from 1"),
+        ([*RANDOM[:2], "samples=nan"], "samples", "a whole number from 1"),
+        ([*RANDOM, "boundary=refined"], "boundary", "no rows in which a boundary is sought"),
+        ([*RANDOM, "start=990:1000:11"], "start", "the numbers 0 to 999"),
+        ([*RANDOM, "start=0.5,1"], "start", "whole numbers from 0"),
+        ([*RANDOM, "start=0:10:4"], "start", "whole numbers from 0"),
+        (["seed=3"], "seed", "seed belongs to random starts"),
+        (["start=3"], "start", "start belongs to random starts"),
+        (["duration=uniform:1:2"], "duration=uniform:1:2", "no value"),
+        (["sample=10"], "sample", "Did you mean samples?"),
+    ],
+)
+def test_what_does_not_go_together(words, where, says):
+    """It is refused with the word that is wrong and what to write."""
+    with pytest.raises(RequestError) as caught:
+        SweepSpec.from_words("rolling", words)
+    assert says in str(caught.value)
+    assert caught.value.where == where
+
+
+def test_rates_that_a_cell_computes_follow_from_its_start():
+    """Circling: the roll rate of every random tilt and precession rate is the one that keeps the tilt."""
+    spec = SweepSpec.from_words(
+        "circling", ["precession_rate=uniform:1:6", "tilt=uniform:1deg:20deg", "samples=50"]
+    )
+    assert spec.computed == ("roll_rate",)
+    starts = whole(spec)
+    assert np.isfinite(starts["roll_rate"]).all()
+    assert np.ptp(starts["roll_rate"]) > 0.0
+
+
+def test_a_normal_precession_rate_around_zero_is_no_precession_of_zero():
+    """roll_rate=steady needs precession, and every start has some."""
+    words = ["precession_rate=normal:0:1", "tilt=5deg", "samples=50"]
+    assert SweepSpec.from_words("circling", words).size == 50
+
+
+def test_scaled_distributions():
+    """In units of sqrt(g/R), or as a speed: the rates of the disk that is asked for."""
+    words = ["scaled_roll_rate=uniform:0.5:0.8", "tilt=1deg", "samples=50", "radius=12mm"]
+    spec = SweepSpec.from_words("rolling", words)
+    rate = (9.81 / 0.012) ** 0.5
+    assert spec.roll_rate.ends().tolist() == pytest.approx([0.5 * rate, 0.8 * rate])
+    fast = SweepSpec.from_words("rolling", ["speed=normal:15cm/s:1cm/s", *words[1:]])
+    assert (fast.roll_rate.first, fast.roll_rate.second) == pytest.approx((0.15 / 0.012, 0.01 / 0.012))
+    for radius in ("radius=uniform:1cm:2cm", "radius=normal:1cm:1mm"):
+        with pytest.raises(RequestError, match=r"here radius varies.*roll_rate=uniform:"):
+            SweepSpec.from_words("rolling", [*words[:-1], radius])
+
+
+def test_scaled_rates_beside_a_table():
+    """A table of disks leaves no one rate for a scaled one."""
+    table = {"radius": [0.01, 0.02]}
+    with pytest.raises(RequestError, match="here radius varies"):
+        SweepSpec(starts=table, scaled_roll_rate=0.8, tilt=0.01)
+    assert SweepSpec(starts={"tilt": [0.01, 0.02]}, scaled_roll_rate=0.8).roll_rate > 0.0

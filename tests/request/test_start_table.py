@@ -1,0 +1,283 @@
+"""Tables of starts: CSV files and columns in memory, their units, and what is refused, by line and column."""
+
+import hashlib
+import json
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from sweep.engine.grid import whole
+from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
+from sweep.request.axes import Values
+from sweep.request.spec import SweepSpec
+from sweep.request.start_table import StartTable, read_table
+
+COLUMNS = {"roll_rate": [2.5, 3.0, 2.0], "tilt": [0.01, 0.02, 0.005]}
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Return a function that writes a CSV file and returns its path."""
+
+    def write(text, name="table.csv", encoding="utf-8"):
+        path = tmp_path / name
+        path.write_bytes(text.encode(encoding))
+        return path
+
+    return write
+
+
+@pytest.fixture
+def spec():
+    """Return a spec with a table."""
+    return SweepSpec.preset("rolling").replace(starts=COLUMNS)
+
+
+def test_a_table_takes_the_place_of_axes(spec):
+    """Its columns replace what the preset says of these parameters; rows keep their order."""
+    assert spec.axes == ("start",)
+    assert spec.shape == (3,)
+    assert spec.listed == ("tilt", "roll_rate")
+    starts = whole(spec)
+    assert starts["roll_rate"].tolist() == COLUMNS["roll_rate"]
+    assert starts["tilt"].tolist() == COLUMNS["tilt"]
+    assert starts["alpha"].tolist() == [0.5] * 3
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "roll_rate,tilt [deg]\n2.5,1\n3.0,2\n",
+        "# measured\n\nroll_rate [rad/s] , tilt [deg]\n2.5 , 1\n# a comment\n3.0 , 2\n\n",
+        "roll_rate (rad/s);tilt (deg)\r\n2.5;1\r\n3.0;2\r\n",
+        "roll_rate rad/s\ttilt deg\n2.5\t1\n3.0\t2",
+        '"tilt [deg]","roll_rate"\n"1",2.5\n2.0e0,+3\n',
+        "\ufefftilt [arcmin],roll_rate [deg/s]\n60,143.2394487827058\n120,171.88733853924697\n",
+        "tilt,roll_rate [rad s-1],alpha [1]\n0.017453292519943295,2.5,.5\n0.03490658503988659,3.,0.5\n",
+    ],
+)
+def test_spellings_of_a_file(table, text):
+    """Separators, units, comments, quotes, a byte order mark, order of columns: the same starts."""
+    spec = SweepSpec.from_words("rolling", [f"starts={table(text)}"])
+    starts = whole(spec)
+    np.testing.assert_allclose(starts["roll_rate"], [2.5, 3.0], rtol=1e-15)
+    np.testing.assert_allclose(starts["tilt"], np.radians([1.0, 2.0]), rtol=1e-15)
+
+
+def test_columns_in_memory():
+    """Mappings, data frames and data arrays with units give the same table."""
+    given = read_table(COLUMNS, DISK)
+    assert read_table(pd.DataFrame(COLUMNS), DISK) == given
+    assert read_table(xr.Dataset({name: ("n", values) for name, values in COLUMNS.items()}), DISK) == given
+    degrees = xr.DataArray(np.array([1.0, 2.0]), attrs={"units": "deg"})
+    for columns in ({"tilt": degrees}, {"tilt [deg]": [1, 2]}, pd.DataFrame({"tilt (deg)": [1, 2]})):
+        np.testing.assert_allclose(read_table(columns, DISK).values("tilt"), np.radians([1.0, 2.0]))
+    # negative zero is zero: equal values have one SHA-256
+    assert read_table({"tilt": [-0.0, 1.0]}, DISK) == read_table({"tilt": [0.0, 1.0]}, DISK)
+
+
+def test_the_text_of_a_spec_holds_a_hash(spec):
+    """Names, count and SHA-256 of the little-endian doubles, in the order of the model; no values."""
+    found = json.loads(spec.canonical())["starts"]
+    content = np.array([COLUMNS["tilt"], COLUMNS["roll_rate"]]).astype("<f8").tobytes()
+    assert found == {
+        "names": ["tilt", "roll_rate"],
+        "starts": 3,
+        "sha256": hashlib.sha256(content).hexdigest(),
+    }
+    swapped = SweepSpec.preset("rolling").replace(
+        starts={name: COLUMNS[name] for name in ("tilt", "roll_rate")}
+    )
+    assert swapped == spec
+
+
+def test_a_spec_without_values(spec):
+    """From its text a spec is the same, knows its cells, and says that it has no values; it is given them again."""
+    bare = SweepSpec.from_canonical(spec.canonical())
+    assert bare == spec
+    assert bare.shape == (3,)
+    with pytest.raises(RequestError, match="holds only their SHA-256"):
+        whole(bare)
+    filled = bare.replace(starts=bare.starts.filled(COLUMNS))
+    assert whole(filled)["tilt"].tolist() == COLUMNS["tilt"]
+    with pytest.raises(RequestError, match="not those of the starts that were given"):
+        bare.starts.filled({**COLUMNS, "tilt": [0.01, 0.02, 0.0050000001]})
+    assert whole(pickle.loads(pickle.dumps(spec)))["tilt"].tolist() == COLUMNS["tilt"]
+    content = spec.starts.to_bytes()
+    assert bare.starts.from_bytes(content).values("tilt").tolist() == COLUMNS["tilt"]
+    for damaged in (content[:-1], content + b"x", content[:-8], bytes(48)):
+        with pytest.raises(RequestError, match="SHA-256"):
+            bare.starts.from_bytes(damaged)
+
+
+def test_a_part_of_a_table(spec):
+    """It keeps the numbers of its starts, through its text and further changes."""
+    part = spec.replace(start=[0, 2])
+    assert part.start == Values((0.0, 2.0))
+    assert whole(part)["tilt"].tolist() == [0.01, 0.005]
+    assert SweepSpec.from_canonical(part.canonical()) == part
+    again = part.replace(title="x").replace(start=[2])
+    assert whole(again)["tilt"].tolist() == [0.005]
+    with pytest.raises(RequestError, match="There is no start 1"):
+        part.replace(start=[1])
+
+
+def test_replacing(spec):
+    """Another table, another number and a grid take the place of a table."""
+    assert spec.replace(starts={"tilt": [0.1], "roll_rate": [3.0]}).size == 1
+    assert spec.replace(alpha=1).alpha == 1.0
+    random = SweepSpec.from_words("rolling", ["roll_rate=uniform:2:4", "tilt=1deg", "samples=5"])
+    assert random.replace(starts=COLUMNS).starts == spec.starts
+    with pytest.raises(RequestError, match="Leave tilt out"):
+        spec.replace(tilt=0.1)
+
+
+def test_a_spec_file_names_a_table(tmp_path, table):
+    """A path in it begins at its folder, wherever the command is run."""
+    table("tilt [deg],roll_rate\n1,3\n", "pushes.csv")
+    (tmp_path / "sweep.toml").write_text('starts = "pushes.csv"\nalpha = 1.0\n')
+    spec = SweepSpec.from_toml(tmp_path / "sweep.toml")
+    assert (spec.size, spec.alpha) == (1, 1.0)
+    (tmp_path / "sweep.toml").write_text('starts = "other.csv"\n')
+    with pytest.raises(RequestError, match=r"sweep\.toml: .*other\.csv: .*cannot be read"):
+        SweepSpec.from_toml(tmp_path / "sweep.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "a column or more; got none"),
+        ("tilt,roll_rate\n", "1 to 10000000 starts; got 0"),
+        ("tilt,roll_rate\n0.1,2\n0.1\n", "line 3: Every line has 2 cells, as the first has; got 1"),
+        ("tilt,roll_rate\n# x\n\n0.1,2,3\n", "line 4: Every line has 2 cells"),
+        ("tilt,roll_rate\n0.1,abc\n", "line 2, column roll_rate: The value must be a number; got abc"),
+        ("tilt,roll_rate\n0.1,\n", "line 2, column roll_rate: The value must be a number; got nothing"),
+        ("tilt,roll_rate\n0.1,1deg\n", "stands in its head"),
+        ("tilt,roll_rate\n0.1,1_0\n", "must be a number; got 1_0"),
+        ("tilt,roll_rate\n0.1,\u0663\n", "must be a number"),
+        ("tilt,roll_rate\n0.1,nan\n", "line 2, column roll_rate: The value must be a finite number"),
+        ("tilt,roll_rate\n0.1,1e999\n", "must be a finite number"),
+        (
+            "tilt [deg],roll_rate\n1,2\n95,3\n",
+            "line 3, column tilt [deg]: The value must be possible, |tilt| < 90 deg",
+        ),
+        ("alpha,roll_rate\n0,2\n", "column alpha: The value must be possible, 0 < alpha <= 1; got 0"),
+        ("tilt,tilt [deg]\n1,2\n", "Each parameter has one column; tilt has 2"),
+        ("theta,roll_rate\n1,2\n", "Did you mean tilt?"),
+        ("tilt,\n1,2\n", "no column of a table"),
+        ("duration,roll_rate\n1,2\n", "'duration' is no column of a table of starts"),
+        ("tilt [m],roll_rate\n1,2\n", "column tilt [m]: The unit 'm' does not fit"),
+        ("tilt [deg,roll_rate\n1,2\n", "no column"),
+        ('tilt,roll_rate\n0.1,"2\n', "no CSV file in UTF-8"),
+        ("tilt\n0.1\n", "Give roll_rate one number, or a column of the table"),
+    ],
+)
+def test_what_is_no_table(table, text, says):
+    """The message names file, line and column, and what would do."""
+    path = table(text)
+    with pytest.raises(RequestError) as caught:
+        SweepSpec.from_words("rolling", [f"starts={path}"])
+    assert says in str(caught.value)
+    assert str(path) in str(caught.value) or "one number" in says
+
+
+def test_other_encodings_and_missing_files(table, tmp_path):
+    """Text in UTF-16, a folder and nothing are refused in a sentence."""
+    for path, says in (
+        (table("tilt\n1\n", encoding="utf-16"), "UTF-8"),
+        (tmp_path, "Is a directory"),
+        (tmp_path / "no.csv", "No such file"),
+    ):
+        with pytest.raises(RequestError, match=says):
+            read_table(path, DISK)
+
+
+@pytest.mark.parametrize(
+    ("raw", "says"),
+    [
+        ({}, "a column or more"),
+        ({"tilt": [0.1], "roll_rate": [1, 2]}, "equally long; got tilt 1, roll_rate 2"),
+        ({"tilt": []}, "1 to 10000000 starts; got 0"),
+        ({"tilt": ["a"]}, "a column of numbers"),
+        ({"tilt": [[0.1]]}, r"shape \(1, 1\)"),
+        ({"tilt": [0.1, np.nan]}, "tilt, start 1: The value must be a finite number"),
+        ({"tilt": [0.1, 2.0]}, "tilt, start 1: The value must be possible"),
+        ({"tilt": [True]}, "a column of numbers"),
+        (3, "starts is a CSV file, or columns"),
+        (xr.Dataset({"tilt": ("n", [1.0], {"units": "m"})}), "does not fit"),
+    ],
+)
+def test_what_are_no_columns(raw, says):
+    """They are refused with the name of the column and the number of the start."""
+    with pytest.raises(RequestError, match=says):
+        SweepSpec.preset("rolling").replace(starts=raw, roll_rate=3.0) if not isinstance(raw, dict) or (
+            "roll_rate" not in raw
+        ) else SweepSpec.preset("rolling").replace(starts=raw)
+
+
+@pytest.mark.parametrize(
+    ("words", "where", "says"),
+    [
+        (["tilt=2deg"], "tilt", "Leave tilt out"),
+        (["samples=2"], "samples", "Leave samples out"),
+        (["seed=2"], "seed", "Leave seed out"),
+        (["alpha=0.5,1"], "alpha", "Give alpha one number, or a column"),
+        (["alpha=uniform:0.5:1"], "alpha", "Give alpha one number, or a column"),
+        (["boundary=refined"], "boundary", "no rows in which a boundary is sought"),
+        (["start=7"], "start", "There is no start 7"),
+    ],
+)
+def test_what_does_not_go_with_a_table(table, words, where, says):
+    """It is refused by its name."""
+    path = table("tilt [deg],roll_rate\n1,3\n")
+    with pytest.raises(RequestError) as caught:
+        SweepSpec.from_words("rolling", [f"starts={path}", *words])
+    assert caught.value.where == where
+    assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sha256": "0"},
+        {"sha256": 5},
+        {"starts": 0},
+        {"starts": 1.5},
+        {"starts": 10**9},
+        {"names": []},
+        {"names": "tilt"},
+        {"names": ["tilt", "duration"]},
+        {"names": ["tilt"]},
+        {"numbers": {"values": [1.0, 2.0]}},
+        {"numbers": 3},
+        {"numbers": {"nothing": 1}},
+    ],
+)
+def test_a_damaged_text(spec, change):
+    """No damage of the description of a table is a defect."""
+    content = json.loads(spec.canonical())
+    content["starts"] |= change
+    with pytest.raises(RequestError):
+        SweepSpec.from_canonical(json.dumps(content))
+
+
+def test_a_column_without_table(spec):
+    """A text that lost its table is refused."""
+    content = json.loads(spec.canonical())
+    del content["starts"]
+    with pytest.raises(RequestError, match="there is no table"):
+        SweepSpec.from_canonical(json.dumps(content))
+
+
+def test_the_table_itself_is_not_changed():
+    """Values given are copied: what the caller does with them later has no effect."""
+    values = np.array([0.01, 0.02])
+    made = StartTable.of({"tilt": values})
+    values[0] = 0.5
+    assert made.values("tilt")[0] == 0.01
+    with pytest.raises(ValueError, match="read-only"):
+        made.values("tilt")[0] = 1.0
