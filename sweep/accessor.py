@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sweep.atlas.share import Share
     from sweep.request.criterion import Criterion
     from sweep.request.spec import SweepSpec
 
@@ -81,6 +82,20 @@ class Eulerdisk:
     def unstable(self) -> xr.DataArray:
         """Where the criterion says unstable: array of bool over the grid."""
         return self._verdict(UNSTABLE, "unstable")
+
+    @property
+    def unstable_share(self) -> "Share":
+        """The share of the random starts that is unstable, with its 95 % interval; see `sweep.atlas.share.Share`.
+
+        Raises
+        ------
+        RequestError
+            If the atlas is a grid.
+        """
+        from sweep.atlas.share import unstable_share
+
+        self._check()
+        return unstable_share(self._dataset)
 
     @property
     def critical(self) -> xr.DataArray:
@@ -328,6 +343,10 @@ class Eulerdisk:
         counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
         counts["undecided"] = data["ending"].size - sum(counts.values())
         yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        if sizes.keys() == {"start"}:
+            from sweep.atlas.share import in_words
+
+            yield "unstable", in_words(self.unstable_share)
         for name in self._boundaries():
             edge = data[name]
             if edge.notnull().any():

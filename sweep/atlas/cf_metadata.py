@@ -175,13 +175,19 @@ def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     held = {**spec.model.cell_variables(spec), **computed}
     if comment := spec.criterion.comment(spec.model):
         held["stability"] = replace(held["stability"], description=ascii_text(comment))
-    return declare_cells(spec, held, "ending")
+    return [*declare_cells(spec, held, "ending"), *start_declarations(spec)]
+
+
+def start_declarations(spec: SweepSpec) -> list[Declaration]:
+    """Return the parameters of which every start of a list has its own value: auxiliary coordinates."""
+    attributes = {name: spec.model.parameters[name].attributes() for name in spec.listed}
+    return [Declaration(name, spec.axes, "f8", each, True) for name, each in attributes.items()]
 
 
 def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
     """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
-    shared = method | CONTENT | _scalars(spec)
+    shared = method | CONTENT | _auxiliary(spec)
     declared = []
     for name, quantity in quantities.items():
         attributes = {**quantity.attributes(), **shared}
@@ -199,7 +205,7 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     declared = []
     measured, halfwidth, _, _ = edge_names(axis, edge)
     for name, quantity in edge_quantities(spec.model.parameters[axis], edge).items():
-        attributes = quantity.attributes() | CONTENT | _scalars(spec)
+        attributes = quantity.attributes() | CONTENT | _auxiliary(spec)
         if quantity.flags is None:
             attributes["comment"] = _missing_words(name, axis, edge)
         if name == measured:
@@ -225,9 +231,15 @@ def curve_declarations(spec: SweepSpec) -> tuple[list[Declaration], list[Declara
 
 def coordinate_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the axes, and the fixed parameters, which are scalars."""
-    parameters = spec.model.parameters
+    quantities = spec.quantities
     return [
-        Declaration(name, (name,) if name in spec.axes else (), "f8", parameters[name].attributes(), True)
+        Declaration(
+            name,
+            (name,) if name in spec.axes else (),
+            quantities[name].dtype,
+            quantities[name].attributes(),
+            True,
+        )
         for name in (*spec.axes, *spec.fixed)
     ]
 
@@ -290,8 +302,10 @@ def spec_attributes(spec: SweepSpec) -> dict[str, Any]:
     }
 
 
-def _scalars(spec: SweepSpec) -> dict[str, str]:
-    return {"coordinates": " ".join(spec.fixed)} if spec.fixed else {}
+def _auxiliary(spec: SweepSpec) -> dict[str, str]:
+    """Return the attribute that names the parameters of a cell that are no dimensions."""
+    names = (*spec.listed, *spec.fixed)
+    return {"coordinates": " ".join(names)} if names else {}
 
 
 def created() -> str:

@@ -55,10 +55,11 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
         for name, column in block.columns.items():
             flat[name][block.span.start : block.span.stop] = column
     stability = flat["stability"].reshape(spec.shape)
+    held = {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+    listed = {name: held.pop(name) for name in spec.listed}
     return xr.Dataset(
-        {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
-        | edge_variables(spec, stability),
-        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
+        held | edge_variables(spec, stability),
+        listed | {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
         global_attributes(spec, command),
     )
 
@@ -103,7 +104,17 @@ def spec_of(dataset: Atlas) -> SweepSpec:
             hint=f"Use dataset.transpose({', '.join(map(repr, spec.axes))}, ...) in Python.",
             where=place_of(dataset),
         )
-    return spec
+    return _with_starts(spec, dataset) if spec.starts else spec
+
+
+def _with_starts(spec: SweepSpec, dataset: Atlas) -> SweepSpec:
+    """Return a spec with the values of its table, which the atlas holds as coordinates."""
+    require(dataset, spec.listed)
+    columns = {name: np.asarray(dataset[name].values, np.float64) for name in spec.listed}
+    try:
+        return spec.replace(starts=spec.starts.filled(columns))
+    except RequestError as error:
+        raise error.at(place_of(dataset)) from None
 
 
 def require(dataset: Atlas, names: Iterable[str], place: str | None = None) -> None:

@@ -9,8 +9,8 @@ from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
+from sweep.request.suggestions import unknown_word
 from sweep.request.values import Value, read_value
-from sweep.request.words import unknown_word
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +38,11 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
         If a name is no axis, or a value cannot be read or lies outside.
     """
     spec = spec_of(atlas)
+    if spec.is_list:
+        raise RequestError(
+            "Between the starts of a list nothing is known: the next one may lie anywhere.",
+            hint="Take cells with isel or sel, or compute a grid.",
+        )
     places = {name: _places(spec, name, raw) for name, raw in given.items()}
     cells = atlas[[name for name in atlas.data_vars if atlas[name].dims == spec.axes]]
     whole = [name for name in cells.data_vars if cells[name].dtype.kind in "iu"]

@@ -11,8 +11,8 @@ from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
+from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number, read_value
-from sweep.request.words import unknown_word
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,7 +52,7 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
     for name, text in (_parameter(spec, *word) for word in words.items()):
         if name not in spec.axes:
             _no_axis(spec, name)
-        quantity = spec.model.parameters[name]
+        quantity = spec.quantities[name]
         try:
             places[name] = _places(getattr(spec, name), text, quantity, notes)
         except RequestError as error:

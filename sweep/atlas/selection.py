@@ -4,7 +4,7 @@
 and the boundary may lie outside the cells that are left.
 """
 
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -19,10 +19,12 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.start_list import START, WORDS
+from sweep.request.start_table import StartTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,11 +99,23 @@ def selected_spec(dataset: Atlas) -> SweepSpec:
     cut = [name for name in stated.axes if sizes.get(name) != len(getattr(stated, name))]
     if not cut:
         return stated
-    kept = {name: _kept(dataset, name, name in sizes) for name in cut}
+    kept: dict[str, Any] = {name: _kept(dataset, name, name in sizes) for name in cut}
     try:
+        if stated.is_list and not sizes:
+            return _one_start(stated, dataset)
+        if stated.starts:
+            columns = {name: np.asarray(dataset[name].values, np.float64) for name in stated.listed}
+            kept = {"starts": StartTable.of(columns, kept[START.name])}
         return stated.replace(**kept)
     except RequestError as error:
         raise error.at(place_of(dataset)) from None
+
+
+def _one_start(stated: SweepSpec, dataset: Atlas) -> SweepSpec:
+    """Return the spec of one start of a list: a single cell, whose parameters are all numbers."""
+    words = {name: value for name, value in stated.words().items() if name not in WORDS}
+    numbers = {name: float(dataset[name].values) for name in stated.listed}
+    return SweepSpec(**{"model": stated.model.name, **words, **numbers})
 
 
 def _kept(dataset: Atlas, axis: str, dimension: bool) -> float | Range | Values:
@@ -184,18 +198,22 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
         if not _is_whole_numbers(dataset, name):
             _no_flags(name)
     stale = [name for name in dataset.data_vars if _is_boundary(name)]
+    if stated.is_list and not spec.is_list:
+        dataset = dataset.drop_vars(START.name)
     cells = dataset.drop_vars(stale).drop_dims([CURVES, POINTS], errors="ignore")
     values = {
         each.name: _on_grid(cells[each.name].variable, each, spec)
         for each in cell_declarations(spec)
         if each.name in cells
     }
+    listed = {name: values.pop(name) for name in spec.listed}
     edges = edge_variables(spec, np.asarray(dataset["stability"].values))
-    held: dict[str, xr.Variable] = {
+    held: dict[str, xr.Variable] = listed | {
         each.name: as_variable(each, found, spec) for each, found in whole(coordinates(spec))
     }
     title = dataset.attrs.get("title")
-    taken = (f"{name}={getattr(spec, name)}" for name in stated.axes if _differ(stated, spec, name))
+    changed = (name for name in stated.axes if name not in spec.axes or _differ(stated, spec, name))
+    taken = (f"{name}={_in_history(getattr(spec, name), spec)}" for name in changed)
     found = cells.assign(values | edges).assign_coords(held)
     found.attrs |= {
         "title": spec.headline if title == stated.headline else title,
@@ -205,6 +223,11 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
         ),
     }
     return found
+
+
+def _in_history(kept: object, spec: SweepSpec) -> str:
+    """Return what was kept of an axis; numbers of starts may be many, and one start has none."""
+    return shown(str(kept)) if spec.is_list else str(kept) or "one"
 
 
 def _is_boundary(name: object) -> bool:

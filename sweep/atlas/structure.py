@@ -24,7 +24,7 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.slices import slices_of
 from sweep.errors import RequestError, printable, shown
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
 
 #: Global attributes that are text, if they are there.
@@ -42,6 +42,9 @@ _TEXTS = (
 
 #: What xarray moves to the encoding where a variable is packed: those of an atlas are stored as they are.
 _PACKED = ("scale_factor", "add_offset", "missing_value")
+
+#: Kinds of the types of coordinates, in words.
+_KINDS = {"f": "numbers of floating point", "i": "whole numbers"}
 
 #: Problems that a message names.
 _MOST_NAMED = 3
@@ -85,18 +88,23 @@ def _grid_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     for name in spec.axes:
         if name not in dataset.variables:
             yield f"the coordinate {name} is missing"
-        elif problem := _coordinate_problem(dataset[name], (name,) if name in dims else ()):
+        elif problem := _coordinate_problem(
+            dataset[name], (name,) if name in dims else (), spec.quantities[name]
+        ):
             yield f"the coordinate {name} {problem}"
     for name in spec.fixed:
-        if name in dataset.variables and (problem := _coordinate_problem(dataset[name], ())):
+        if name in dataset.variables and (
+            problem := _coordinate_problem(dataset[name], (), spec.quantities[name])
+        ):
             yield f"the coordinate {name} {problem}"
 
 
-def _coordinate_problem(found: Variable, dims: tuple[str, ...]) -> str:
+def _coordinate_problem(found: Variable, dims: tuple[str, ...], quantity: Quantity) -> str:
     if found.dims != dims:
         return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
-    if found.dtype.kind != "f":
-        return f"must be numbers of floating point; got {found.dtype}"
+    kind = np.dtype(quantity.dtype).kind
+    if found.dtype.kind != kind:
+        return f"must be {_KINDS[kind]}; got {found.dtype}"
     finite, rises, falls, last = True, True, True, np.zeros(0)
     for _, places in slices_of(found.shape):
         values: Array = np.concatenate((last, np.atleast_1d(np.asarray(found[places], np.float64))))
@@ -114,7 +122,7 @@ def _coordinate_problem(found: Variable, dims: tuple[str, ...]) -> str:
 def known_names(spec: SweepSpec) -> set[str]:
     """Return the names of all variables that an atlas of a spec may have."""
     groups = [cell_declarations(spec), *_groups(spec)]
-    return {each.name for group in groups for each in group} | {*spec.model.parameters}
+    return {each.name for group in groups for each in group} | {*spec.quantities}
 
 
 def strangers(dataset: Atlas, spec: SweepSpec) -> dict[str, str]:
@@ -136,6 +144,8 @@ def strangers(dataset: Atlas, spec: SweepSpec) -> dict[str, str]:
 
 def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
     """Return the declarations of the boundaries; of each group an atlas has all or none."""
+    if spec.is_list:
+        return []
     edges = [edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES]
     return [*edges, [*itertools.chain(*curve_declarations(spec))]]
 

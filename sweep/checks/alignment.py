@@ -26,6 +26,9 @@ _Places = npt.NDArray[np.intp] | slice
 #: Options that change neither the measures of a cell nor their meaning.
 _PRESENTATION = ("title", "boundary", "device")
 
+#: Words that say how many starts of a list there are: its axis has their numbers.
+_EXTENT = ("samples", "start")
+
 
 @dataclass(frozen=True)
 class Pair:
@@ -133,8 +136,13 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             f"The two atlases are of different models: {new.model.name} and {reference.model.name}.",
             hint="Compare atlases of one model.",
         )
+    if new.is_list != reference.is_list:
+        raise RequestError(
+            "A list of starts and a grid have no cells in common that could be compared.",
+            hint="Compare two lists, or two grids.",
+        )
     additions = [name for name, word in new.model.options.items() if not word.decides]
-    settled = (*_STEPPING, *_PRESENTATION, *new.model.parameters, *additions)
+    settled = (*_STEPPING, *_PRESENTATION, *_EXTENT, *new.model.parameters, *additions)
     fields = [
         name for name in new.words() if name not in settled and getattr(new, name) != getattr(reference, name)
     ]
@@ -143,7 +151,10 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
         # a parameter that each cell computes for itself is a word
         words = any(isinstance(value, str) for value in values)
         fixed = name not in (*new.axes, *reference.axes)
-        if (words and values[0] != values[1]) or (not words and fixed and not _same(*values, quantity)):
+        if name in (*new.listed, *reference.listed):
+            if values[0] != values[1]:
+                fields.append(name)
+        elif (words and values[0] != values[1]) or (not words and fixed and not _same(*values, quantity)):
             fields.append(name)
     if fields:
         raise RequestError(
@@ -192,7 +203,7 @@ def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
         # the arrays of a long axis are not made
         return _Common((slice(None), slice(None)), len(held[0]), False)
     values = values_of(specs[0], name), values_of(specs[1], name)
-    found = _matches(*values, specs[0].model.parameters[name])
+    found = _matches(*values, {**specs[0].quantities, **specs[1].quantities}[name])
     count = found[0].size
     return _Common(
         (_as_slice(found[0]), _as_slice(found[1])), count, any(count < each.size for each in values)

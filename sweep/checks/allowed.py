@@ -17,8 +17,8 @@ from sweep.model.description import Starts
 from sweep.model.quantity import BRACKET, HALFWIDTH, PROMISED, STEP_COUNT, Array, Quantity
 from sweep.model.stated_error import magnitude, stated_error
 from sweep.request.spec import SweepSpec
+from sweep.request.suggestions import suggestion
 from sweep.request.values import read_number
-from sweep.request.words import suggestion
 
 _HALFWIDTH = "_halfwidth"
 

@@ -16,8 +16,9 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
 )
 from sweep.atlas.slices import SlicedVariables, coordinates
-from sweep.checks.cell_audit import row_in_words
+from sweep.checks.cell_audit import cell_in_words, row_in_words
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
+from sweep.engine.grid import blocks, starts_of
 from sweep.errors import shown
 from sweep.request.spec import SweepSpec
 from sweep.version import __version__
@@ -76,6 +77,35 @@ def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[St
     for variables in coordinates(spec):
         if variables.declared[0].name in dataset:
             yield _of_coordinate(spec, dataset, variables)
+    yield from _start_statements(spec, dataset)
+
+
+def _start_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
+    """Yield what is found of the values that a list gives each of its starts."""
+    wrong = dict.fromkeys(spec.listed, 0)
+    largest, named = dict.fromkeys(spec.listed, 0.0), {name: list[str]() for name in spec.listed}
+    for span in blocks(spec.size) if spec.listed else ():
+        starts = starts_of(spec, span)
+        for name in spec.listed:
+            stored = np.asarray(dataset[name][span.start : span.stop].values, np.float64)
+            differ = np.flatnonzero(stored != starts[name])
+            if differ.size:
+                wrong[name] += differ.size
+                apart = np.nan_to_num(np.abs(stored - starts[name])[differ], nan=np.inf)
+                largest[name] = max(largest[name], float(apart.max()))
+                room = MOST_NAMED - len(named[name])
+                named[name] += [cell_in_words(spec, span.start + int(i)) for i in differ[:room]]
+    for name in spec.listed:
+        yield Statement(
+            name,
+            f"{getattr(spec, name)} of the spec",
+            judged=spec.size,
+            wrong=wrong[name],
+            difference=largest[name],
+            allowed=0.0,
+            units=spec.model.parameters[name].units,
+            named=named[name],
+        )
 
 
 def _of_coordinate(spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables) -> Statement:

@@ -74,6 +74,9 @@ def _of_block(cells: CellPair, block: CellBlock) -> tuple[Places, Places]:
 def _beside(cells: CellPair, places: Places, codes: npt.NDArray[np.integer]) -> Truths:
     """Return which cells have a neighbour along any axis that has, in the reference, the code that they have."""
     found = np.zeros(places.shape, bool)
+    if cells.pair.spec.is_list:
+        # the next start of a list may lie anywhere
+        return found
     index = np.unravel_index(places, cells.shape) if cells.shape else ()
     stride = 1
     for count, at in zip(reversed(cells.shape), reversed(index), strict=True):

@@ -363,8 +363,8 @@ def cell_in_words(spec: SweepSpec, place: int) -> str:
 
 def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
     """Return the coordinates of a row or a cell, given by its places along some axes."""
-    parameters = spec.model.parameters
     words = [
-        f"{name} {parameters[name].spell(getattr(spec, name).at(place))}" for name, place in places.items()
+        f"{name} {spec.quantities[name].spell(getattr(spec, name).at(place))}"
+        for name, place in places.items()
     ]
     return ", ".join(words) or "the one cell"

@@ -6,6 +6,7 @@ import numpy as np
 
 from sweep.atlas.dataset import place_of
 from sweep.atlas.slices import slices_of
+from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
@@ -34,7 +35,7 @@ def check_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> None:
         missing where it has its default.
     """
     for name in (*spec.axes, *spec.fixed):
-        quantity = spec.model.parameters[name]
+        quantity = spec.quantities[name]
         value = getattr(spec, name)
         size = len(value) if name in spec.axes else 1
         if name not in dataset.variables:
@@ -48,6 +49,29 @@ def check_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> None:
         if found.dtype.kind not in "fiu" or found.size != size:
             _refuse(dataset, name, f"must be {size} numbers; got {found.size} of type {found.dtype}")
         _check_values(dataset, quantity, spec)
+    _check_starts(dataset, spec)
+
+
+def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
+    """Refuse a list whose starts are not those of its spec, up to the rounding that other coordinates may have."""
+    for name in spec.listed:
+        if name not in dataset.variables:
+            _refuse(dataset, name, "is missing")
+    for span in blocks(spec.size) if spec.listed else ():
+        starts = starts_of(spec, span)
+        for name in spec.listed:
+            rule, expected = spec.model.parameters[name].tolerance, starts[name]
+            stored = np.asarray(dataset[name][span.start : span.stop].values, np.float64)
+            # written so that NaN is beyond
+            beyond = ~(np.abs(stored - expected) <= rule.absolute + rule.relative * np.abs(expected))
+            if beyond.any():
+                place = int(np.argmax(beyond))
+                _refuse(
+                    dataset,
+                    name,
+                    f"must hold the values of the spec of its file; start {span.start + place} has "
+                    f"{float(stored[place])!r} instead of {float(expected[place])!r}",
+                )
 
 
 def values_of(spec: SweepSpec, name: str) -> Array:

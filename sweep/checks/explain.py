@@ -22,8 +22,8 @@ from sweep.model.description import FAILED, MISSING, UNDISTURBED
 from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number
-from sweep.request.words import unknown_word
 
 _WIDTH = 118
 
@@ -154,7 +154,7 @@ def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object
     at = []
     for name, i in place.items():
         axis = getattr(spec, name).array()
-        at.append(f"{name} {spec.model.parameters[name].spell(axis[i])} ({i + 1} of {axis.size})")
+        at.append(f"{name} {spec.quantities[name].spell(axis[i])} ({i + 1} of {axis.size})")
     asked = ", ".join(f"{name}={value}" for name, value in given.items())
     yield f"cell        {', '.join(at) or 'the only one'}" + (f"; nearest to {asked}" if asked else "")
 
@@ -304,7 +304,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     RequestError
         If a name is none of the parameters, an axis has no value, or a value lies outside the atlas.
     """
-    parameters = spec.model.parameters
+    parameters = spec.quantities
     for name in given:
         if name not in parameters and name not in spec.model.substitutes:
             unknown_word(name, (*parameters, *spec.model.substitutes), spec.model)
@@ -334,7 +334,7 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
     """
     others = []
     for name, raw in given.items():
-        quantity, axis = spec.model.parameters[name], getattr(spec, name)
+        quantity, axis = spec.quantities[name], getattr(spec, name)
         value = float(axis.at([place[name]])[0])
         if abs(value - read_number(raw, quantity)) > _EQUAL * np.abs(axis.ends()).max():
             others.append(f"{name} {quantity.spell(value, 6)}")
@@ -342,10 +342,11 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
 
 
 def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
-    quantity, held = spec.model.parameters[name], getattr(spec, name)
-    if isinstance(held, str):
+    quantity, held = spec.quantities[name], getattr(spec, name)
+    if isinstance(held, str) or name in spec.listed:
+        how = "computed in every cell" if isinstance(held, str) else "another number in every start"
         raise RequestError(
-            f"{name} is computed in every cell: a cell of this atlas is named by {', '.join(spec.axes)}.",
+            f"{name} is {how}: a cell of this atlas is named by {', '.join(spec.axes)}.",
             hint="Leave it out.",
             where=f"{name}={quantity.spell(value)}",
         )
@@ -373,5 +374,6 @@ def _place(axis: Range | Values, value: float | None) -> int:
 
 def _example(spec: SweepSpec, name: str) -> str:
     axis = getattr(spec, name).array()
-    number = spec.model.parameters[name].spell(axis[axis.size // 2], 3).split()[0]
-    return number + ("deg" if spec.model.parameters[name].units == "rad" else "")
+    # the number of a start has to be whole
+    number = spec.quantities[name].spell(axis[axis.size // 2], 10 if spec.is_list else 3).split()[0]
+    return number + ("deg" if spec.quantities[name].units == "rad" else "")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from sweep.atlas.cf_metadata import EDGES, curve_quantities, edge_quantities, point_quantities
 from sweep.checks.alignment import Pair
 from sweep.model.quantity import DECISION, Quantity
+from sweep.request.start_list import START
 
 #: Kinds of variables: those of the grid itself, of every cell, of every row along a control, of curves, and others.
 COORDINATE, CELL, EDGE, CURVE, FOREIGN = "coordinate", "cell", "edge", "curve", "foreign"
@@ -38,11 +39,13 @@ def variables(pair: Pair) -> Iterator[Variable]:
     known = [Variable(each, COORDINATE) for each in model.parameters.values() if each.name not in per_cell]
     known += [Variable(each, CELL) for each in pair.cell_variables.values()]
     known += [Variable(model.parameters[name], CELL) for name in per_cell]
-    for axis in pair.axes:
+    known += [Variable(START, COORDINATE)]
+    axes = [axis for axis in pair.axes if axis in model.parameters]
+    for axis in axes:
         for edge in EDGES:
             edges = edge_quantities(model.parameters[axis], edge)
             known += [Variable(each, EDGE, axis) for each in edges.values()]
-    points = point_quantities(model.parameters, pair.spec.axes)
+    points = point_quantities(model.parameters, axes)
     known += [Variable(each, CURVE) for each in (*curve_quantities().values(), *points.values())]
     yield from (each for each in known if each.name in held)
     for name in sorted(set(held) - {each.name for each in known}):

@@ -10,7 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary_search import BoundarySearch
-from sweep.atlas.cf_metadata import Declaration, coordinate_declarations, created, declare_cells
+from sweep.atlas.cf_metadata import (
+    Declaration,
+    coordinate_declarations,
+    created,
+    declare_cells,
+    start_declarations,
+)
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.atlas.row_search import legal
 from sweep.atlas.selection import settled
@@ -135,7 +141,10 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
         statements = audit.statements()
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
-        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
+        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))}
+        | {
+            each.name: as_variable(each, dataset[each.name].values, spec) for each in start_declarations(spec)
+        },
         {**_attributes(dataset, spec), _STATEMENTS: to_text(statements)},
     )
 
@@ -347,9 +356,10 @@ def _checked(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference]:
         _refuse(dataset, "it lacks the attribute sweep_spec")
     reference = _reference(spec_named(dataset))
     names = reference.needed(spec_named(dataset))
-    require(dataset, names)
+    listed = spec_named(dataset).listed
+    require(dataset, (*names, *listed))
     spec = spec_of(dataset)
-    if odd := [name for name in names if dataset[name].dims != spec.axes]:
+    if odd := [name for name in (*names, *listed) if dataset[name].dims != spec.axes]:
         _refuse(
             dataset,
             f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",

@@ -43,8 +43,15 @@ Words = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="NAME=VALUE",
-        help="Changes to the spec: a number, a list a,b,c or a range start:stop:count[:log], with units if you like.",
+        help="Changes to the spec: a number, a list a,b,c or a range start:stop:count[:log], with units if you like; "
+        "with samples=COUNT also uniform:LOW:HIGH, loguniform:LOW:HIGH or normal:MEAN:DEVIATION.",
         show_default=False,
+    ),
+]
+Starts = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="TABLE.csv", help="Starts one by one: a column for each parameter, as in tilt [deg]."
     ),
 ]
 Spec = Annotated[
@@ -96,6 +103,11 @@ MaxFailed = Annotated[
         callback=_percentage,
     ),
 ]
+
+
+def with_starts(words: Sequence[str] | None, starts: Path | None) -> list[str]:
+    """Return the words of a request, with the option ``--starts`` as the last of them."""
+    return [*(words or []), *([f"starts={starts}"] if starts is not None else [])]
 
 
 def read_request(spec: str | None, words: Sequence[str], source: Path | None) -> "SweepSpec":

@@ -98,5 +98,5 @@ def _spread(distribution: tuple[float, float, float]) -> str:
 
 
 def _cell(place: Mapping[str, float], spec: SweepSpec) -> str:
-    words = [f"{name} {spec.model.parameters[name].spell(value)}" for name, value in place.items()]
+    words = [f"{name} {spec.quantities[name].spell(value)}" for name, value in place.items()]
     return ", ".join(words) or "the one cell"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sweep.atlas import row_status
+from sweep.atlas import row_status, share
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
@@ -29,7 +29,7 @@ def describe(dataset: Atlas) -> str:
     lines = [
         known["title"],
         "",
-        f"grid        {_grid(spec)}",
+        f"{'starts' if spec.is_list else 'grid':<11} {_grid(spec)}",
         *_axis_lines(spec),
         f"fixed       {_fixed(dataset, spec)}",
         f"criterion   unstable if {spec.criterion.unstable_if(spec.model)}",
@@ -38,6 +38,7 @@ def describe(dataset: Atlas) -> str:
         "",
         *_counts(dataset, spec, "ending"),
         *_counts(dataset, spec, "stability"),
+        *([f"unstable    {share.in_words(share.unstable_share(dataset))}"] if spec.is_list else []),
         "",
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
         f"errors      {', '.join(errors)} ({'both ' * (len(errors) == 2)}estimated in every cell)",
@@ -61,6 +62,8 @@ def boundary_table(dataset: Atlas) -> str:
     Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
     """
     spec = spec_of(dataset)
+    if spec.is_list:
+        return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
     tables = ["\n".join(_edge_rows(dataset, spec, axis, edge)) for axis, edge in found_edges(dataset, spec)]
     if tables:
         return "\n\n".join(tables)
@@ -128,13 +131,20 @@ def _number(value: float, halfwidth: float) -> str:
 
 
 def _grid(spec: SweepSpec) -> str:
+    if spec.starts:
+        return f"{spec.size} of a table, SHA-256 {spec.starts.sha256[:16]}"
+    if spec.is_list:
+        part = f" of {spec.samples}" if spec.size < spec.samples else ""
+        return f"{spec.size} random start{'s' * (spec.size != 1)}{part}, seed {spec.seed}"
     if len(spec.axes) < 2:
         return f"{spec.size} cells" if spec.axes else "one cell"
     return f"{' x '.join(map(str, spec.shape))} = {spec.size} cells"
 
 
 def _axis_lines(spec: SweepSpec) -> Iterator[str]:
-    for name in spec.axes:
+    for name in spec.listed:
+        yield f"  {name:<17} {getattr(spec, name).in_words(spec.model.parameters[name])}"
+    for name in () if spec.is_list else spec.axes:
         quantity, axis = spec.model.parameters[name], getattr(spec, name)
         low, high = axis.ends() * quantity.plot_scale
         spacing = getattr(axis, "spacing", "listed")

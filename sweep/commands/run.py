@@ -20,10 +20,12 @@ from sweep.commands.arguments import (
     Overwrite,
     Quiet,
     Spec,
+    Starts,
     Threads,
     Words,
     enter_baseline,
     read_request,
+    with_starts,
 )
 from sweep.commands.terminal import say, show, showing, stoppable
 from sweep.errors import RequestError
@@ -41,6 +43,7 @@ def run(
         Path | None,
         typer.Option("--from", metavar="ATLAS.nc", help="Repeat the run of an atlas, instead of a SPEC."),
     ] = None,
+    starts: Starts = None,
     output: Output,
     overwrite: Overwrite = False,
     threads: Threads = None,
@@ -59,11 +62,13 @@ def run(
 
     eulerdisk run --from rolling.nc -o again.nc
 
+    eulerdisk run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=1e6 -o random.nc
     A rate may be given in units of sqrt(gravity/radius): scaled_roll_rate=0.5:0.7:400, scaled_precession_rate=0.9,
     scaled_tilt_rate=0.01. So are the rates of the presets: with radius=12mm they cover the boundary of a coin. Instead
     of roll_rate the speed of the contact point may be given, speed=15cm/s.
     """
-    request = read_request(spec, words or [], source)
+    words = with_starts(words, starts)
+    request = read_request(spec, words, source)
     from sweep.runs.names import directory_of, resolved
     from sweep.runs.run import run_to_file
 
@@ -76,7 +81,7 @@ def run(
         executor = on_cluster(dask, say)
     # The history names what decides the atlas and where it went: the bytes of the file do not depend on other options.
     origin = ["--from", str(source)] if spec is None else [spec]
-    command = shlex.join(["eulerdisk", "run", *origin, *(words or []), "-o", str(output)])
+    command = shlex.join(["eulerdisk", "run", *origin, *words, "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
         failures = run_to_file(
             request,
@@ -98,6 +103,7 @@ def prepare(
     spec: Spec,
     words: Words = None,
     *,
+    starts: Starts = None,
     output: Output,
     overwrite: Overwrite = False,
     block_cells: BlockCells = None,
@@ -107,12 +113,13 @@ def prepare(
 
     Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
     """
-    request = read_request(spec, words or [], None)
+    words = with_starts(words, starts)
+    request = read_request(spec, words, None)
     from sweep.runs import array_jobs
     from sweep.runs.names import directory_of, resolved
 
     enter_baseline(baseline, directory_of(resolved(output)))
-    command = shlex.join(["eulerdisk", "run", spec, *(words or []), "-o", str(output)])
+    command = shlex.join(["eulerdisk", "run", spec, *words, "-o", str(output)])
     journal = array_jobs.prepare(
         request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
     )
@@ -166,6 +173,7 @@ def plan(
     spec: Spec,
     words: Words = None,
     *,
+    starts: Starts = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="OUT.nc", help="Where the file will be.")
     ] = Path("atlas.nc"),
@@ -180,7 +188,7 @@ def plan(
     from sweep.files.paths import check_target
     from sweep.runs.forecast import Forecast, describe
 
-    request = read_request(spec, words or [], None)
+    request = read_request(spec, with_starts(words, starts), None)
     # --overwrite is needed for the run alone: the estimate is the same if the file exists
     check_target(output, True)
     found, used, there = None, 1, 1

@@ -141,11 +141,15 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 
 def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
-    from sweep.motion.request import TrajectorySpec, split_motion_words
+    from sweep.motion.request import TrajectorySpec, check_names
+    from sweep.request.start_list import START
+    from sweep.request.words import pairs
 
     if source is None:
         return TrajectorySpec.from_words(words)
-    given = split_motion_words(words)
+    given = pairs(words)
+    # a cell of a list of starts has a number; whether the atlas is one is known when it is open
+    check_names({name: text for name, text in given.items() if name != START.name})
     from sweep.files.reading import opened_file
 
     with opened_file(source) as atlas:

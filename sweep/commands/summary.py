@@ -10,6 +10,7 @@ from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.row_status import ROW_STATUS
+from sweep.atlas.share import unstable_share
 from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
 
@@ -25,6 +26,8 @@ def summary(dataset: Atlas) -> dict[str, Any]:
         "cells": spec.size,
         "axes": [_axis(spec, name) for name in spec.axes],
         "fixed": {name: _with_units(getattr(spec, name), model.parameters[name]) for name in spec.fixed},
+        "listed": {name: str(getattr(spec, name)) for name in spec.listed},
+        "unstable_share": _share(dataset) if spec.is_list else None,
         "computed_per_cell": {name: getattr(spec, name) for name in spec.computed},
         "criterion": str(spec.criterion),
         "unstable_if": spec.criterion.unstable_if(model),
@@ -45,10 +48,16 @@ def summary(dataset: Atlas) -> dict[str, Any]:
     }
 
 
+def _share(dataset: Atlas) -> dict[str, Any]:
+    found = unstable_share(dataset)
+    value = found.value if found.decided else None
+    return {**vars(found), "value": value, "interval": list(found.interval), "confidence": 0.95}
+
+
 def boundary(dataset: Atlas) -> dict[str, Any]:
     """Return the rows of the boundary, the points of its curves, and the units of both."""
     spec = spec_of(dataset)
-    units = {name: spec.model.parameters[name].units for name in spec.axes}
+    units = {name: spec.quantities[name].units for name in spec.axes}
     return {
         "criterion": str(spec.criterion),
         "units": units,
@@ -66,7 +75,7 @@ def _axis(spec: SweepSpec, name: str) -> dict[str, Any]:
     axis = getattr(spec, name)
     first, last = axis.ends().tolist()
     spacing = getattr(axis, "spacing", "listed")
-    units = spec.model.parameters[name].units
+    units = spec.quantities[name].units
     return {
         "name": name,
         "units": units,

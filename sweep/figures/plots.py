@@ -6,13 +6,14 @@ The same atlases give the same bytes of the file: it holds neither a time nor a 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from matplotlib.figure import Figure
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
+from sweep.figures import scatter
 from sweep.figures.arrange import arrange, finish_in, lettered
 from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
@@ -86,6 +87,10 @@ def figure(
         raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     for dataset in datasets:
         require(dataset, (spec_named(dataset).model.peak,))
+    if any(spec_named(dataset).is_list for dataset in datasets):
+        if friction is not None:
+            _refuse_lists("--friction hatches cells of a map")
+        return scatter.figure(datasets, look, axes)
     if axes is not None:
         _check_own(look)
     if look.family or any(len(drawn_dims(dataset)) > 2 for dataset in datasets):
@@ -188,9 +193,18 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
 
 def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw the kinds of motion of atlases, as the model of each does."""
+    if any(spec_named(each).is_list for each in datasets):
+        _refuse_lists("--regimes draws maps")
     draw = [of_the_model(spec_named(each).model, "regimes", "--regimes") for each in datasets]
     drawn: Figure = draw[0](datasets, look)
     return drawn
+
+
+def _refuse_lists(what: str) -> NoReturn:
+    raise RequestError(
+        f"{what}, and a list of starts is drawn as points.",
+        hint="Leave the option out, or give an atlas with axes.",
+    )
 
 
 def of_the_model(model: Model, name: str, option: str) -> Callable[..., Figure]:

@@ -203,13 +203,19 @@ class AtlasWriter:
                 self._write_slices(file, SlicedVariables([each], (), [[block.columns[each.name]]]))
         return block
 
+    def _is_compressed(self, declared: Declaration) -> bool:
+        """Whether a coordinate is as long as the cells are many: the numbers of a list of starts."""
+        return self.spec.is_list and declared.dims == self.spec.axes
+
     def _write_slices(self, file: Any, variables: SlicedVariables) -> None:
         into, checksums = list[Any](), [0] * len(variables.declared)
         for _, places, values in variables.each():
             for number, (declared, each) in enumerate(zip(variables.declared, values, strict=True)):
                 if number == len(into):
                     # with the first slice, not all before it: so the file of a small atlas stays what it was
-                    into.append(self._declare(file, declared))
+                    into.append(
+                        self._declare(file, declared, self._chunk if self._is_compressed(declared) else ())
+                    )
                 filled = np.asarray(_filled(declared, each), order="C")
                 # netCDF takes no empty tuple for the place of a single number
                 into[number][places or ...] = filled

@@ -55,7 +55,7 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
             create_default_indexes=indexed,
         )
     # the attribute `coordinates` of any variable may have made another one of them a coordinate
-    wrong = [name for name in dataset.coords if name not in spec_named(dataset).model.parameters]
+    wrong = [name for name in dataset.coords if name not in spec_named(dataset).quantities]
     if stray := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
         dataset.close()
         raise no_atlas(path, f"{shown(stray[0])} is a coordinate that no atlas has")

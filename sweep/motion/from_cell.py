@@ -41,7 +41,8 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
             f"A single motion is one of the model {DISK.name}; got an atlas of the model {spec.model.name}.",
             hint="Give an atlas of the disk.",
         )
-    check_names(words)
+    # of a list of starts a cell is named by its number
+    check_names({name: raw for name, raw in words.items() if name not in spec.axes})
     found = spec.resolve(words, read_number)
     cell = {name: raw for name, raw in found.items() if name in spec.axes}
     return cell, {name: raw for name, raw in found.items() if name not in cell}

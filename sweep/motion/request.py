@@ -21,8 +21,9 @@ from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
 from sweep.model.quantity import ERROR_GAUGE, GRID, Array, Input, Quantity, Tolerance, Word, positive, table
 from sweep.request.spec import MOST_STEPS
 from sweep.request.substitutes import resolved
+from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number
-from sweep.request.words import AUTOMATIC, names, one_of, read_input, read_title, split_words, unknown_word
+from sweep.request.words import AUTOMATIC, names, one_of, read_input, read_title, split_words
 
 #: The methods of integration of a single motion: the engine's own, and SciPy's for comparison.
 MOTION_METHODS = ("rk4", "dop853")

@@ -123,7 +123,13 @@ def describe(
         As in `Forecast.seconds`.
     """
     most = cells or MOST_BLOCK_CELLS
-    shape = " x ".join(map(str, spec.shape)) or "one"
+    shape = (
+        "random starts"
+        if spec.samples
+        else "starts of a table"
+        if spec.starts
+        else " x ".join(map(str, spec.shape)) or "one"
+    )
     blocks = f"{math.ceil(spec.size / most)} of {min(most, spec.size)} cells"
     expected, about = "not measured", "at most"
     journal, file = estimate.journal_bytes(spec, spec.size), estimate.file_bytes(spec)

@@ -28,7 +28,7 @@ from sweep.engine.estimate import journal_bytes
 from sweep.errors import RequestError, shown
 from sweep.request.regular_files import read_regular
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import MANIFEST
+from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD
 
 #: The measured columns of a block: name -> array with one value per cell.
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -66,6 +66,8 @@ class Journal:
         """Make the journal of a new run in a folder that exists."""
         # before the manifest: writing the manifest synchronises the folder, and with it the name of this one
         (folder / BLOCKS).mkdir(exist_ok=True)
+        if manifest.spec.starts:
+            publish_bytes(folder / STARTS, STARTS_HEAD + manifest.spec.starts.to_bytes())
         manifest.write(folder / MANIFEST)
         return cls(folder, manifest)
 

@@ -20,6 +20,7 @@ from sweep.errors import RequestError, shown
 from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
+from sweep.runs.names import STARTS, STARTS_HEAD
 
 #: Bytes of a manifest at most: its spec may hold a long list.
 _MOST_BYTES = 2**24
@@ -128,6 +129,8 @@ class Manifest:
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
+            if spec.starts:
+                spec = _with_starts(spec, path.with_name(STARTS))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
             content = {"fingerprint": ""} | content
             _check(content, spec)
@@ -140,6 +143,19 @@ class Manifest:
                 hint=f"Go on with the version that began the run, or start anew after {discard(path.parent)}.",
                 where=str(path),
             ) from problem
+
+
+def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
+    """Return a spec with the values of its table, which are in the folder of the run."""
+    try:
+        content = read_regular(path, len(STARTS_HEAD) + 8 * len(spec.starts.names) * len(spec.starts))
+    except OSError as problem:
+        raise ValueError(
+            f"{path.name}, the table of its starts, cannot be read: {problem.strerror}"
+        ) from problem
+    if not content.startswith(STARTS_HEAD):
+        raise ValueError(f"{path.name} is no table of starts")
+    return spec.replace(starts=spec.starts.from_bytes(content[len(STARTS_HEAD) :]))
 
 
 def discard(folder: Path) -> str:

@@ -9,6 +9,9 @@ SUFFIX = ".run"
 #: Name of the manifest in the folder of a run.
 MANIFEST = "manifest.json"
 
+#: Name of the file in that folder with the values of a table of starts, and how it begins.
+STARTS, STARTS_HEAD = "starts.bin", b"eulerdisk starts, little-endian doubles\n"
+
 
 def resolved(path: str | Path) -> Path:
     """Return where a file will be: a symbolic link is followed, so that two names of one output share one lock."""

@@ -9,6 +9,7 @@ import numpy as np
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import Block, derive_block, usable_threads
+from sweep.engine.grid import starts_of
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import published
@@ -73,7 +74,8 @@ def _filled_up(journal: Journal, held: dict[int, list[Path]], done: list[int]) -
                 each.name: np.full(len(span), np.nan if each.dtype.startswith("f") else 0, each.dtype)
                 for each in cell_declarations(journal.spec)
             }
-            yield Block(span, empty)
+            starts = starts_of(journal.spec, span)
+            yield Block(span, empty | {name: starts[name] for name in journal.spec.listed})
         else:
             done.append(len(span))
             yield Block(span, derive_block(journal.spec, span, measured))

@@ -107,7 +107,7 @@ class Failures:
     def _coordinates(self, cell: int) -> str:
         words = []
         for name, place in zip(self.spec.axes, np.unravel_index(cell, self.spec.shape), strict=True):
-            quantity = self.spec.model.parameters[name]
+            quantity = self.spec.quantities[name]
             units = "deg" if quantity.units == "rad" else ""
             words.append(f"{name}={getattr(self.spec, name).at(place) * quantity.plot_scale:.9g}{units}")
         return " ".join(words) or "the only cell"

@@ -23,13 +23,13 @@ from sweep.runs.forecast import check_room
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
 from sweep.runs.manifest import Manifest, discard
-from sweep.runs.names import MANIFEST, SUFFIX, directory_of
+from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD, SUFFIX, directory_of
 
 #: The file while it is written, and the record of the file that was published.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
 
 #: All files that a run makes in its folder; in that of its blocks it makes blocks. In both it makes temporary files.
-_NAMES = (MANIFEST, UNFINISHED, PUBLISHED, LOCK, OWNER)
+_NAMES = (MANIFEST, STARTS, UNFINISHED, PUBLISHED, LOCK, OWNER)
 
 
 @contextlib.contextmanager
@@ -262,7 +262,12 @@ def _left_by_run(path: Path) -> bool:
     """Return whether a file is hidden, or one that a run leaves if it is killed before or after it has a manifest."""
     if path.name.startswith("."):
         return True
-    begins = {LOCK: SIGNATURE.encode(), OWNER: SIGNATURE.encode(), PUBLISHED: b'{"file": '}
+    begins = {
+        LOCK: SIGNATURE.encode(),
+        OWNER: SIGNATURE.encode(),
+        PUBLISHED: b'{"file": ',
+        STARTS: STARTS_HEAD,
+    }
     if path.name not in begins or not _is_regular(path):
         return False
     with open(path, "rb") as file:

@@ -24,6 +24,8 @@ SPECS = {
     "steady": sweep.SweepSpec(
         tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="-8:8:5", tilt_rate=1e-3
     ),
+    "random": sweep.SweepSpec(roll_rate="uniform:2:4", tilt="normal:1deg:0.2deg", samples=30),
+    "table": sweep.SweepSpec(starts={"roll_rate": [2.0, 3.5], "alpha": [0.5, 1.0]}, tilt="1deg"),
 }
 
 
@@ -52,6 +54,8 @@ def judged(tmp_path_factory):
     with sweep.open_atlas(folder / "circling.nc") as atlas:
         sweep.save(sweep.reclassify(atlas, "departure:2deg"), folder / "reclassified.nc")
         sweep.save(verify(atlas), folder / "audit.nc")
+    with sweep.open_atlas(folder / "random.nc") as atlas:
+        sweep.save(verify(atlas), folder / "audited-list.nc")
     sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
     sweep.run_to_file(SPECS["circling"].replace(contact="yes"), folder / "contact.nc")
     sweep.save(sweep.simulate(tilt=0.1, tilt_rate=0.1), folder / "motion.nc")
@@ -59,7 +63,7 @@ def judged(tmp_path_factory):
 
 
 FILES = [*(f"{name}.nc" for name in SPECS), "saved.nc", "reclassified.nc", "exact.nc", "audit.nc"]
-FILES += ["contact.nc", "motion.nc"]
+FILES += ["contact.nc", "motion.nc", "audited-list.nc"]
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -26,6 +26,9 @@ READERS = Path(__file__).with_name("readers")
 #: A few disks fall: `fall_time` has values and gaps. The title is to be read by programs that only know ASCII.
 SPEC = sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze", criterion="departure:5deg")
 
+#: The same motions as a list of random starts: one dimension, and parameters that are auxiliary coordinates.
+LIST = SPEC.replace(roll_rate="uniform:0:3", tilt="uniform:5deg:40deg", samples=42)
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -40,11 +43,17 @@ class Facts:
     criterion: str
 
 
+@pytest.fixture(scope="module", params=[SPEC, LIST], ids=["grid", "list"])
+def spec(request):
+    """Return what the atlas was made from."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def path(tmp_path_factory):
+def path(tmp_path_factory, spec):
     """Return an atlas."""
     path = tmp_path_factory.mktemp("readers") / "atlas.nc"
-    sweep.run_to_file(SPEC, path)
+    sweep.run_to_file(spec, path)
     return path
 
 
@@ -135,7 +144,7 @@ def test_ncdump(path, truth):
     assert f'fall_time:units = "{truth.units}" ;' in text
     assert f'ending:flag_meanings = "{truth.meanings}" ;' in text
     assert f"ending:flag_values = {', '.join(f'{flag}b' for flag in truth.flags)} ;" in text
-    values = re.search(r"\n fall_time =\n(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
+    values = re.search(r"\n fall_time =\s(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
     known = [float(each) for each in values if each != "_"]
     assert (len(values), len(known)) == (np.prod(truth.shape), truth.known)
     assert np.mean(known) == truth.mean
@@ -166,27 +175,27 @@ def test_cdo_keeps_the_fixed_parameters(path, tmp_path):
         assert part.getncattr("criterion_meaning") == whole.getncattr("criterion_meaning")
 
 
-def test_nco(path, truth, tmp_path):
+def test_nco(path, spec, truth, tmp_path):
     """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
     program("ncwa", "ncks")
     said("ncwa -O -y avg -v fall_time", path, tmp_path / "mean.nc")
     with netCDF4.Dataset(tmp_path / "mean.nc") as file:
         assert float(file["fall_time"][...]) == truth.mean
     found = json.loads(said("ncks --json -m -M", path))
-    assert found["dimensions"] == dict(zip(SPEC.axes, truth.shape, strict=True))
+    assert found["dimensions"] == dict(zip(spec.axes, truth.shape, strict=True))
     assert found["variables"]["fall_time"]["attributes"]["units"] == truth.units
     assert found["variables"]["ending"]["attributes"]["flag_values"] == truth.flags
     assert found["variables"]["ending"]["type"] == "byte"
     assert found["attributes"]["criterion"] == truth.criterion
 
 
-def test_gdal(path, truth, tmp_path):
+def test_gdal(path, spec, truth, tmp_path):
     """GDAL's multidimensional driver finds names, units, gaps and the mean."""
     program("gdalmdiminfo")
     # it leaves its statistics beside the file
     copy = shutil.copy(path, tmp_path / "atlas.nc")
     whole = json.loads(said("gdalmdiminfo", copy))
-    assert set(whole["arrays"]) >= {*VARIABLES, *SPEC.axes}
+    assert set(whole["arrays"]) >= {*VARIABLES, *spec.axes, *spec.listed}
     assert whole["attributes"]["criterion"] == truth.criterion
     assert whole["arrays"]["ending"]["attributes"]["flag_meanings"] == truth.meanings
     assert whole["arrays"]["ending"]["attributes"]["flag_values"] == truth.flags

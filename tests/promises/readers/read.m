@@ -4,7 +4,8 @@ path = argv(){1};
 ncinfo(path); % of the whole file: it fails where the file holds a type that it does not know
 time = ncread(path, "fall_time");
 known = !isnan(time);
-printf("shape %s\n", num2str(fliplr(size(time)))); % Octave counts the dimensions from the fastest
+shape = fliplr(size(time)); % Octave counts the dimensions from the fastest, and has two at least
+printf("shape %s\n", num2str(shape(1 + isvector(time):end)));
 printf("units %s\n", ncreadatt(path, "fall_time", "units"));
 printf("known %d\n", sum(known(:)));
 printf("mean %.17g\n", mean(time(known)));

@@ -1,0 +1,284 @@
+"""Figures of lists of starts: a point for every start in the plane of two parameters, coloured by its verdict."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweep.atlas.boundary import theory_lines
+from sweep.atlas.contents import Atlas
+from sweep.atlas.dataset import require, spec_named
+from sweep.atlas.share import Share, unstable_share
+from sweep.errors import RequestError
+from sweep.figures.drawing import HALO, INK, sheet
+from sweep.figures.look import LINEAR, Look
+from sweep.figures.panels import fixed_parameters
+from sweep.figures.scales import SQUEEZED, set_log_ticks
+from sweep.figures.sizes import columns_of, inches, size_of
+from sweep.figures.texts import fitted
+from sweep.model.description import FAILED, MISSING
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
+from sweep.request.axes import Range
+from sweep.request.spec import SweepSpec
+from sweep.request.start_list import WORDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Size of a panel [in]: the axes with their labels, and the legend below.
+_WIDTH, _LEAST_WIDTH, _HEIGHT, _LEGEND = 3.9, 2.6, 3.2, 1.25
+
+#: Letters [points] for which these sizes are meant; the title is larger by one point.
+_LETTERS = 8.0
+
+#: Points that are drawn at most: more cover each other.
+_MOST_POINTS = 20_000
+
+#: Area of a point [points squared], of few and of many.
+_LARGEST, _SMALLEST = 9.0, 1.2
+
+#: Area up to which points have no smooth edge: nobody sees the edge, and it makes a picture four times as large.
+_SMOOTH = 4.0
+
+#: Points of a line of theory.
+_FINE = 1000
+
+#: Each verdict with its name, colour and marker: the colours that maps give small and large peaks.
+_VERDICTS: dict[int, tuple[str, str, str]] = {
+    STABLE: ("stable", "#6ccd5a", "o"),
+    UNSTABLE: ("unstable", "#453781", "o"),
+    UNDECIDED: ("undecided", "0.45", "x"),
+}
+_FAILED = ("failed", "#c8380a", "+")
+
+_ANALYTIC: dict[str, Any] = {"color": INK, "linewidth": 1.3, "zorder": 3}
+_PREDICTED: dict[str, Any] = {"color": "#e8500a", "linewidth": 1.5, "linestyle": (0, (4, 2)), "zorder": 4}
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The two quantities in whose plane the starts of a list are drawn.
+
+    Attributes
+    ----------
+    x, y : Quantity
+        Parameters that vary; `y` is the peak where only one varies.
+    hidden : tuple of str
+        Parameters that vary too, and are not seen.
+    """
+
+    x: Quantity
+    y: Quantity
+    hidden: tuple[str, ...]
+
+
+def plane_of(spec: SweepSpec) -> Plane:
+    """Return the plane of a list: the parameters that vary if they are two, else the first control and the coordinate.
+
+    The control is drawn upward. Where the coordinate does not vary, another parameter takes its place.
+    """
+    model, listed = spec.model, spec.listed
+    parameters = model.parameters
+    if len(listed) == 1:
+        return Plane(parameters[listed[0]], model.variables[model.peak], ())
+    controls = model.controls(listed)
+    up = controls[0] if controls else next(name for name in listed if name != model.coordinate)
+    others = [name for name in (model.coordinate, *controls, *listed) if name in listed and name != up]
+    return Plane(parameters[others[0]], parameters[up], tuple(n for n in listed if n not in (up, others[0])))
+
+
+def figure(datasets: Sequence[Atlas], look: Look, axes: "Axes | None" = None) -> Figure:
+    """Draw lists of starts side by side, one panel each.
+
+    Parameters
+    ----------
+    datasets : sequence of Atlas
+        Atlases of lists of starts, or selections from them.
+    look : Look
+        Its sizes; what belongs to maps is refused.
+    axes : matplotlib.axes.Axes, optional
+        Draw the only atlas into these.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        That of `axes`; without, a new one on an Agg canvas, not registered with pyplot.
+
+    Raises
+    ------
+    RequestError
+        If one of them is a grid, or the look is that of maps.
+    """
+    _check_look(look)
+    if grids := [str(each.attrs.get("title", "")) for each in datasets if not spec_named(each).is_list]:
+        raise RequestError(
+            f"A figure shows grids or lists of starts, not both; {grids[0]!r} is a grid.",
+            hint="Draw them in two figures.",
+        )
+    if axes is not None:
+        if len(datasets) > 1:
+            raise RequestError(
+                f"Axes hold one atlas; got {len(datasets)}.", hint="Give one, or leave ax out.", where="ax"
+            )
+        _draw(axes, datasets[0], _WIDTH)
+        found = axes.get_figure(root=True)
+        assert isinstance(found, Figure)
+        return found
+    columns = columns_of(len(datasets), look, _WIDTH, _LEAST_WIDTH)
+    rows, width = -(-len(datasets) // columns), size_of(columns, look, _WIDTH)[0]
+    height = inches(look.height) or rows * (_HEIGHT + _LEGEND) * look.font_size / _LETTERS
+    with sheet(width, height, look.font_size) as drawn:
+        panels = np.atleast_1d(drawn.subplots(rows, columns, squeeze=False)).ravel()
+        for each, dataset in zip(panels, datasets, strict=False):
+            _draw(each, dataset, width / columns)
+        for each in panels[len(datasets) :]:
+            each.set_visible(False)
+    return drawn
+
+
+def _check_look(look: Look) -> None:
+    of_maps = {"--family": look.family, "--contours": look.contours, "--quantity": look.quantity}
+    if given := [name for name, value in of_maps.items() if value]:
+        raise RequestError(
+            f"{given[0]} belongs to maps, and a list of starts is drawn as points.",
+            hint="Leave it out, or give an atlas with axes.",
+        )
+    if look.rate != LINEAR:
+        raise RequestError(
+            f"The rates of a list of starts are drawn as they are; got --rate {look.rate}.",
+            hint="Leave --rate out.",
+        )
+
+
+def _draw(axes: "Axes", dataset: Atlas, width: float) -> None:
+    spec = spec_named(dataset)
+    plane = plane_of(spec)
+    require(dataset, (plane.x.name, plane.y.name, "stability", "ending"))
+    count = dataset["stability"].shape[0]
+    some = np.unique(np.linspace(0, count - 1, min(count, _MOST_POINTS)).round().astype(np.intp))
+    x, y = (dataset[each.name].values[some] * each.plot_scale for each in (plane.x, plane.y))
+    codes, endings = dataset["stability"].values[some], dataset["ending"].values[some]
+    failed = np.logical_or(*(spec.model.endings.have(role, endings) for role in (FAILED, MISSING)))
+    handles = _draw_points(axes, x, y, codes, failed)
+    for which, values, quantity in (("x", x, plane.x), ("y", y, plane.y)):
+        _set_scale(axes, which, values, quantity, spec)
+    handles += _draw_theory(axes, spec, plane, y if spec.model.controls([plane.y.name]) else x)
+    title = spec.headline.partition(":")[0]
+    size = float(axes.title.get_fontsize())
+    axes.set_title(fitted(title, size, 0.8 * width), parse_math=False)
+    _add_legend(axes, handles, _caption(spec, plane, unstable_share(dataset), some.size, count))
+
+
+def _draw_points(
+    axes: "Axes", x: Array, y: Array, codes: npt.NDArray[np.integer], failed: npt.NDArray[np.bool_]
+) -> list[Line2D]:
+    """Draw the points in the order of the starts, so that no verdict covers the others; return the legend's signs."""
+    area = float(np.clip(2e4 / max(x.size, 1), _SMALLEST, _LARGEST))
+    kinds = [(*_VERDICTS[code], ~failed & (codes == code)) for code in _VERDICTS] + [(*_FAILED, failed)]
+    round_ones = np.zeros(x.size, bool)
+    colours = np.full(x.size, "none", object)
+    handles = []
+    for name, colour, marker, which in kinds:
+        if not which.any():
+            continue
+        handles.append(Line2D([], [], linestyle="", color=colour, marker=marker, markersize=4.0, label=name))
+        colours[which] = colour
+        round_ones |= which if marker == "o" else False
+        if marker != "o":
+            axes.scatter(
+                x[which], y[which], s=16.0, c=colour, marker=marker, linewidths=0.8, rasterized=True, zorder=2
+            )
+    axes.scatter(
+        x[round_ones], y[round_ones], s=area, c=colours[round_ones].tolist(), marker="o", linewidths=0.0,
+        antialiased=area > _SMOOTH, rasterized=True, zorder=1,
+    )  # fmt: skip
+    return handles
+
+
+def _set_scale(axes: "Axes", which: str, values: Array, quantity: Quantity, spec: SweepSpec) -> None:
+    """Label an axis; it is logarithmic where a linear one would squeeze small values that were meant."""
+    axes.set(**{f"{which}label": quantity.plot_label})
+    known = values[np.isfinite(values)]
+    if not known.size or known.min() == known.max():
+        return
+    given = getattr(spec, quantity.name) if quantity.name in spec.listed else None
+    even = getattr(given, "kind", "") in ("uniform", "normal")
+    if not even and known.min() > 0.0 and known.max() > SQUEEZED * known.min():
+        getattr(axes, f"set_{which}scale")("log")
+        set_log_ticks(getattr(axes, f"{which}axis"), known.max() / known.min())
+        return
+    # a margin, so that no point is cut
+    margin = 0.02 * (known.max() - known.min())
+    getattr(axes, f"set_{which}lim")(known.min() - margin, known.max() + margin)
+
+
+def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control: Array) -> list[Line2D]:
+    """Draw the lines of theory, which are seen if no third parameter varies; return them."""
+    control = next(iter(spec.model.controls(spec.listed)), None)
+    # not the ends of the axis: theory has other edges where rates of both signs are possible
+    low, high = float(values_of_control.min()), float(values_of_control.max())
+    if plane.hidden or control is None or not low < high:
+        return []
+    upward = control == plane.y.name
+    ends = {which: getattr(axes, f"get_{which}lim")() for which in "xy"}
+    across = _across(axes, plane.x) if upward else np.zeros(0)
+    grid = _grid(spec, control, (low, high), plane.x.name, across)
+    scale, looks = spec.model.parameters[control].plot_scale, (_ANALYTIC, _PREDICTED)
+    labels = (
+        f"analytic: ${spec.model.line_label(spec, control)}$",
+        f"predicted, {spec.criterion.label(spec.model)}",
+    )
+    drawn: dict[str, Line2D] = {}
+    for edge in theory_lines(grid, control).values():
+        for label, look, line in zip(labels, looks, edge, strict=True):
+            values = np.atleast_1d(line) * scale
+            if not np.any((values >= low) & (values <= high)):
+                continue
+            if upward:
+                x = across * plane.x.plot_scale
+                (drawn[label],) = axes.plot(x, values, path_effects=HALO, label=label, **look)
+            else:
+                drawn[label] = axes.axvline(values[0], label=label, **look)
+    axes.set(xlim=ends["x"], ylim=ends["y"])
+    return list(drawn.values())
+
+
+def _across(axes: "Axes", quantity: Quantity) -> Array:
+    """Return values [SI] from one end of the x axis to the other, of which the parameter can have every one."""
+    spaced = np.geomspace if axes.get_xscale() == "log" else np.linspace
+    values = spaced(*axes.get_xlim(), _FINE) / quantity.plot_scale
+    return values[quantity.allows(values)] if isinstance(quantity, Input) else values
+
+
+def _grid(spec: SweepSpec, control: str, ends: tuple[float, float], name: str, across: Array) -> SweepSpec:
+    """Return a grid in the plane of a list, of which theory gives the lines along the control."""
+    words = {word: value for word, value in spec.words().items() if word not in WORDS}
+    scale = spec.model.parameters[control].plot_scale
+    axes: dict[str, Any] = {control: Range(ends[0] / scale, ends[1] / scale, 2)}
+    if across.size:
+        axes[name] = across.tolist()
+    return SweepSpec(**{"model": spec.model.name, **words, **axes})
+
+
+def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> str:
+    lines = [f"unstable: {spec.criterion.caption(spec.model)}", fixed_parameters(spec)]
+    if share.decided:
+        value, low, high = share.percentages()
+        lines.append(f"{value} % of {share.decided} unstable (95 %: {low} to {high} %)")
+    if drawn < count:
+        lines.append(f"{drawn} of {count} starts are drawn")
+    if plane.hidden:
+        verb = "varies" if len(plane.hidden) == 1 else "vary"
+        lines.append(f"not seen: {' and '.join(plane.hidden)} {verb} too")
+    return "\n".join(filter(None, lines))
+
+
+def _add_legend(axes: "Axes", handles: list[Line2D], caption: str) -> None:
+    axes.legend(
+        handles=handles, title=caption, loc="upper left", bbox_to_anchor=(0.0, -0.18), alignment="left",
+        frameon=False, borderpad=0.0, borderaxespad=0.0, ncols=2, handlelength=2.4, columnspacing=1.2,
+    )  # fmt: skip

@@ -1,0 +1,91 @@
+"""The share of unstable starts, its interval held against SciPy and against many samples."""
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+import sweep
+from sweep.atlas.share import Share, in_words, unstable_share, wilson
+from sweep.errors import RequestError
+from sweep.model.disk.tables import ENDINGS
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+
+SPEC = sweep.SweepSpec.from_words(
+    "rolling", ["roll_rate=uniform:2:4", "tilt=normal:1deg:0.2deg", "samples=400"]
+)
+
+
+@pytest.mark.parametrize(
+    ("count", "total"), [(0, 1), (1, 1), (0, 50), (50, 50), (3, 7), (1, 10**6), (563302, 10**6)]
+)
+def test_wilson(count, total):
+    """SciPy gives the same interval."""
+    expected = binomtest(count, total).proportion_ci(method="wilson")
+    assert wilson(count, total) == pytest.approx((expected.low, expected.high), rel=1e-12, abs=1e-15)
+
+
+def test_of_no_draws_nothing_is_known():
+    """The interval is everything."""
+    assert wilson(0, 0) == (0.0, 1.0)
+    assert in_words(Share(0, 0, 2, 1, 0)) == "no start has a verdict; left out: 2 undecided, 1 failed"
+
+
+def test_the_interval_holds_the_truth():
+    """Of 500 samples of 100 starts, about 95 % hold the share of all."""
+    atlas = sweep.run(SPEC.replace(tilt="1deg", samples=50_000, method="exact"))
+    truth = unstable_share(atlas).value
+    parts = [unstable_share(atlas.isel(start=slice(at, at + 100))) for at in range(0, 50_000, 100)]
+    held = sum(low <= truth <= high for low, high in (part.interval for part in parts))
+    # 3.5 standard deviations of a binomial distribution
+    assert 458 <= held <= 492
+
+
+def test_what_has_no_verdict_is_counted_apart():
+    """Undecided, failed and missing cells are none of the two, and none of each other."""
+    atlas = sweep.run(SPEC).load()
+    verdict, ending = atlas["stability"].values, atlas["ending"].values
+    verdict[:], ending[:] = STABLE, ENDINGS.code("bounded")
+    verdict[:120], verdict[120:130] = UNSTABLE, UNDECIDED
+    ending[123:125], ending[125:130] = ENDINGS.code("unresolved"), ENDINGS.code("not_computed")
+    found = unstable_share(atlas)
+    assert found == Share(unstable=120, stable=270, undecided=3, failed=2, missing=5)
+    assert found.value == 120 / 390
+    assert in_words(found) == (
+        "30.8 % of 390 starts with a verdict; 95 % interval 26.4 to 35.5 % (Wilson); left out: 3 undecided, 2 failed, "
+        "5 not computed"
+    )
+
+
+def test_the_digits_are_those_that_are_known():
+    """Of a million starts hundredths of a per cent, of none that is unstable too."""
+    assert in_words(Share(563302, 436698, 0, 0, 0)).startswith(
+        "56.33 % of 1000000 starts with a verdict; 95 %"
+    )
+    assert "0.00000 % of 1000000" in in_words(Share(0, 10**6, 0, 0, 0))
+    assert "interval 0.00000 to 0.00038 %" in in_words(Share(0, 10**6, 0, 0, 0))
+
+
+def test_accessor():
+    """dataset.eulerdisk has the share, of selections too, and shows it."""
+    atlas = sweep.run(SPEC)
+    share = atlas.eulerdisk.unstable_share
+    assert share.unstable == int((atlas.stability == UNSTABLE).sum())
+    assert share.decided == 400
+    assert atlas.isel(start=slice(0, 100)).eulerdisk.unstable_share.decided == 100
+    assert f"unstable   {in_words(share)}" in repr(atlas.eulerdisk)
+
+
+def test_a_grid_has_no_share():
+    """It says where its axes end, and nothing of the motion."""
+    with pytest.raises(RequestError, match="this atlas is a grid"):
+        unstable_share(sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg")))
+
+
+def test_the_share_follows_from_the_prediction():
+    """Rolling at one tilt: the share below the predicted boundary is where the uniform rates end below it."""
+    spec = SPEC.replace(tilt="1deg", samples=20_000, method="exact")
+    grid = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg", criterion=spec.criterion))
+    expected = (float(grid.predicted_roll_rate) - 2.0) / 2.0
+    low, high = unstable_share(sweep.run(spec)).interval
+    assert low <= expected <= high
+    assert np.isclose(expected, 0.56, atol=0.02)
