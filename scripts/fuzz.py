@@ -66,6 +66,7 @@ WHOLE = {
     "circling.nc": "circling precession_rate=0.5:4:6 tilt=5deg,10deg method=exact",
     "own.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg criterion=peak_tilt>3*tilt",
     "line.nc": "spinning precession_rate=1:6:9 tilt_rate=0.01",
+    "random.nc": "rolling roll_rate=uniform:2:3 tilt=normal:1deg:0.5deg samples=48 contact=yes",
     "steady.nc": "rolling tilt=10deg tilt_rate=0.01 alpha=0.5,1 precession_rate=0.5:2:4 roll_rate=steady",
 }
 

@@ -88,6 +88,19 @@ ENTRIES = (
         " criterion predicts for the perturbation. Below, the boundary over the line.",
     ),
     Entry(
+        ("random.png",),
+        (
+            "python -m sweep run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=2e4 seed=7 "
+            "-o {folder}/random-rolling.nc --overwrite",
+            "python -m sweep run circling precession_rate=uniform:0.05:5 tilt=uniform:1deg:25deg samples=2e4 seed=7 "
+            "-o {folder}/random-circling.nc --overwrite",
+            "python -m sweep plot {folder}/random-rolling.nc {folder}/random-circling.nc -o {folder}/random.png",
+        ),
+        "Random starts of rolling and circling",
+        "A point for each of 20,000 random starts, by its verdict, with the lines of theory; the share of the "
+        "unstable ones with its 95 % interval stands below. See [starts from anywhere](starts.md).",
+    ),
+    Entry(
         ("maps.png", "family.png"),
         (
             "python -m sweep run rolling alpha=0.1,0.25,0.5,0.75,1 tilt=0.1deg:4deg:160 roll_rate=2:4:200 "

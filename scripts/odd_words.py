@@ -8,7 +8,8 @@ from pathlib import Path
 from odd_texts import TEXTS
 
 _NAMES = ("tilt", "tilt_rate", "roll_rate", "precession_rate", "alpha", "radius", "gravity", "criterion", "duration",
-          "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "model",
+          "step", "tolerance", "fall_tilt", "method", "contact", "boundary", "device", "title", "axes", "samples",
+          "seed", "start", "starts", "model",
           "self",
           "speed", "scaled_roll_rate", "scaled_tilt_rate", "words", "", "tilt\x1b[31m", "x" * 10_000)  # fmt: skip
 
@@ -24,6 +25,8 @@ _VALUES = (
     "1deg:2deg:3:LOG", "1deg:2deg:10000000", "2:4:1000000000", "1e-300:1e300:999999:log",
     "1deg:2deg:999999999999999999",
     ",", ",,", "1,2,", ",".join(map(str, range(1, 30_000))), "1" * 10**6, "1." + "0" * 10**6, "steady", "steady-slow",
+    "uniform:1deg:2deg", "uniform:2:", "normal:nan:1", "loguniform:1e-320:1", "normal:1:1e308", "uniform:\uff11:2",
+    "/dev/zero", "rolling.nc",
     "departure:5deg", "departure:", "departure:1e9deg", "amplification:" + "9" * 500, "refined:1e-300", "refined:nan",
     "refined:\uff11e-6", "refined:1_0", "peak_tilt>1deg", "peak_tilt>", "peak_tilt > 1", "fall_time < 2 m*(9**9**9)",
     "not " * 300, "(" * 10**5 + ">", "tilt>0or " * 10**5, "peak_tilt >= 1e400", "ending == fell", "ending==\x1b[31m",
@@ -37,7 +40,9 @@ _LINES = (
     "block --run rolling.nc --part 1/1", "assemble rolling.nc", "assemble .", "assemble /", "info /", "info .",
     "info \x1b[31m.nc",
     "info " + "x" * 5000, "explain rolling.nc tilt=\uff11deg roll_rate=2", "explain rolling.nc tilt=nan roll_rate=2",
-    "explain rolling.nc tilt=1e300 roll_rate=2", "boundary rolling.nc --refine nan",
+    "explain rolling.nc tilt=1e300 roll_rate=2", "explain random.nc start=1e300",
+    "explain random.nc start=0.5", "plan rolling samples=2e9 seed=1 tilt=1deg roll_rate=uniform:2:4",
+    "boundary rolling.nc --refine nan",
     "boundary rolling.nc --refine 1e-300",
     "boundary rolling.nc --refine -1", "plot rolling.nc --friction nan -o OUT/a.png",
     "plot rolling.nc --friction 1e999 -o OUT/a.png",
@@ -107,8 +112,8 @@ _DEVICES = ("/dev/zero", "/dev/full", "/dev/null", "/proc/self/mem")
 
 #: Kinds of spec files: their names and what writes one.
 FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
-    ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:20])} = {_odd_value(dice)}\n")),
-    ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:18])} = {_odd_value(dice)}\n")),
+    ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:24])} = {_odd_value(dice)}\n")),
+    ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:22])} = {_odd_value(dice)}\n")),
     ("odd title", _text(lambda dice: f'title = """{dice.choice(TEXTS)}"""\n')),
     ("changed bytes", _text(_mutated)),
     ("changed bytes", _text(_mutated)),

@@ -16,7 +16,7 @@ import sweep
 from sweep import cli
 
 #: Of the atlases that scripts/fuzz damages, those with the most kinds of variables.
-WHOLE = ("rolling.nc", "curves.nc")
+WHOLE = ("rolling.nc", "curves.nc", "random.nc")
 
 
 @pytest.fixture(scope="module")
