@@ -19,7 +19,16 @@ from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
 from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet
 from sweep.figures.look import Look
-from sweep.figures.panels import Panel, drawn_dims, drawn_spec, fixed_parameters, formula, panel, value_text
+from sweep.figures.panels import (
+    Panel,
+    drawn_dims,
+    drawn_spec,
+    fixed_parameters,
+    formula,
+    is_squared,
+    panel,
+    value_text,
+)
 from sweep.figures.scales import add_second_axis, set_scale
 from sweep.figures.sizes import columns_of, inches, size_of
 
@@ -191,7 +200,7 @@ def _plain(each: Panel, dataset: Atlas) -> Panel:
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
     if control is not None and each.y is not None:
-        left, right = formula(spec, control, each.y)
+        left, right = formula(spec, control, is_squared(each.y))
         line = f"${left} = {right}$" if left else line
     return replace(each, line=line, joined=None)
 

@@ -202,24 +202,31 @@ def _row_notes(dataset: Atlas, control: str) -> list[str]:
     return [note for edge, status in found.items() for note in in_words(status, "columns", edge)]
 
 
-def formula(spec: SweepSpec, control: str, up: Scale) -> tuple[str, str]:
-    """Return both sides of the equation of the analytic line, in mathtext without dollars; empty if there is none."""
+def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:
+    """Return both sides of the equation of the analytic line, in mathtext without dollars; empty if there is none.
+
+    It is that of the rate, or of its square, which holds for negative rates too.
+    """
     label = spec.model.line_label(spec, control)
     if "=" in label:
         left, right = label.split("=")
         return left.strip(), right.strip()
-    symbol = up.quantity.symbol.replace("_0", "")
+    symbol = spec.model.parameters[control].symbol.replace("_0", "")
     if not label:
         return "", ""
-    # the line lies at both roots where rates are negative
-    if up.rate == SQUARED or up.values[0] < 0.0:
+    if squared:
         return f"{symbol}^2", label
     return symbol, rf"\sqrt{{{label}}}"
 
 
+def is_squared(up: Scale) -> bool:
+    """Return whether the line is that of a square: it lies at both roots where rates are negative."""
+    return up.rate == SQUARED or bool(up.values[0] < 0.0)
+
+
 def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tuple[str, str]:
     """Return the analytic line for the legend, and what is written beside it where it is level, in mathtext."""
-    left, right = formula(spec, control, up)
+    left, right = formula(spec, control, is_squared(up))
     if not left:
         return "theory", ""
     equation = f"${left} = {right}$"

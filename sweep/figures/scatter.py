@@ -16,7 +16,7 @@ from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError
 from sweep.figures.drawing import HALO, INK, sheet
 from sweep.figures.look import LINEAR, Look
-from sweep.figures.panels import fixed_parameters
+from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.figures.sizes import columns_of, inches, size_of
 from sweep.figures.texts import fitted
@@ -229,7 +229,7 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
     grid = _grid(spec, control, (low, high), plane.x.name, across)
     scale, looks = spec.model.parameters[control].plot_scale, (_ANALYTIC, _PREDICTED)
     labels = (
-        f"analytic: ${spec.model.line_label(spec, control)}$",
+        f"analytic: ${' = '.join(formula(spec, control, low < 0.0))}$",
         f"predicted, {spec.criterion.label(spec.model)}",
     )
     drawn: dict[str, Line2D] = {}

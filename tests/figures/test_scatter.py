@@ -72,7 +72,9 @@ def test_lines_of_theory(atlas):
     """The analytic line is sqrt(g/3R); starts above the predicted line are stable, below it unstable."""
     axes = drawn(atlas)
     found = {line.get_label(): line.get_xydata().T for line in axes.get_lines()}
-    (analytic,) = (line for label, line in found.items() if label.startswith("analytic: $g/3R$"))
+    (analytic,) = (
+        line for label, line in found.items() if label.startswith(r"analytic: $\dot\phi = \sqrt{g/3R}$")
+    )
     np.testing.assert_allclose(analytic[1], np.sqrt(9.81 / 1.5))
     (predicted,) = (line for label, line in found.items() if label.startswith("predicted, departure"))
     above = atlas.roll_rate > np.interp(np.degrees(atlas.tilt), *predicted)

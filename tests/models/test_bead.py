@@ -21,8 +21,10 @@ from scipy.optimize import brentq
 import sweep
 from sweep.checks.compare import compare
 from sweep.engine.compute import arithmetic_hash, compute
+from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.model import registry
+from sweep.motion.from_cell import cell_and_changes
 
 HERE = Path(__file__).parent
 CHECKOUT = HERE.parents[1]
@@ -288,3 +290,9 @@ def test_its_own_variables_make_a_criterion():
         sweep.SweepSpec(model="bead", criterion="peak_tilt > 3deg")
     with pytest.raises(sweep.RequestError, match="peak_tilt names nothing"):
         sweep.SweepSpec(model="bead", criterion=sweep.Criterion.parse("peak_tilt > 3deg"))
+
+
+def test_a_bead_has_no_motion_of_a_disk():
+    """It does not roll: `simulate --from` names both models."""
+    with pytest.raises(RequestError, match="one of the model disk; got an atlas of the model bead"):
+        cell_and_changes(sweep.SweepSpec(model="bead"), {})

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from bead import BEAD
 
 import sweep
 from sweep.checks.explain import nearest_cell, other_values
@@ -137,9 +136,3 @@ def test_a_cell_without_a_start_has_no_motion():
     with pytest.raises(RequestError, match=r"no precession_rate keeps its tilt constant.*precession_rate=2"):
         request(atlas, tilt="10deg")
     assert request(atlas, tilt="10deg", precession_rate=1.0)[0].precession_rate == 1.0
-
-
-def test_another_model_has_no_such_motion():
-    """A bead on a hoop does not roll."""
-    with pytest.raises(RequestError, match="one of the model disk; got an atlas of the model bead"):
-        cell_and_changes(sweep.SweepSpec(model=BEAD.name), {})
