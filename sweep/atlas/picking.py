@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
+from sweep.atlas.nearest import SAME, is_inside, is_other, nearest
 from sweep.atlas.selection import selected_spec, settled
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Input
@@ -16,9 +17,6 @@ from sweep.request.values import read_number, read_value
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: A value that differs by less, relative to the ends of its axis, is the one that was asked for.
-_SAME = 1e-9
 
 
 def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset", list[str]]:
@@ -97,7 +95,7 @@ def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) 
 
 
 def _between(axis: Array, low: float, high: float, quantity: Input) -> slice:
-    margin = _SAME * np.abs(axis[[0, -1]]).max()
+    margin = SAME * np.abs(axis[[0, -1]]).max()
     inside = np.flatnonzero((axis >= low - margin) & (axis <= high + margin))
     if inside.size:
         return slice(int(inside[0]), int(inside[-1]) + 1)
@@ -117,24 +115,10 @@ def _nearest(axis: Range | Values, value: float, quantity: Input, notes: list[st
             hint="Give a value inside.",
         )
     place = nearest(axis, value)
-    if abs(held[place] - value) > _SAME * np.abs(held[[0, -1]]).max():
+    if is_other(axis, place, value):
         taken, asked = quantity.spell(float(held[place]), 6), quantity.spell(value, 6)
         notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked}")
     return place
-
-
-def is_inside(axis: Array, value: float) -> bool:
-    """Return whether a value lies within an axis, or no further outside than half a step."""
-    steps = np.diff(axis)[[0, -1]] if axis.size > 1 else 2.0 * _SAME * np.abs(axis[[0, 0]])
-    return bool(axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[1])
-
-
-def nearest(axis: Range | Values, value: float) -> int:
-    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm."""
-    held = axis.array()
-    if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
-        return int(np.argmin(np.abs(np.log(held / value))))
-    return int(np.argmin(np.abs(held - value)))
 
 
 def _extent(axis: Array, quantity: Input) -> str:

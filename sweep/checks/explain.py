@@ -14,16 +14,13 @@ import numpy as np
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.atlas.nearest import nearest_cell
 from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
-from sweep.errors import RequestError
 from sweep.model.description import FAILED, MISSING, UNDISTURBED
 from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
-from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.suggestions import unknown_word
-from sweep.request.values import read_number
 
 _WIDTH = 118
 
@@ -278,102 +275,3 @@ def departure(spec: SweepSpec, start: Mapping[str, float]) -> tuple[float, float
     starts = {name: np.array([value]) for name, value in start.items()}
     allowed = spec.criterion.allowed(spec.model.perturbation(spec, starts))
     return float(spec.model.undisturbed(spec, starts)[0]), float(allowed[0])
-
-
-#: Relative tolerance of a value that is given for a parameter that does not vary.
-_EQUAL = 1e-9
-
-
-def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]:
-    """Return the index of the nearest cell along each axis of a grid.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    given : mapping of str to number or text with a unit
-        A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
-        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed.
-
-    Returns
-    -------
-    dict of str to int
-        Axis -> index, in the order of the axes.
-
-    Raises
-    ------
-    RequestError
-        If a name is none of the parameters, an axis has no value, or a value lies outside the atlas.
-    """
-    parameters = spec.quantities
-    for name in given:
-        if name not in parameters and name not in spec.model.substitutes:
-            unknown_word(name, (*parameters, *spec.model.substitutes), spec.model)
-    given = spec.resolve(given, read_number)
-    values = {name: read_number(raw, parameters[name]) for name, raw in given.items()}
-    for name, value in values.items():
-        _check_inside(spec, name, value)
-    missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
-    if missing:
-        raise RequestError(
-            f"A value is needed for each of {', '.join(spec.axes)}; none was given for {', '.join(missing)}.",
-            hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
-        )
-    return {name: _place(getattr(spec, name), values.get(name)) for name in spec.axes}
-
-
-def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> str:
-    """Return where a cell is, along the axes for which another value was given; nothing if it has the values given.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    place : mapping of str to int
-        The cell: axis -> index.
-    given : mapping of str to number or text with a unit
-        Values for axes.
-    """
-    others = []
-    for name, raw in given.items():
-        quantity, axis = spec.quantities[name], getattr(spec, name)
-        value = float(axis.at([place[name]])[0])
-        if abs(value - read_number(raw, quantity)) > _EQUAL * np.abs(axis.ends()).max():
-            others.append(f"{name} {quantity.spell(value, 6)}")
-    return ", ".join(others)
-
-
-def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
-    quantity, held = spec.quantities[name], getattr(spec, name)
-    if isinstance(held, str) or name in spec.listed:
-        how = "computed in every cell" if isinstance(held, str) else "another number in every start"
-        raise RequestError(
-            f"{name} is {how}: a cell of this atlas is named by {', '.join(spec.axes)}.",
-            hint="Leave it out.",
-            where=f"{name}={quantity.spell(value)}",
-        )
-    axis = held.array() if isinstance(held, Range | Values) else np.array([held])
-    # as far as half a step outside, the nearest cell is the one at that end
-    steps = np.diff(axis) if axis.size > 1 else np.array([2.0 * _EQUAL * abs(axis[0])])
-    if axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[-1]:
-        return
-    holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
-    raise RequestError(
-        f"This value is outside the atlas, whose {name} is {holds}.",
-        hint="Give a value inside, or compute an atlas that holds it.",
-        where=f"{name}={quantity.spell(value)}",
-    )
-
-
-def _place(axis: Range | Values, value: float | None) -> int:
-    if value is None:
-        return 0
-    held = axis.array()
-    if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
-        return int(np.argmin(np.abs(np.log(held / value))))
-    return int(np.argmin(np.abs(held - value)))
-
-
-def _example(spec: SweepSpec, name: str) -> str:
-    axis = getattr(spec, name).array()
-    # the number of a start has to be whole
-    number = spec.quantities[name].spell(axis[axis.size // 2], 10 if spec.is_list else 3).split()[0]
-    return number + ("deg" if spec.quantities[name].units == "rad" else "")

@@ -162,7 +162,7 @@ def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
 def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["TrajectorySpec", str]:
     """Return the request for the motion of the nearest cell, and its values that are not those given."""
     from sweep.atlas.dataset import spec_of
-    from sweep.checks.explain import nearest_cell, other_values
+    from sweep.atlas.nearest import nearest_cell, other_values
     from sweep.motion.from_cell import cell_and_changes, request_of_cell
 
     spec = spec_of(atlas)

@@ -59,7 +59,7 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
     atlas : Atlas
         A whole one.
     place : mapping of str to int
-        Axis -> index, in the order of the axes, as from `sweep.checks.explain.nearest_cell`.
+        Axis -> index, in the order of the axes, as from `sweep.atlas.nearest.nearest_cell`.
     changes : mapping of str to anything
         Words that replace those of the cell, or that an atlas does not have: ``duration``, ``mass``, ``interval``.
 

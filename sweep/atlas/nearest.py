@@ -1,0 +1,117 @@
+"""The cell of an atlas that is nearest to given values."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sweep.errors import RequestError
+from sweep.model.quantity import Array
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.suggestions import unknown_word
+from sweep.request.values import read_number
+
+#: A value that differs by less, relative to the ends of its axis, is the one that was asked for.
+SAME = 1e-9
+
+
+def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]:
+    """Return the index of the nearest cell along each axis of a grid.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    given : mapping of str to number or text with a unit
+        A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
+        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed.
+
+    Returns
+    -------
+    dict of str to int
+        Axis -> index, in the order of the axes.
+
+    Raises
+    ------
+    RequestError
+        If a name is none of the parameters, an axis has no value, or a value lies outside the atlas.
+    """
+    parameters = spec.quantities
+    for name in given:
+        if name not in parameters and name not in spec.model.substitutes:
+            unknown_word(name, (*parameters, *spec.model.substitutes), spec.model)
+    given = spec.resolve(given, read_number)
+    values = {name: read_number(raw, parameters[name]) for name, raw in given.items()}
+    for name, value in values.items():
+        _check_inside(spec, name, value)
+    missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
+    if missing:
+        raise RequestError(
+            f"A value is needed for each of {', '.join(spec.axes)}; none was given for {', '.join(missing)}.",
+            hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
+        )
+    return {name: nearest(getattr(spec, name), values[name]) if name in values else 0 for name in spec.axes}
+
+
+def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> str:
+    """Return where a cell is, along the axes for which another value was given; nothing if it has the values given.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    place : mapping of str to int
+        The cell: axis -> index.
+    given : mapping of str to number or text with a unit
+        Values for axes.
+    """
+    others = []
+    for name, raw in given.items():
+        quantity, axis = spec.quantities[name], getattr(spec, name)
+        if is_other(axis, place[name], read_number(raw, quantity)):
+            others.append(f"{name} {quantity.spell(float(axis.at([place[name]])[0]), 6)}")
+    return ", ".join(others)
+
+
+def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
+    quantity, held = spec.quantities[name], getattr(spec, name)
+    if isinstance(held, str) or name in spec.listed:
+        how = "computed in every cell" if isinstance(held, str) else "another number in every start"
+        raise RequestError(
+            f"{name} is {how}: a cell of this atlas is named by {', '.join(spec.axes)}.",
+            hint="Leave it out.",
+            where=f"{name}={quantity.spell(value)}",
+        )
+    axis = held.array() if isinstance(held, Range | Values) else np.array([held])
+    if is_inside(axis, value):
+        return
+    holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
+    raise RequestError(
+        f"This value is outside the atlas, whose {name} is {holds}.",
+        hint="Give a value inside, or compute an atlas that holds it.",
+        where=f"{name}={quantity.spell(value)}",
+    )
+
+
+def is_inside(axis: Array, value: float) -> bool:
+    """Return whether a value lies within an axis, or no further outside than half a step."""
+    steps = np.diff(axis)[[0, -1]] if axis.size > 1 else 2.0 * SAME * np.abs(axis[[0, 0]])
+    return bool(axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[1])
+
+
+def nearest(axis: Range | Values, value: float) -> int:
+    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm."""
+    held = axis.array()
+    if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
+        return int(np.argmin(np.abs(np.log(held / value))))
+    return int(np.argmin(np.abs(held - value)))
+
+
+def is_other(axis: Range | Values, place: int, value: float) -> bool:
+    """Return whether the value at a place of an axis is another one than a given one, beyond rounding."""
+    return bool(abs(float(axis.at([place])[0]) - value) > SAME * np.abs(axis.ends()).max())
+
+
+def _example(spec: SweepSpec, name: str) -> str:
+    axis = getattr(spec, name).array()
+    # the number of a start has to be whole
+    number = spec.quantities[name].spell(axis[axis.size // 2], 10 if spec.is_list else 3).split()[0]
+    return number + ("deg" if spec.quantities[name].units == "rad" else "")
