@@ -141,3 +141,45 @@ def test_wide_panels_continue_the_rates(alpha, place):
             powers = math.tanh(0.5 * away) ** np.arange(panel.shape[1])
             value = np.array([s * s, s * p, p * p, 1.0]) @ panel @ powers
             assert value == pytest.approx(truth, rel=1e-11)
+
+
+#: Starts (tilt to gravity, as in `kernels.disk.arrays`) and their periods by 50-digit quadratures
+#: (tests/turning_reference.py): a narrow swing of a fast disk that is nearly flat, and starts beside separatrices, of
+#: which the rate s is a small difference of large numbers.
+DELICATE = [
+    ("-0x1.8a42fba13ed78p+0 0x1.81a4d921fcc69p-5 -0x1.e7d4d2e2da3dap+1 0x1.c5d9ebd032647p+5 0x1.56f5eda5a61fbp-1 "
+     "0x1.0000000000000p+0 0x1.0000000000000p+0", 0.065438293033306189),
+    ("-0x1.8913f6b7a7705p+0 -0x1.53e3a7c0418c6p-10 0x1.2483a3baddcfbp+2 -0x1.c86e748cf9acbp+5 0x1.63e37ded05f65p-1 "
+     "0x1.0000000000000p+0 0x1.0000000000000p+0", 0.064134947959943205),
+    ("-0x1.7fd0d40518fdbp+0 0x0.0p+0 0x1.c988c7f553ecap+8 0x1.ce70114672045p+8 0x1.76492e50ec6edp-16 "
+     "0x1.0000000000000p-1 0x1.39eb851eb851fp+3", 7.6978697241057355),
+    ("0x1.89d71631df315p+0 0x0.0p+0 0x1.8700211ac259fp-4 -0x1.8820603f2acbbp-4 0x1.947f1f38e46b1p-9 "
+     "0x1.1ec67c5bef916p+8 0x1.2bc3f547a78f6p-16", 142256.40222789805),
+]  # fmt: skip
+
+
+def test_delicate_periods():
+    """Where potentials at upright, or the parts of a rate, all but cancel, a period still has ten digits."""
+    given = np.array([[float.fromhex(x) for x in start.split()] for start, _ in DELICATE]).T.copy()
+    measures, _ = extremes(given, math.radians(89.0), True)
+    np.testing.assert_allclose(
+        measures[EXACT_NUTATION_PERIOD], [period for _, period in DELICATE], rtol=1e-10
+    )
+
+
+def test_period_beside_a_fold():
+    """Circling on the edge of stability, where the saddle is all but flat: the period is that of 34 digits.
+
+    The quadrature was adaptive, of Taylor series of s and o in C's __float128; it agrees with 50-digit ones elsewhere.
+    """
+    start = [
+        float.fromhex("0x1.37791ac7d804fp-2"),
+        float.fromhex("0x1.a36e2eb1c432dp-14"),
+        float.fromhex("0x1.0848484848484p+1"),
+        float.fromhex("-0x1.408290509ce31p+1"),
+        0.5,
+        0.5,
+        float.fromhex("0x1.39eb851eb851fp+3"),
+    ]
+    measures, _ = extremes(np.array(start).reshape(-1, 1), math.radians(89.0), True)
+    assert abs(measures[EXACT_NUTATION_PERIOD, 0] / 70.21890308301334 - 1.0) <= 1e-9
