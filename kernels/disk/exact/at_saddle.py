@@ -8,39 +8,59 @@ negative where it turns before the saddle: the quadrature of `kernels.disk.exact
 
 import math
 
-from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE
 from kernels.disk.exact import motion as of
-from kernels.disk.exact.near_turning_points import ROUNDING
-from kernels.disk.exact.polish import polished
+from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
 from kernels.disk.exact.saddle_height import height_at
+from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS
 from kernels.jit import internal
 
 #: Share of the height by which it may be wrong, of what it is the difference of, and the error of V' at the saddle.
 _HEIGHT_ERROR, _SUM_ERROR, _SLOPE_ERROR = 1e-10, 1e-29, 1e-15
-#: Newton steps towards the saddle at most, and the distance in y of the last one.
-_MOST_SHIFTS, _SMALL_SHIFT = 8, 1e-10
-#: Roundings of the terms of the excess that the first pass expects, and the share of the height that others may take.
-_EXPECTED, _BLUR = 1.0, 2e-9
+#: Coefficients of Q that are enough up to 0.3 in y from a wide panel's centre, and how far from it one is used.
+_TERMS, _REACH = 30, 0.36
+#: Newton steps towards the turning point next to the saddle.
+_STEPS = 8
 
 
 @internal
-def is_blurred(motion, starts, cell):
-    """Whether rounding of the rate s = roll + precession sin(tilt) at the start hides the height of the saddle.
-
-    Of a fast disk that is nearly flat the two parts of s may all but cancel: V - h is then wrong by s ds, of which the
-    sizes of the terms of the excess tell nothing.
-    """
-    parts = abs(starts[ROLL_RATE, cell]) + abs(starts[PRECESSION_RATE, cell] * motion[of.SIN])
-    size = 2.0 * abs(motion[of.S_0]) * motion[of.UNIT] * parts
-    return size > _EXPECTED * motion[of.LEVEL] and ROUNDING * size > _BLUR * abs(motion[of.HEIGHT])
+def _expand(motion, tables, top, number, q):
+    """Write the coefficients of Q on a wide panel into `q`; returns the place of the saddle there."""
+    table = int(motion[of.TABLE])
+    panel, node = table * CENTRES + SIDE + number, table * NODES + 2 * (REACH + STRIDE * number)
+    c1, c2, nodes, wide = motion[of.C_1], motion[of.C_2], tables.nodes, tables.wide
+    s = c1 + (nodes[node, DS1] * c1 + nodes[node, DS2] * c2)
+    p = c2 + (nodes[node, DP1] * c1 + nodes[node, DP2] * c2)
+    place = math.tanh(0.5 * (top - number * SPACING))
+    once = twice = 0.0
+    for n in range(_TERMS + 1, 1, -1):
+        term = s * (s * wide[panel, W_SS, n] + p * wide[panel, W_SP, n])
+        term += p * p * wide[panel, W_PP, n] + wide[panel, W_ONE, n]
+        once = term + place * once
+        twice = once + place * twice
+        q[n - 2] = twice
+    return place
 
 
 @internal
-def _polish(motion, tables, guess, turn, q):
+def _polish(motion, tables, height, guess, turn, q):
     """Write the turning point near `guess`, in y from the saddle, and the slope of V there if it is on a wide panel."""
-    motion[of.DISTANCE + turn], slope = polished(motion, tables, guess, q)
-    if not math.isnan(slope):
-        motion[of.SLOPE + turn] = slope
+    top, number = motion[of.Y_0], int(round(motion[of.Y_0] / SPACING))
+    motion[of.DISTANCE + turn] = guess
+    if not abs(top + guess - number * SPACING) < _REACH:
+        return
+    place = _expand(motion, tables, top, number, q)
+    rest, tangent = 1.0 - place * place, math.tanh(0.5 * guess)
+    distance, slope = rest * tangent / (1.0 + place * tangent), math.nan
+    for _ in range(_STEPS):
+        w, value, derivative = place + distance, 0.0, 0.0
+        for n in range(_TERMS - 1, -1, -1):
+            derivative = derivative * w + value
+            value = value * w + q[n]
+        slope = distance * (2.0 * value + distance * derivative)
+        distance -= (height + distance * distance * value) / slope
+    w = place + distance
+    motion[of.DISTANCE + turn] = 2.0 * math.atanh(distance / (rest - place * distance))
+    motion[of.SLOPE + turn] = 0.5 * (1.0 - w * w) * slope
 
 
 @internal
@@ -57,20 +77,13 @@ def move_to_saddle(motion, tables, starts, cell, q):
     q : float64[at least 30]
         Memory.
     """
-    top, height, shift = motion[of.TOP], math.nan, math.inf
-    # next to a fold V'' is small, and a step from half of the digits does not end at the top
-    for _ in range(_MOST_SHIFTS):
-        height, slope = height_at(math.tanh(top), tables.alphas[int(motion[of.TABLE])], starts, cell)
-        shift = -slope / motion[of.BEND]
-        top, height = top + shift, height + 0.5 * slope * shift
-        if not abs(shift) > _SMALL_SHIFT:
-            break
-    bend, doubt = motion[of.BEND], (_SUM_ERROR + _SLOPE_ERROR * abs(shift)) * motion[of.LEVEL]
-    if not (
-        abs(shift) <= _SMALL_SHIFT
-        and doubt <= _HEIGHT_ERROR * abs(height)
-        and height * motion[of.HEIGHT] > 0.0
-    ):
+    top, level, bend = motion[of.TOP], motion[of.LEVEL], motion[of.BEND]
+    height, slope = height_at(math.tanh(top), tables.alphas[int(motion[of.TABLE])], starts, cell)
+    # `top` is a Newton step away from the saddle
+    shift = -slope / bend
+    top, height = top + shift, height + 0.5 * slope * shift
+    doubt = (_SUM_ERROR + _SLOPE_ERROR * abs(shift)) * level
+    if not (doubt <= _HEIGHT_ERROR * abs(height) and height * motion[of.HEIGHT] > 0.0):
         return False
     # released at rest, the disk starts at its other turning point
     if motion[of.W] == 0.0:
@@ -83,6 +96,6 @@ def move_to_saddle(motion, tables, starts, cell, q):
         # what is known from the start of the turning point before the saddle may be wrong altogether
         near = math.copysign(math.sqrt(2.0 * height / abs(bend)), away)
         ahead, behind = (near, behind) if abs(ahead) < abs(behind) else (ahead, near)
-    _polish(motion, tables, ahead, 0, q)
-    _polish(motion, tables, behind, of.BEHIND, q)
+    _polish(motion, tables, height, ahead, 0, q)
+    _polish(motion, tables, height, behind, of.BEHIND, q)
     return abs(motion[of.DISTANCE] - motion[of.DISTANCE + of.BEHIND]) > 0.0

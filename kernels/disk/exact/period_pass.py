@@ -10,12 +10,11 @@ from kernels.disk.endings import BOUNDED
 from kernels.disk.exact import motion as of
 from kernels.disk.exact import period_layout as at
 from kernels.disk.exact.arrays import EXACT_ENDING, EXACT_NUTATION_PERIOD
-from kernels.disk.exact.at_saddle import is_blurred, move_to_saddle
+from kernels.disk.exact.at_saddle import move_to_saddle
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.near_turning_points import TERM_ERROR
 from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHORT_REACH, integrate
 from kernels.disk.exact.period_layout import CLASSES, LANES
-from kernels.disk.exact.polish import settle_turns
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
 from kernels.jit import internal
 
@@ -104,12 +103,8 @@ def _is_sought(again, motion, cell, starts, tables, chunk, measures, counts):
     """Whether a period is sought: of all bounded motions, then of those that have none if their saddle helps."""
     if counts[EXACT_ENDING, cell] != BOUNDED or not again:
         return counts[EXACT_ENDING, cell] == BOUNDED
-    if math.isnan(motion[of.TOP]):
-        return False
-    if not (math.isnan(measures[EXACT_NUTATION_PERIOD, cell]) or is_blurred(motion, starts, cell)):
-        return False
-    measures[EXACT_NUTATION_PERIOD, cell] = math.nan
-    return move_to_saddle(motion, tables, starts, cell, chunk.block)
+    lacks = math.isnan(measures[EXACT_NUTATION_PERIOD, cell]) and not math.isnan(motion[of.TOP])
+    return lacks and move_to_saddle(motion, tables, starts, cell, chunk.block)
 
 
 @internal
@@ -119,8 +114,6 @@ def _collect(again, n, starts, tables, chunk, measures, counts):
     for i in range(n):
         motion = chunk.motions[i]
         if _is_sought(again, motion, chunk.cells[i], starts, tables, chunk, measures, counts):
-            if not again:
-                settle_turns(motion, tables, chunk.block)
             chunk.sought[count] = i
             number = _centre(motion)
             key = int(motion[of.TABLE]) * CLASSES + _class(motion)
