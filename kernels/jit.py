@@ -6,7 +6,7 @@ than inlining in Numba (`inline="always"`).
 """
 
 from kernels.native.function import lazy
-from kernels.native.options import ALL, INTERNAL, UNCONTRACTED
+from kernels.native.options import ALL, INTERNAL
 
 #: Decorators of functions that Python calls too; of the second kind are those called in loops over lanes.
 kernel, simd_kernel = lazy(**ALL), lazy(forceinline=True, **ALL)
@@ -16,6 +16,3 @@ internal, simd = lazy(**INTERNAL), lazy(forceinline=True, **INTERNAL)
 
 #: Decorator of a short function that is called with constants: Numba would compile one specialisation per constant.
 inlined = lazy(inline="always", **INTERNAL)
-
-#: Decorator of functions that compute the error of a rounded operation from its result.
-uncontracted = lazy(**UNCONTRACTED)

@@ -8,6 +8,3 @@ ALL = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
 #: Of functions that only kernels call.
 INTERNAL = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **ALL}
-
-#: Of internal functions in which no product and sum may become one instruction.
-UNCONTRACTED = {**INTERNAL, "fastmath": False}

@@ -11,7 +11,6 @@ from kernels.native.entry import entry
 
 @entry(
     n="int64",
-    starts="float64[:, ::1]",
     alphas="float64[::1]",
     panels="float64[:, :, ::1]",
     nodes="float64[:, ::1]",
@@ -21,15 +20,13 @@ from kernels.native.entry import entry
     **MEMORY_TYPES,
 )
 def periods(
-    n, starts, alphas, panels, nodes, wide, measures, counts, lanes, motions, searches, numbers, ends, blocks,
+    n, alphas, panels, nodes, wide, measures, counts, lanes, motions, searches, numbers, ends, blocks,
 ):  # fmt: skip
     """Write the periods of the bounded ones of n motions.
 
     Parameters
     ----------
     n : int
-    starts : float64[len(PARAMETERS), cells]
-        Rows as in `kernels.disk.arrays`, of all cells that the chunk is one of.
     alphas ... wide : arrays
         As in `kernels.disk.exact.chunk.Tables`.
     measures, counts : arrays, written
@@ -38,4 +35,4 @@ def periods(
         `kernels.disk.exact.chunk.memory` with the motions of a chunk, as `reduce` leaves them.
     """
     tables, arrays = Tables(alphas, panels, nodes, wide), (lanes, motions, searches, numbers, ends, blocks)
-    find_periods(n, starts, tables, chunk_in(arrays), measures, counts)
+    find_periods(n, tables, chunk_in(arrays), measures, counts)

@@ -1,8 +1,4 @@
-"""The last pass over a chunk: nutation periods of bounded motions, by quadrature (`kernels.disk.exact.period`).
-
-Where rounding may change a period by more than is promised, beside a separatrix, the quadrature is repeated with the
-motion described from its saddle (`kernels.disk.exact.at_saddle`).
-"""
+"""The last pass over a chunk: nutation periods of bounded motions, by quadrature (`kernels.disk.exact.period`)."""
 
 import math
 
@@ -10,7 +6,6 @@ from kernels.disk.endings import BOUNDED
 from kernels.disk.exact import motion as of
 from kernels.disk.exact import period_layout as at
 from kernels.disk.exact.arrays import EXACT_ENDING, EXACT_NUTATION_PERIOD
-from kernels.disk.exact.at_saddle import move_to_saddle
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.near_turning_points import TERM_ERROR
 from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHORT_REACH, integrate
@@ -99,21 +94,12 @@ def _groups(motion, number):
 
 
 @internal
-def _is_sought(again, motion, cell, starts, tables, chunk, measures, counts):
-    """Whether a period is sought: of all bounded motions, then of those that have none if their saddle helps."""
-    if counts[EXACT_ENDING, cell] != BOUNDED or not again:
-        return counts[EXACT_ENDING, cell] == BOUNDED
-    lacks = math.isnan(measures[EXACT_NUTATION_PERIOD, cell]) and not math.isnan(motion[of.TOP])
-    return lacks and move_to_saddle(motion, tables, starts, cell, chunk.block)
-
-
-@internal
-def _collect(again, n, starts, tables, chunk, measures, counts):
-    """List the motions, with their tables, classes, sizes and wide panels; returns their number."""
+def _collect(n, chunk, measures, counts):
+    """List the bounded motions, with their tables, classes, sizes and wide panels; returns their number."""
     count = 0
     for i in range(n):
         motion = chunk.motions[i]
-        if _is_sought(again, motion, chunk.cells[i], starts, tables, chunk, measures, counts):
+        if counts[EXACT_ENDING, chunk.cells[i]] == BOUNDED:
             chunk.sought[count] = i
             number = _centre(motion)
             key = int(motion[of.TABLE]) * CLASSES + _class(motion)
@@ -201,9 +187,9 @@ def _drop_ended(n, chunk):
 
 
 @internal
-def _find_sought(count, tables, chunk, measures):
-    """Write the periods of the motions that are listed."""
-    times = 1
+def find_periods(n, tables, chunk, measures, counts):
+    """Write the periods of the bounded ones of n motions."""
+    count, times = _collect(n, chunk, measures, counts), 1
     while count > 0 and times * _FIRST <= _MOST:
         for b in range(blocks_of(chunk.keys, count, LANES, chunk.order, chunk.ends, chunk.blocks)):
             key, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
@@ -228,11 +214,3 @@ def _find_sought(count, tables, chunk, measures):
             _store(chunk, alpha, at_saddle, times == 1, intervals, first, last, measures)
         count = _drop_ended(count, chunk)
         times *= 2
-
-
-@internal
-def find_periods(n, starts, tables, chunk, measures, counts):
-    """Write the periods of the bounded ones of n motions; the rows of those beside a separatrix do not stay."""
-    for again in range(2):
-        count = _collect(again > 0, n, starts, tables, chunk, measures, counts)
-        _find_sought(count, tables, chunk, measures)

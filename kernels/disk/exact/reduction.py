@@ -37,6 +37,6 @@ def reduce_chunk(start, stop, starts, fall_tilt, y_fall, periods_at, which, tabl
         alphas, panels, nodes, wide = tables
         lanes, motions, searches, numbers, ends, blocks = arrays
         _find_periods(
-            periods_at, n, starts, alphas, panels, nodes, wide, measures, counts,
+            periods_at, n, alphas, panels, nodes, wide, measures, counts,
             lanes, motions, searches, numbers, ends, blocks,
         )  # fmt: skip

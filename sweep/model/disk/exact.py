@@ -63,8 +63,7 @@ class ExactReduction:
         dict of str to array, shape (n,)
             The measures and counts of the disk and `variables`; NaN or 0 where the reduction has none. A cell whose
             extremes are not known to the tolerance of the spec (on a separatrix) is unresolved. The period of a cell is
-            right to 1e-9, or NaN where rounding may decide more of it than that: of 2 in
-            10,000 cells that are nearly flat, of none in 80,000 beside separatrices.
+            right to 1e-9, or NaN: beside a separatrix rounding may decide more of it than that.
         """
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
         kernel = EXTREMES_ALONE if extremes_only else EXTREMES
