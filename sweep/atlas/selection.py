@@ -19,6 +19,7 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
+from sweep.engine.grid import blocks
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 #: Values of a selected axis at most, where they are no range: each is written in the spec.
 _MOST_LISTED = 50_000
+
+#: Rounding of a value of a range, as a share of it and of its larger end: the logarithm differs between processors.
+_ROUNDING = 1e-12
 
 #: How the names of the variables begin that follow from the verdicts.
 BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
@@ -162,13 +166,53 @@ def _as_range(values: Array) -> Range | None:
     return None
 
 
-def settled(dataset: "xr.Dataset") -> "xr.Dataset":
+def _check_coordinates(dataset: Atlas, stated: SweepSpec) -> None:
+    """Refuse a dataset whose cells are not those that its coordinates and its spec say.
+
+    An axis that was not cut has the values of the spec in their order; so has every fixed parameter that is there.
+    """
+    sizes = dict(zip(dataset["ending"].dims, dataset["ending"].shape, strict=True))
+    for name in (*stated.axes, *stated.fixed):
+        axis = getattr(stated, name)
+        if name in stated.axes and sizes.get(name) != len(axis):
+            continue
+        if name not in dataset.variables:
+            if name in stated.axes:
+                _other_cells(dataset, name, "is missing")
+            continue
+        for span in blocks(len(axis) if name in stated.axes else 1):
+            part = slice(span.start, span.stop) if name in stated.axes else ...
+            expected = np.float64(axis.at(np.arange(span.start, span.stop)) if name in stated.axes else axis)
+            found = np.asarray(dataset[name][part], np.float64)
+            # written so that NaN is beyond
+            if found.shape != expected.shape or not np.all(
+                np.abs(found - expected) <= _ROUNDING * np.abs(expected) + _ROUNDING * _largest(axis)
+            ):
+                _other_cells(dataset, name, "has other values than its spec, or another order of them")
+
+
+def _largest(axis: float | Range | Values) -> float:
+    return abs(axis) if isinstance(axis, float) else float(np.abs(axis.ends()).max())
+
+
+def _other_cells(dataset: Atlas, name: str, what: str) -> NoReturn:
+    raise RequestError(
+        f"The coordinate {name} {what}: it cannot be told which cells these are.",
+        hint=f"Select with isel or sel, and keep the order of the axes, as by dataset.sortby({name!r}).",
+        where=place_of(dataset),
+    )
+
+
+def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     """Return the atlas that a dataset is: itself, or, of a selection, one whose spec asks for its cells alone.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas or a selection from one, see `selected_spec`.
+    trusting : bool
+        Whether the coordinates of a whole atlas are left to the caller, who checks them. Those of a selection decide
+        which cells it holds, and are always checked.
 
     Returns
     -------
@@ -180,7 +224,7 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
     Raises
     ------
     RequestError
-        As from `selected_spec`.
+        As from `selected_spec`, or if a coordinate is not that of the spec.
     """
     import xarray as xr
 
@@ -192,6 +236,8 @@ def settled(dataset: "xr.Dataset") -> "xr.Dataset":
     if len(order) == len(dims) and tuple(order) != dims:
         dataset = dataset.transpose(*order, ...)
     spec = selected_spec(dataset)
+    if spec != stated or not trusting:
+        _check_coordinates(dataset, stated)
     if spec == stated:
         return dataset
     for name in ("ending", "stability"):

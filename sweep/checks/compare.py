@@ -152,7 +152,7 @@ def compare(
         If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
         method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
     """
-    new, reference = settled(new), settled(reference)
+    new, reference = settled(new, trusting=True), settled(reference, trusting=True)
     pair = align(new, reference, common=common)
     for dataset in (new, reference):
         require(dataset, ("stability", *pair.spec.model.extremes))

@@ -74,7 +74,7 @@ def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
     A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.settled`).
     """
     with open_atlas(path, indexed=indexed) as dataset, damage_named(dataset):
-        yield settled(dataset)
+        yield settled(dataset, trusting=True)
 
 
 @contextlib.contextmanager

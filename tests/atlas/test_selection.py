@@ -147,6 +147,25 @@ REFUSED = {
     "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), "atlas.eulerdisk.interp"),
     "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), "atlas.eulerdisk.interp"),
     "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), "at least one value"),
+    "turned": (
+        lambda atlas: atlas.isel(roll_rate=slice(None, None, -1)),
+        "coordinate roll_rate has other values",
+    ),
+    "turned and cut": (lambda atlas: atlas.isel(roll_rate=slice(None, None, -1), alpha=1), "another order"),
+    "shuffled and cut": (lambda atlas: atlas.isel(tilt=[1, 0, 2, 3, 4], alpha=0), "another order"),
+    "renamed values": (
+        lambda atlas: atlas.assign_coords(tilt=atlas.tilt * 2.0),
+        "coordinate tilt has other values",
+    ),
+    "renamed and cut": (
+        lambda atlas: atlas.assign_coords(tilt=atlas.tilt * 2.0).isel(alpha=0),
+        "coordinate tilt",
+    ),
+    "another disk": (lambda atlas: atlas.assign_coords(radius=0.1), "coordinate radius has other values"),
+    "between": (
+        lambda atlas: atlas.interp(roll_rate=np.linspace(1.1, 3.9, 16), method="nearest"),
+        "coordinate roll_rate has other values|eulerdisk.interp",
+    ),
 }
 
 
