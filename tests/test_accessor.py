@@ -263,3 +263,19 @@ def test_an_atlas_is_no_film(atlas):
     """An atlas says how to film the motion of a cell."""
     with pytest.raises(RequestError, match=r"only a motion can be filmed.*eulerdisk.simulate"):
         atlas.eulerdisk.animate("a.gif")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"friction": "x"}, "greater than 0; got x"),
+        ({"friction": -1}, "greater than 0; got -1"),
+        ({"friction": float("nan")}, "greater than 0; got nan"),
+        ({"ax": 3}, "ax is an Axes of matplotlib"),
+        ({"font_size": "x"}, "font_size=x"),
+    ],
+)
+def test_words_of_a_plot_that_cannot_be_are_refused(atlas, words, message):
+    """In a sentence that names them."""
+    with pytest.raises(RequestError, match=message):
+        atlas.eulerdisk.plot(**words)

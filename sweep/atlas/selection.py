@@ -19,7 +19,7 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
-from sweep.engine.grid import blocks
+from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
@@ -191,6 +191,16 @@ def _check_coordinates(dataset: Atlas, stated: SweepSpec) -> None:
                 _other_cells(dataset, name, "has other values than its spec, or another order of them")
 
 
+def _check_starts(dataset: Atlas, spec: SweepSpec) -> None:
+    """Refuse a list of starts whose parameters are not those that its spec draws."""
+    for span in blocks(spec.size) if spec.listed and not spec.starts else ():
+        starts = starts_of(spec, span)
+        for name in spec.listed:
+            found = np.asarray(dataset[name][span.start : span.stop], np.float64)
+            if not np.all(np.abs(found - starts[name]) <= _ROUNDING * np.abs(starts[name])):
+                _other_cells(dataset, name, "has other values than its spec, or another order of them")
+
+
 def _largest(axis: float | Range | Values) -> float:
     return abs(axis) if isinstance(axis, float) else float(np.abs(axis.ends()).max())
 
@@ -238,6 +248,7 @@ def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     spec = selected_spec(dataset)
     if spec != stated or not trusting:
         _check_coordinates(dataset, stated)
+        _check_starts(dataset, spec)
     if spec == stated:
         return dataset
     for name in ("ending", "stability"):

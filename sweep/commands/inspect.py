@@ -207,15 +207,11 @@ def plot(
     An atlas of more than two axes becomes a map for each value of the others; or draw a part of it:
     eulerdisk plot three-axes.nc alpha=0.5 -o slice.png
     """
+    from sweep.figures.look import Look, check_friction
     from sweep.files.paths import check_atlas, check_format
 
     check_format(output)
-    if friction is not None and not friction > 0.0:
-        raise RequestError(
-            f"A friction coefficient must be greater than 0; got {friction:g}.",
-            "Write --friction 0.5.",
-            "--friction",
-        )
+    check_friction(friction)
     others = {
         "--criterion": criterion, "--friction": friction, "--quantity": quantity, "--contours": contours,
         "--family": family or None,
@@ -227,8 +223,6 @@ def plot(
             f"quantity; got --regimes with {' and '.join(clashing)}.",
             f"Leave {' and '.join(clashing)} out.",
         )
-    from sweep.figures.look import Look
-
     look = Look.read(
         rate=rate, quantity=quantity, contours=contours, width=width, height=height, font_size=font_size, dpi=dpi,
         family=family,

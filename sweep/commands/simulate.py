@@ -84,7 +84,7 @@ def simulate(
     """
     film = _read_film(animate, speed=speed, fps=fps, size=size, camera=camera)
     request = _request(words or [], source)
-    _check_outputs(output, plot, animate, overwrite)
+    _check_outputs(output, plot, animate, overwrite, source)
     from sweep.files.netcdf import save
     from sweep.motion.trajectory import simulate as compute
 
@@ -182,9 +182,11 @@ def command_of_motion(atlas: "Atlas", path: Path, words: Sequence[str]) -> str:
     return shlex.join(["eulerdisk", "simulate", "--from", str(path), *words, "-o", "path.nc"])
 
 
-def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwrite: bool) -> None:
-    """Refuse every file that could not be written, before anything is computed."""
-    from sweep.files.paths import check_target
+def _check_outputs(
+    output: Path, plot: Path | None, animate: Path | None, overwrite: bool, source: Path | None
+) -> None:
+    """Refuse every file that could not be written, or is the atlas that is read, before anything is computed."""
+    from sweep.files.paths import check_apart, check_target
 
     if output.suffix.lower() != ".nc":
         raise RequestError(
@@ -199,3 +201,4 @@ def _check_outputs(output: Path, plot: Path | None, animate: Path | None, overwr
     for path in (output, plot, animate):
         if path is not None:
             check_target(path, overwrite)
+            check_apart(path, *([] if source is None else [source]))

@@ -148,7 +148,7 @@ def _length(name: str, raw: object) -> float | None:
 
 
 def _within(name: str, raw: object, low: float, high: float, unit: str) -> float:
-    found = read_number(raw, _SHOWN) if isinstance(raw, str) else raw
+    found = read_number(raw, dataclasses.replace(_SHOWN, name=name)) if isinstance(raw, str) else raw
     real = isinstance(found, int | float | np.integer | np.floating) and not isinstance(found, bool)
     # written so that NaN is refused
     if not real or not low <= found <= high:  # type: ignore[operator]
@@ -158,6 +158,20 @@ def _within(name: str, raw: object, low: float, high: float, unit: str) -> float
             name,
         )
     return float(found)  # type: ignore[arg-type]
+
+
+def check_friction(friction: object) -> None:
+    """Refuse what is no friction coefficient.
+
+    Raises
+    ------
+    RequestError
+    """
+    real = isinstance(friction, int | float | np.integer | np.floating) and not isinstance(friction, bool)
+    if friction is not None and not (real and friction > 0.0):  # type: ignore[operator]
+        raise RequestError(
+            f"A friction coefficient must be greater than 0; got {shown(friction)}.", "Write 0.5.", "friction"
+        )
 
 
 def _dots(raw: object) -> int:

@@ -8,17 +8,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.figures import scatter
 from sweep.figures.arrange import arrange, finish_in, lettered
 from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
 from sweep.figures.drawing import Colouring, draw_map, draw_profile, draw_ratio, sheet, styled
-from sweep.figures.look import Look
+from sweep.figures.look import Look, check_friction
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
 from sweep.figures.sizes import BAR, columns_of, inches, size_of
@@ -28,7 +29,6 @@ from sweep.model.description import Model
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 #: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
 #: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
@@ -83,6 +83,13 @@ def figure(
     Under a map, a strip shows the boundary over the analytic line.
     """
     look = look or Look()
+    check_friction(friction)
+    if axes is not None and not isinstance(axes, Axes):
+        raise RequestError(
+            f"ax is an Axes of matplotlib, as from plt.subplots(); got {shown(axes)}.",
+            hint="Leave it out for a figure of its own.",
+            where="ax",
+        )
     if not datasets:
         raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     for dataset in datasets:

@@ -89,6 +89,9 @@ def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
     if rows:
         with published(boundary_file(path)) as unfinished:
             unfinished.write_text(as_csv(rows), encoding="ascii")
+    else:
+        # one that is there belongs to what has been replaced
+        boundary_file(path).unlink(missing_ok=True)
 
 
 def _cells(dataset: "xr.Dataset") -> "xr.Dataset":

@@ -50,6 +50,13 @@ def check_motion(dataset: "xr.Dataset") -> None:
             f"A part of this motion is missing, and a figure or film needs it: {', '.join(missing)}.",
             hint="Take the dataset as sweep.simulate returned it; a stretch of elapsed_time can be chosen.",
         )
+    times = np.atleast_1d(dataset[TIME.name].values)
+    if not (np.diff(times) > 0.0).all():
+        raise RequestError(
+            f"The samples of a motion follow one another: {TIME.name} must increase.",
+            hint=f"Use dataset.sortby({TIME.name!r}).",
+            where=TIME.name,
+        )
     size = dataset.sizes.get(TIME.name, 1)
     if size < 2:
         raise RequestError(

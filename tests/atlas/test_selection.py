@@ -214,3 +214,16 @@ def test_places_that_are_none_are_refused(atlases, given, words):
     """Outside of the axes, and along what is none."""
     with pytest.raises(RequestError, match=words):
         atlases["three axes"].eulerdisk.interp(**given)
+
+
+def test_a_list_with_other_starts_is_no_selection():
+    """Neither turned, nor with parameters that its spec does not draw."""
+    atlas = sweep.run("rolling", roll_rate="uniform:2:4", tilt="normal:1deg:0.2deg", samples=6)
+    assert atlas.isel(start=[1, 3]).eulerdisk.spec.size == 2
+    for part in (
+        atlas.isel(start=slice(None, None, -1)),
+        atlas.assign_coords(tilt=atlas.tilt * 2.0),
+        atlas.assign_coords(tilt=atlas.tilt * 2.0).isel(start=[1, 3]),
+    ):
+        with pytest.raises(RequestError, match="has other values than its spec, or another order"):
+            _ = part.eulerdisk.atlas

@@ -285,3 +285,13 @@ def test_a_cell_without_motion_has_no_command(command, tmp_path):
     status, out, _ = command("explain a.nc")
     assert status == 0
     assert "simulate" not in out
+
+
+def test_the_atlas_that_is_read_is_not_replaced(command, tmp_path):
+    """Not even when told to overwrite."""
+    command("run rolling roll_rate=2:4:3 tilt=1deg,2deg -o a.nc")
+    before = (tmp_path / "a.nc").read_bytes()
+    status, _, err = command("simulate --from a.nc roll_rate=2 tilt=1deg -o a.nc --overwrite")
+    assert status == 2
+    assert "must be another file" in err
+    assert (tmp_path / "a.nc").read_bytes() == before

@@ -214,3 +214,12 @@ def test_the_command(tmp_path, monkeypatch):
         main()
     assert end.value.code == 0
     assert len((tmp_path / "a.csv").read_text().splitlines()) == 2
+
+
+def test_a_boundary_of_what_was_replaced_does_not_stay(tmp_path):
+    """Where the new table has none, the old one goes."""
+    atlas = sweep.run(SPECS["falling"])
+    export(atlas, tmp_path / "a.csv", "csv")
+    assert (tmp_path / "a.boundary.csv").exists()
+    export(sweep.run(SPECS["cell"]), tmp_path / "a.csv", "csv", overwrite=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
