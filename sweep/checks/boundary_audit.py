@@ -14,6 +14,7 @@ from sweep.checks.statement import MOST_NAMED, Statement
 from sweep.engine.grid import Span, completed, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import UNDECIDED, Array, Truths
+from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -180,10 +181,34 @@ def _same_verdicts(
 ) -> Truths:
     """Return where both ends of a bracket have one exact verdict; an end on the edge itself is undecided."""
     ends = []
-    for end in (places - width, places + width):
+    for end in (_on_the_grid(spec, axis, places - width), _on_the_grid(spec, axis, places + width)):
         chosen = {name: end if name == axis else each[which] for name, each in starts.items()}
         ends.append(judged(spec, completed(spec, chosen)) if end.size else np.zeros(0, np.int8))
     return np.asarray((ends[0] == ends[1]) & (ends[0] != UNDECIDED))
+
+
+def _on_the_grid(spec: SweepSpec, axis: str, ends: Array) -> Array:
+    """Return the ends of brackets, those that are a value of the axis but for their rounding as that value.
+
+    A criterion may hold at one double alone, as ``tilt == 1deg`` does, and middle plus half-width may miss it.
+    """
+    values = getattr(spec, axis)
+    if isinstance(values, Range):
+        first, last = values.ends()
+        share = (
+            np.log(ends / first) / np.log(last / first)
+            if values.spacing == "log"
+            else (ends - first) / (last - first)
+        )
+        places = np.clip(np.rint(share * (len(values) - 1)), 0, len(values) - 1).astype(np.intp)
+    else:
+        held = values.array()
+        after = np.clip(np.searchsorted(held, ends), 1, max(held.size - 1, 1))
+        places = np.where(
+            ends - held[after - 1] < held[after % held.size] - ends, after - 1, after % held.size
+        )
+    near = values.at(places)
+    return np.where(np.abs(near - ends) <= _LAST_BITS * np.abs(values.ends()).max(), near, ends)
 
 
 def _axis_of(spec: SweepSpec, middle: str) -> str:

@@ -80,8 +80,9 @@ def run(
 
         executor = on_cluster(dask, say)
     # The history names what decides the atlas and where it went: the bytes of the file do not depend on other options.
-    origin = ["--from", str(source)] if spec is None else [spec]
-    command = shlex.join(["eulerdisk", "run", *origin, *words, "-o", str(output)])
+    origin = [] if source is None else ["--from", str(source)]
+    first = [] if spec is None else [spec]
+    command = shlex.join(["eulerdisk", "run", *origin, *first, *words, "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
         failures = run_to_file(
             request,

@@ -170,7 +170,9 @@ def check_friction(friction: object) -> None:
     real = isinstance(friction, int | float | np.integer | np.floating) and not isinstance(friction, bool)
     if friction is not None and not (real and friction > 0.0):  # type: ignore[operator]
         raise RequestError(
-            f"A friction coefficient must be greater than 0; got {shown(friction)}.", "Write 0.5.", "friction"
+            f"A friction coefficient must be greater than 0; got {shown(friction)}.",
+            "Write --friction 0.5; in Python friction=0.5.",
+            "--friction",
         )
 
 

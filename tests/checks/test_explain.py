@@ -215,6 +215,7 @@ def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsy
     with sweep.open_atlas("c.nc") as changed:
         spec = ROLLING.replace(alpha=1.0, tilt="1deg")
         assert json.loads(changed.attrs["sweep_spec"]) == json.loads(spec.canonical())
+        assert changed.attrs["history"].endswith("eulerdisk run --from a.nc alpha=1 tilt=1deg -o c.nc")
     for line, said in [
         ("run rolling --from a.nc -o d.nc", "not both"),
         ("run -o d.nc", "eulerdisk run rolling"),

@@ -160,3 +160,14 @@ def test_a_steady_motion_can_be_unstable():
     assert "abs(tilt) < 0.5deg is true" in explain(atlas, {"tilt": 0}).text
     assert findings(verify(atlas)).passed
     assert math.isfinite(atlas.peak_tilt.values[0])
+
+
+@pytest.mark.parametrize(
+    "criterion", ["tilt == 1deg", "roll_rate > 30deg/s and not (tilt == 2deg or tilt == 1deg)"]
+)
+@pytest.mark.parametrize("tilt", ["1deg:3deg:4", "1deg,1.7deg,2deg", "1deg:2deg:4:log"])
+def test_a_verdict_that_holds_at_one_double_is_found_again(criterion, tilt):
+    """The end of a bracket that is a value of the grid is held against the exact verdict at that value."""
+    words = ["roll_rate=2:4:5", f"tilt={tilt}", f"criterion={criterion}", "boundary=refined:1e-4"]
+    atlas = sweep.run(sweep.SweepSpec.from_words("rolling", words))
+    assert findings(verify(atlas)).passed
