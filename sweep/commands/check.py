@@ -23,9 +23,11 @@ def verify(
     from sweep.atlas.dataset import spec_named
     from sweep.checks.verify import findings_of, verify_to_file
     from sweep.commands.audit_report import audit_text
-    from sweep.files.paths import check_apart, check_target
+    from sweep.files.paths import check_apart, check_atlas_name, check_target
     from sweep.files.reading import opened
 
+    if write is not None:
+        check_atlas_name(write)
     with opened(atlas, indexed=False) as dataset:
         spec = spec_named(dataset)
         if write is None:

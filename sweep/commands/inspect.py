@@ -65,6 +65,9 @@ def _tell_run(folder: Path, partial: Path | None) -> None:
     from sweep.runs.partial import describe, write_partial
 
     if partial is not None:
+        from sweep.files.paths import check_atlas_name
+
+        check_atlas_name(partial)
         enter_baseline(None, folder)
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {done} of {cells} cells computed")
@@ -96,17 +99,23 @@ def boundary(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="OUT.nc", help="Write the atlas with this boundary to a new file."
+            "--output",
+            "-o",
+            metavar="OUT",
+            help="Write the atlas with this boundary to a new .nc file; with --to the table instead.",
         ),
     ] = None,
     overwrite: Overwrite = False,
     kind: Annotated[
-        str | None, typer.Option("--to", metavar="FORMAT", help="Print it as csv or json, in SI.")
+        str | None,
+        typer.Option("--to", metavar="FORMAT", help="Print it as csv or json, in SI; to a file with -o."),
     ] = None,
 ) -> None:
     """Print the measured boundary beside the lines of theory, as a table; of a part of the atlas, if words pick one.
 
     eulerdisk boundary three-axes.nc alpha=0.5 tilt=1deg:3deg
+
+    eulerdisk boundary rolling.nc --to csv -o boundary.csv
     """
     if kind not in (None, *_TABLES):
         raise RequestError(
@@ -114,43 +123,64 @@ def boundary(
             "Write --to csv, or leave it out.",
             "--to",
         )
+    from sweep.files.paths import check_apart, check_atlas, check_target
     from sweep.files.reading import opened_file
 
+    if output is not None:
+        _check_output(output, kind)
+        check_atlas(atlas)
+        check_target(output, overwrite)
+        check_apart(output, atlas)
     if criterion is None and refine is None and output is None and not words:
         with opened_file(atlas) as file:
-            _show_boundary(file, kind)
+            show(_boundary_text(file, kind))
         return
     from sweep.atlas.reclassify import reclassify
     from sweep.atlas.reclassify import refine as refined
     from sweep.files.netcdf import save
-    from sweep.files.paths import check_target
+    from sweep.files.publish import published
 
     with opened_part(atlas, words) as dataset:
-        if output is not None:
-            check_target(output, overwrite)
         found = dataset if criterion is None else reclassify(dataset, criterion)
         if refine is not None:
             found = refined(found, refine)
+        text = _boundary_text(found, kind)
+        if output is not None and kind is not None:
+            with published(output) as unfinished:
+                unfinished.write_text(f"{text}\n", encoding="utf-8")
+            return
         if output is not None:
             save(found, output, overwrite=overwrite)
-        _show_boundary(found, kind)
+        show(text)
 
 
-def _show_boundary(atlas: "Atlas", kind: str | None) -> None:
-    """Print the boundary as a table for people, or in a format for programs."""
+def _check_output(output: Path, kind: str | None) -> None:
+    """Refuse a name of the output of `boundary` that promises what it does not write."""
+    from sweep.files.paths import FIGURE_FORMATS, check_atlas_name, check_table_name
+
+    if kind is not None:
+        check_table_name(output, kind)
+        return
+    ending = output.suffix.lower().removeprefix(".")
+    table = ending if ending in _TABLES else "csv"
+    hint = f"Write -o {output.stem}.nc, or for the table --to {table} -o {output.stem}.{table}."
+    check_atlas_name(output, "" if ending in FIGURE_FORMATS else hint)
+
+
+def _boundary_text(atlas: "Atlas", kind: str | None) -> str:
+    """Return the boundary as a table for people, or in a format for programs."""
     if kind is None:
         from sweep.commands.report import boundary_table
 
-        show(boundary_table(atlas))
-    elif kind == "json":
+        return boundary_table(atlas)
+    if kind == "json":
         from sweep.commands.summary import as_json
         from sweep.commands.summary import boundary as plain
 
-        show(as_json(plain(atlas)))
-    else:
-        from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
+        return as_json(plain(atlas))
+    from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
 
-        show(as_csv(boundary_rows(atlas) or curve_rows(atlas)).rstrip("\n"))
+    return as_csv(boundary_rows(atlas) or curve_rows(atlas)).rstrip("\n")
 
 
 def plot(

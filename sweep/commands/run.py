@@ -67,7 +67,10 @@ def run(
     scaled_tilt_rate=0.01. So are the rates of the presets: with radius=12mm they cover the boundary of a coin. Instead
     of roll_rate the speed of the contact point may be given, speed=15cm/s.
     """
+    from sweep.files.paths import check_atlas_name
+
     words = with_starts(words, starts)
+    check_atlas_name(output)
     request = read_request(spec, words, source)
     from sweep.runs.names import directory_of, resolved
     from sweep.runs.run import run_to_file
@@ -114,7 +117,10 @@ def prepare(
 
     Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
     """
+    from sweep.files.paths import check_atlas_name
+
     words = with_starts(words, starts)
+    check_atlas_name(output)
     request = read_request(spec, words, None)
     from sweep.runs import array_jobs
     from sweep.runs.names import directory_of, resolved
@@ -186,9 +192,10 @@ def plan(
 ) -> None:
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
     from sweep.engine import estimate
-    from sweep.files.paths import check_target
+    from sweep.files.paths import check_atlas_name, check_target
     from sweep.runs.forecast import Forecast, describe
 
+    check_atlas_name(output)
     request = read_request(spec, with_starts(words, starts), None)
     # --overwrite is needed for the run alone: the estimate is the same if the file exists
     check_target(output, True)

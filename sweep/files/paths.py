@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import shlex
 import stat
 from pathlib import Path
@@ -11,6 +12,9 @@ from sweep.errors import RequestError
 
 #: Formats of figures, which are the endings of their names.
 FIGURE_FORMATS = ("png", "pdf", "svg")
+
+#: Endings of the names of atlases, beside none. What begins with no letter is no ending: a-0.5, run.2026-11-22.
+_NETCDF, _ENDING = (".nc", ".nc4", ".cdf", ".netcdf", ".h5"), re.compile(r"\.[A-Za-z][A-Za-z0-9]*")
 
 #: Folders of the system, whose names stand for streams and devices; and the one among them that holds files.
 _SYSTEM_FOLDERS, _SHARED_MEMORY = ("/proc/", "/sys/", "/dev/"), "/dev/shm/"
@@ -30,6 +34,30 @@ def check_format(path: str | Path) -> str:
             where=str(path),
         )
     return ending
+
+
+def check_atlas_name(path: Path, hint: str = "") -> None:
+    """Refuse to write an atlas under a name that promises another format, as a.csv or a.png."""
+    if path.suffix.lower() in _NETCDF or not _ENDING.fullmatch(path.suffix):
+        return
+    if not hint and path.suffix.lower().removeprefix(".") in FIGURE_FORMATS:
+        hint = f"A figure is drawn of an atlas: eulerdisk plot {path.stem}.nc -o {path.name}."
+    raise RequestError(
+        f"An atlas is a netCDF file, and a name that ends in {path.suffix} promises another format.",
+        hint=hint
+        or f"Write {path.stem}.nc; a table is made of it by eulerdisk export {path.stem}.nc --to csv.",
+        where=f"-o {path}",
+    )
+
+
+def check_table_name(path: Path, kind: str) -> None:
+    """Refuse to write a table under the name of an atlas."""
+    if path.suffix.lower() in _NETCDF:
+        raise RequestError(
+            f"With --to {kind} a table is written, and a name that ends in {path.suffix} promises netCDF.",
+            hint=f"Write -o {path.stem}.{kind}, or leave --to out.",
+            where=f"-o {path}",
+        )
 
 
 def check_atlas(path: str | Path) -> None:

@@ -233,3 +233,47 @@ def test_the_boundary_for_programs(command, tmp_path):
     status, out, err = command("boundary a.nc --to xml")
     assert (status, out) == (2, "")
     assert "csv or json; got xml" in err
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("boundary a.nc -o b.csv", "--to csv -o b.csv"),
+        ("boundary a.nc -o b.JSON", "--to json -o b.json"),
+        ("boundary a.nc -o b.png", "eulerdisk plot b.nc -o b.png"),
+        ("boundary a.nc --to csv -o b.nc", "Write -o b.csv"),
+        ("boundary a.nc --to csv -o a.csv", "add --overwrite"),
+        ("boundary a.nc --to csv -o a", "would replace the atlas"),
+        ("run rolling -o r.csv", "eulerdisk export r.nc --to csv"),
+        ("run rolling -o x.xlsx", "promises another format"),
+        ("run rolling -o y.png", "eulerdisk plot y.nc -o y.png"),
+        ("prepare rolling -o r.csv", "promises another format"),
+        ("plan rolling -o r.csv", "promises another format"),
+        ("verify a.nc --write v.csv", "promises another format"),
+    ],
+)
+def test_a_name_that_promises_another_format_is_refused(command, tmp_path, line, told):
+    """An atlas is not written as .csv, nor a table as .nc: nothing is written, and the hint says how it is done."""
+    command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")
+    (tmp_path / "a").hardlink_to(tmp_path / "a.nc")
+    (tmp_path / "a.csv").touch()
+    replace = "" if "a.csv" in line else " --overwrite"
+    status, out, err = command(line + replace * line.startswith("boundary"))
+    assert (status, out) == (2, "")
+    assert told in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "a.csv", "a.nc"]
+
+
+def test_the_boundary_for_programs_in_a_file(command, tmp_path):
+    """With --to the option -o writes what would be printed; without it an atlas, whose name may have no ending."""
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    for kind in ("csv", "json"):
+        printed = command(f"boundary a.nc --criterion departure:1deg --to {kind}")[1]
+        line = f"boundary a.nc --criterion departure:1deg --to {kind} -o b.{kind}"
+        assert command(line) == (0, "", "")
+        assert (tmp_path / f"b.{kind}").read_text() == printed
+        assert command(line)[0] == 2
+        assert command(f"{line} --overwrite")[0] == 0
+    for name in ("b", "b.NC4", "b-0.5", "b.h5"):
+        assert command(f"boundary a.nc -o {name}")[0] == 0
+        assert command(f"info {name}")[0] == 0
