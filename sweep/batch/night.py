@@ -1,5 +1,6 @@
 """A batch from its sweeps to its outcomes: each is computed, verified and compared, whatever became of the others."""
 
+import os
 import shlex
 import time
 import traceback
@@ -9,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sweep.batch.sweeps import Sweep
+from sweep.checks.alignment import OtherGridError
 from sweep.checks.compare import Comparison, compare
 from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
@@ -41,6 +43,8 @@ class Outcome:
         The audit, if it was asked for.
     comparison : Comparison or None
         With the trusted atlas, if it was asked for.
+    trusted : Path or None
+        The trusted atlas.
     problems : dict of str to str
         Step (``run``, ``verify``, ``compare``) -> why it could not be done.
     seconds : dict of str to float
@@ -53,6 +57,7 @@ class Outcome:
     failures: Failures | None = None
     findings: Findings | None = None
     comparison: Comparison | None = None
+    trusted: Path | None = None
     problems: dict[str, str] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -126,8 +131,16 @@ def carry_out(
             yield found
             continue
         with _step(found, "run", say):
-            if _is_there(path, sweep.spec):
+            other = _other_maker(path, sweep.spec)
+            if other == "":
                 found.failures, found.state = Failures.in_file(path, sweep.spec), KEPT
+            elif other and not wishes.overwrite:
+                raise RequestError(
+                    f"Nothing is written, because the atlas that is there was made {other}; what is finished is not "
+                    "replaced by accident.",
+                    hint="To replace it, add --overwrite; to keep it, name another folder.",
+                    where=str(path),
+                )
             else:
                 found.failures = run_to_file(
                     sweep.spec,
@@ -150,13 +163,26 @@ def _check(found: Outcome, wishes: Wishes, say: Say) -> None:
         with _step(found, "verify", say), opened(found.path, indexed=False) as atlas:
             found.findings = findings_of(atlas, found.path)
     if wishes.reference is not None:
-        trusted = wishes.reference / found.path.name
-        with (
-            _step(found, "compare", say),
-            opened(found.path, indexed=False) as new,
-            opened(trusted, indexed=False) as reference,
-        ):
-            found.comparison = compare(new, reference, files=(found.path, trusted))
+        found.trusted = wishes.reference / found.path.name
+        with _step(found, "compare", say):
+            found.comparison = _compared(found.path, found.trusted)
+
+
+def _compared(path: Path, trusted: Path) -> Comparison:
+    if not os.path.lexists(trusted):
+        raise RequestError(
+            "There is no such file: the trusted atlas of this sweep is missing.",
+            hint="When eulerdisk verify has found the new one right, make it the trusted one: "
+            f"{shlex.join(['cp', str(path), str(trusted)])}",
+            where=str(trusted),
+        )
+    with opened(path, indexed=False) as new, opened(trusted, indexed=False) as reference:
+        try:
+            return compare(new, reference, files=(path, trusted))
+        except OtherGridError as error:
+            # a batch compares whole atlases
+            hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."
+            raise RequestError(error.message, hint, str(trusted)) from None
 
 
 @contextmanager
@@ -190,14 +216,22 @@ def _command(sweep: Sweep, path: Path) -> str:
     return shlex.join(["eulerdisk", *words])
 
 
-def _is_there(path: Path, spec: SweepSpec) -> bool:
-    """Return whether a file is the atlas that a run of a spec would make now, as far as can be told."""
+def _other_maker(path: Path, spec: SweepSpec) -> str | None:
+    """Return what else made the atlas in a file: empty if a run of a spec would make the same one now.
+
+    As far as can be told; None if there is no atlas.
+    """
     if not path.is_file():
-        return False
+        return None
     try:
         with opened_file(path) as held:
-            stated = held.attrs.get("sweep_fingerprint"), held.attrs.get("kernel_hash")
+            attributes = held.attrs
     except RequestError:
         # not an atlas, or a damaged one: `run_to_file` says that it is in the way, or replaces it
-        return False
-    return stated == (spec.fingerprint(), arithmetic_hash(spec))
+        return None
+    makers = []
+    if attributes.get("sweep_fingerprint") != spec.fingerprint():
+        makers.append("from another spec")
+    if attributes.get("kernel_hash") != arithmetic_hash(spec):
+        makers.append("by other code")
+    return " and ".join(makers)

@@ -1,18 +1,26 @@
 """The closing report of a batch: a table for people, JSON for programs, JUnit XML for a CI server."""
 
-from collections.abc import Iterator, Sequence
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from xml.etree import ElementTree
 
-from sweep.batch.night import KEPT, Outcome
+from sweep.batch.night import KEPT, REFUSED, Outcome
+from sweep.batch.sweeps import Sweep
+from sweep.checks.comparison_report import what
 from sweep.engine.estimate import duration
 from sweep.errors import printable
+
+#: Why a sweep has no outcome.
+_NOT_FINISHED = "not finished: the batch has not come to it, or was interrupted. The same command goes on."
 
 _HEAD = ("sweep", "cells", "not computed", "verified", "reference", "time")
 
 
 def in_words(outcomes: Sequence[Outcome], most: float) -> str:
     """Return a table with a line for each sweep, the problems in sentences, and a last line with the sum.
+
+    Why a sweep was refused is told before a batch begins, and not here.
 
     Parameters
     ----------
@@ -25,7 +33,12 @@ def in_words(outcomes: Sequence[Outcome], most: float) -> str:
     lines = [
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
     ]
-    problems = [f"{each.sweep.name}: {text}" for each in outcomes for _, text in _problems(each, most)]
+    problems = [
+        f"{each.sweep.label}: {text}"
+        for each in outcomes
+        if each.state != REFUSED
+        for text in problems_of(each, most).values()
+    ]
     bad = sum(not each.is_fine(most) for each in outcomes)
     total = duration(sum(sum(each.seconds.values()) for each in outcomes))
     count = len(outcomes)
@@ -43,9 +56,9 @@ def to_json(outcomes: Sequence[Outcome], most: float) -> dict[str, Any]:
         "fine": all(each.is_fine(most) for each in outcomes),
         "sweeps": [
             {
-                "name": each.sweep.name,
+                "name": each.sweep.label,
                 "source": each.sweep.source,
-                "file": str(each.path),
+                "file": str(each.path) if each.sweep.name else None,
                 "fine": each.is_fine(most),
                 "state": each.state,
                 "cells": None if each.sweep.spec is None else each.sweep.spec.size,
@@ -61,33 +74,49 @@ def to_json(outcomes: Sequence[Outcome], most: float) -> dict[str, Any]:
     }
 
 
-def to_junit(outcomes: Sequence[Outcome], most: float) -> str:
-    """Return JUnit XML: a suite for each sweep, a test for each of its steps, with the time that each took."""
+def to_junit(outcomes: Sequence[Outcome], most: float, waiting: Sequence[Sweep] = ()) -> str:
+    """Return JUnit XML: a suite for each sweep, a test for each of its steps, with the time that each took.
+
+    Parameters
+    ----------
+    outcomes, most
+        As in `in_words`.
+    waiting : sequence of Sweep
+        Those that are not finished: an error each.
+    """
     root = ElementTree.Element("testsuites")
-    sums = [0, 0, 0.0]
     for each in outcomes:
-        failed = dict(_problems(each, most))
+        failed = problems_of(each, most)
         steps = each.seconds or {"run": 0.0}
-        took = sum(steps.values())
-        counts = {
-            "tests": str(len(steps)),
-            "failures": str(len(failed)),
-            "errors": "0",
-            "time": f"{took:.3f}",
-        }
-        name = printable(each.sweep.name)
-        suite = ElementTree.SubElement(root, "testsuite", {"name": name, **counts})
-        for step, seconds in steps.items():
-            case = ElementTree.SubElement(
-                suite, "testcase", {"classname": name, "name": step, "time": f"{seconds:.3f}"}
-            )
-            if step in failed:
-                text = printable(failed[step])
-                ElementTree.SubElement(case, "failure", {"message": text}).text = text
-        sums = [sums[0] + len(steps), sums[1] + len(failed), sums[2] + took]
-    root.attrib |= {"tests": str(sums[0]), "failures": str(sums[1]), "errors": "0", "time": f"{sums[2]:.3f}"}
+        _suite(root, each.sweep.label, steps, {step: ("failure", text) for step, text in failed.items()})
+    for sweep in waiting:
+        _suite(root, sweep.label, {"run": 0.0}, {"run": ("error", _NOT_FINISHED)})
+    for count in ("tests", "failures", "errors"):
+        root.set(count, str(sum(int(suite.get(count, "0")) for suite in root)))
+    root.set("time", f"{sum(sum(each.seconds.values()) for each in outcomes):.3f}")
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _suite(
+    root: ElementTree.Element, label: str, steps: Mapping[str, float], wrong: Mapping[str, tuple[str, str]]
+) -> None:
+    """Add the suite of a sweep: step -> seconds, and step -> the kind of what is wrong, and the reason."""
+    name, kinds = printable(label), [kind for kind, _ in wrong.values()]
+    counts = {
+        "tests": str(len(steps)),
+        "failures": str(kinds.count("failure")),
+        "errors": str(kinds.count("error")),
+        "time": f"{sum(steps.values()):.3f}",
+    }
+    suite = ElementTree.SubElement(root, "testsuite", {"name": name, **counts})
+    for step, seconds in steps.items():
+        case = ElementTree.SubElement(
+            suite, "testcase", {"classname": name, "name": step, "time": f"{seconds:.3f}"}
+        )
+        if step in wrong:
+            kind, text = wrong[step][0], printable(wrong[step][1])
+            ElementTree.SubElement(case, kind, {"message": text}).text = text
 
 
 def _row(found: Outcome, most: float) -> tuple[str, ...]:
@@ -96,7 +125,7 @@ def _row(found: Outcome, most: float) -> tuple[str, ...]:
     if found.failures is None:
         undone = found.state
     return (
-        found.sweep.name,
+        found.sweep.label,
         size,
         undone + " (kept)" * (found.state == KEPT),
         _verified(found),
@@ -120,8 +149,12 @@ def _compared(found: Outcome) -> str:
     return f"DIFFERENT in {names[0]}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
+def problems_of(found: Outcome, most: float) -> dict[str, str]:
+    """Return the steps of a sweep that are not as they should be, and why; `most` as in `in_words`."""
+    return dict(_problems(found, most))
+
+
 def _problems(found: Outcome, most: float) -> Iterator[tuple[str, str]]:
-    """Yield the steps of a sweep that are not as they should be, and why."""
     yield from found.problems.items()
     if found.failures is not None and found.too_many_failed(most):
         yield "run", "; ".join(line.strip() for line in found.failures.describe())
@@ -129,6 +162,9 @@ def _problems(found: Outcome, most: float) -> Iterator[tuple[str, str]]:
         wrong = [each.name for each in found.findings.wrong]
         counts = f"{found.findings.disagreeing} cells disagree with the exact reduction, {found.findings.missing} lack"
         named = f"; wrong: {', '.join(wrong[:6])}" if wrong else ""
-        yield "verify", f"{counts} a value{named}. eulerdisk verify {found.path} says more."
+        command = shlex.join(["eulerdisk", "verify", str(found.path)])
+        yield "verify", f"{counts} a value{named}. More is said by: {command}"
     if found.comparison is not None and not found.comparison.same:
-        yield "compare", f"{_compared(found)}: eulerdisk compare {found.path} with its reference says more."
+        worst = next(each for each in found.comparison.findings if each.different)
+        command = shlex.join(["eulerdisk", "compare", str(found.path), str(found.trusted)])
+        yield "compare", f"{_compared(found)}: {what(worst)}. More is said by: {command}"

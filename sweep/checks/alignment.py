@@ -30,6 +30,10 @@ _PRESENTATION = ("title", "boundary", "device")
 _EXTENT = ("samples", "start")
 
 
+class OtherGridError(RequestError):
+    """Two atlases are not on the same grid."""
+
+
 @dataclass(frozen=True)
 class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
@@ -170,7 +174,7 @@ def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], 
     if not fields and specs[0].axes != specs[1].axes:
         fields = ["axes"]
     if fields:
-        raise RequestError(
+        raise OtherGridError(
             "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "
             f"order, and they differ in {_in_words(fields, *specs)}.",
             hint="Add --common to compare the cells that both have.",

@@ -42,7 +42,7 @@ def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
             suite, "testcase", {"classname": name, "name": finding.name, "time": share}
         )
         if finding.different:
-            text = _what(finding)
+            text = what(finding)
             ElementTree.SubElement(case, "failure", {"message": text}).text = "\n".join(_lines(finding))
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
@@ -65,7 +65,7 @@ def _outcome(comparison: Comparison) -> str:
 
 def _lines(finding: Finding) -> Iterator[str]:
     outcome = "DIFFERS" if finding.different else "identical" if finding.bitwise else "within"
-    yield f"{outcome:<9} {finding.name:<34} {_what(finding)}"
+    yield f"{outcome:<9} {finding.name:<34} {what(finding)}"
     if finding.worst is not None:
         values = " and ".join(
             "missing" if value is None else f"{value:.17g}"
@@ -77,7 +77,8 @@ def _lines(finding: Finding) -> Iterator[str]:
         yield f"{'':<9} so much is allowed because {finding.reason}"
 
 
-def _what(finding: Finding) -> str:
+def what(finding: Finding) -> str:
+    """Return how a variable differs: how many of its values, the largest difference, what is allowed."""
     if finding.note:
         return printable(finding.note)
     parts = [f"{finding.different} of {finding.values} differ"] if finding.different else []

@@ -1,5 +1,6 @@
 """Compute and check many sweeps in one command: `batch`."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,19 +57,41 @@ def batch(
 
     sweeps = read_sweeps(specs)
     _check_folders(output, reference)
+    _check_threads(threads)
     if junit is not None:
         from sweep.files.paths import check_target
 
         check_target(junit, True)
     refused = [each for each in sweeps if each.spec is None]
     for each in refused:
-        say(f"{each.name} is left out: {each.problem}")
-    if len(refused) == len(sweeps):
+        say(f"left out: {each.problem}")
+    nothing = len(refused) == len(sweeps)
+    if nothing and not as_json and junit is None:
         raise typer.Exit(2)
-    outcomes = _carry_out(sweeps, output, verify, reference, overwrite, threads, quiet)
-    _report(outcomes, max_failed, as_json, junit)
+    if not nothing:
+        _make_folder(output)
+    outcomes = _carry_out(sweeps, output, verify, reference, overwrite, threads, max_failed, junit, quiet)
+    if as_json or not nothing:
+        _report(outcomes, max_failed, as_json)
     if not all(each.is_fine(max_failed) for each in outcomes):
-        raise typer.Exit(1)
+        raise typer.Exit(2 if nothing else 1)
+
+
+def _check_threads(threads: int | None) -> None:
+    from sweep.engine.compute import usable_threads
+
+    usable_threads(threads)
+
+
+def _make_folder(output: Path) -> None:
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as problem:
+        raise RequestError(
+            f"The folder for the atlases cannot be made: {getattr(problem, 'strerror', None) or problem}.",
+            "Give another name or folder.",
+            f"-o {output}",
+        ) from problem
 
 
 def _carry_out(
@@ -78,38 +101,55 @@ def _carry_out(
     reference: Path | None,
     overwrite: bool,
     threads: int | None,
+    most: float,
+    junit: Path | None,
     quiet: bool,
 ) -> "list[Outcome]":
-    from sweep.batch.night import Wishes, carry_out
-    from sweep.engine.compute import usable_threads
+    from sweep.batch.night import FAILED, REFUSED, Wishes, carry_out
+    from sweep.batch.report import problems_of
 
-    usable_threads(threads)
-    output.mkdir(parents=True, exist_ok=True)
     wishes = Wishes(output, verify, reference, overwrite, threads)
-
     outcomes: list[Outcome] = []
-    with stoppable() as stopping, showing(quiet=quiet) as progress:
-        for found in carry_out(sweeps, wishes, show=progress, say=say, stopping=stopping):
-            outcomes.append(found)
-            if not quiet:
-                say(f"{found.sweep.name}: {found.state}, {len(outcomes)} of {len(sweeps)} sweeps done")
+    # a server that reads the file alone does not take an older one for that of a batch that was killed
+    _write_junit(junit, [], most, sweeps)
+    try:
+        with stoppable() as stopping, showing(quiet=quiet) as progress:
+            for found in carry_out(sweeps, wishes, show=progress, say=say, stopping=stopping):
+                outcomes.append(found)
+                if quiet or found.state == REFUSED:
+                    continue
+                wrong = problems_of(found, most) if found.state != FAILED else {}
+                but = f", NOT as it should be ({' and '.join(wrong)})" if wrong else ""
+                say(f"{found.sweep.label}: {found.state}{but}, {len(outcomes)} of {len(sweeps)} sweeps done")
+    finally:
+        _write_junit(junit, outcomes, most, sweeps[len(outcomes) :])
     return outcomes
 
 
+def _write_junit(path: Path | None, outcomes: "list[Outcome]", most: float, waiting: "list[Sweep]") -> None:
+    if path is None:
+        return
+    from sweep.batch.report import to_junit
+    from sweep.files.publish import published
+
+    with published(path) as unfinished:
+        unfinished.write_text(to_junit(outcomes, most, waiting), encoding="utf-8")
+
+
 def _check_folders(output: Path, reference: Path | None) -> None:
-    if output.exists() and not output.is_dir():
+    if os.path.exists(output) and not os.path.isdir(output):
         raise RequestError(
             "The atlases of a batch go into a folder; this is a file.", "Name a folder.", f"-o {output}"
         )
     if reference is None:
         return
-    if not reference.is_dir():
+    if not os.path.isdir(reference):
         raise RequestError(
             "The trusted atlases lie in a folder; there is none of this name.",
             "Check the path, or leave it out.",
             f"--reference {reference}",
         )
-    if output.exists() and output.samefile(reference):
+    if os.path.exists(output) and os.path.samefile(output, reference):
         raise RequestError(
             "The trusted atlases lie where the new ones are to be written: they would be compared with themselves.",
             "Name another folder for one of them.",
@@ -117,15 +157,11 @@ def _check_folders(output: Path, reference: Path | None) -> None:
         )
 
 
-def _report(outcomes: "list[Outcome]", most: float, as_json: bool, junit: Path | None) -> None:
+def _report(outcomes: "list[Outcome]", most: float, as_json: bool) -> None:
     import json
 
-    from sweep.batch.report import in_words, to_json, to_junit
-    from sweep.files.publish import published
+    from sweep.batch.report import in_words, to_json
 
-    if junit is not None:
-        with published(junit) as unfinished:
-            unfinished.write_text(to_junit(outcomes, most), encoding="utf-8")
     show(
         json.dumps(to_json(outcomes, most), indent=1, allow_nan=False)
         if as_json

@@ -10,6 +10,7 @@ The same words in Python, in TOML and on the command line::
 import hashlib
 import json
 import math
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -30,6 +31,7 @@ from sweep.request.suggestions import unknown_word
 from sweep.request.values import Value, read_value
 from sweep.request.words import (
     GRID,
+    SWEEP_TABLES,
     find_spec_file,
     known_words,
     names,
@@ -289,6 +291,13 @@ class SweepSpec:
     def _changed_file(cls, path: Path, changes_of: Callable[[Model], Mapping[str, Any]]) -> Self:
         """Return the spec in a file with the changes that a function gives for its model."""
         held = read_file(path)
+        if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
+            raise RequestError(
+                f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
+                hint=f"Compute them with eulerdisk batch {shlex.quote(str(path))} -o DIR, or write one into a file of "
+                "its own.",
+                where=place(path),
+            )
         try:
             model = registry.named(str(held.get("model", registry.DEFAULT)))
         except RequestError as error:

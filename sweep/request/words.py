@@ -27,6 +27,9 @@ GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
 #: 20,000 parts the parser makes gigabytes.
 _MOST_BYTES, _MOST_DOTS = 2**20, 50
 
+#: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
+SWEEP_TABLES = ("sweep", "sweeps")
+
 #: Where the cells are computed.
 DEVICES = ("cpu", "cuda")
 

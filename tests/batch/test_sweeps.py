@@ -1,5 +1,7 @@
 """The sweeps of a batch, as they stand in files."""
 
+import re
+
 import pytest
 
 from sweep.batch.sweeps import read_sweeps
@@ -94,10 +96,33 @@ def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file, text, message):
         ("[[sweep]]\nname = 'rolling'\n", "Two sweeps have the name rolling"),
     ],
 )
-def test_names_that_cannot_be_those_of_files_are_refused(spec_file, text, message):
-    """Before anything is computed: nobody knows where the atlas should go."""
+def test_names_that_cannot_be_those_of_files_are_problems(spec_file, text, message):
+    """Of their sweeps alone, which have no name then: the others can be computed."""
     spec_file(text, "a.toml")
-    with pytest.raises(RequestError, match=message):
-        read_sweeps(["rolling", "a.toml"])
+    *others, found = read_sweeps(["rolling", "a.toml"])
+    assert all(each.spec for each in others)
+    assert (found.name, found.spec, found.label) == ("", None, found.source)
+    assert re.search(rf"^a\.toml, \[\[sweep\]\] \d: .*{message}", found.problem)
     with pytest.raises(RequestError, match="needs sweeps"):
         read_sweeps([])
+
+
+def test_a_preset_beside_a_folder_of_its_name(tmp_path):
+    """A folder named as a preset hides it not; another folder is told, as are words and tables of another name."""
+    (tmp_path / "rolling").mkdir()
+    (tmp_path / "others").mkdir()
+    preset, folder = read_sweeps(["rolling", "others/"])
+    assert preset.spec == SweepSpec.preset("rolling")
+    assert "Write others/*.toml." in folder.problem
+    with pytest.raises(RequestError, match="no words NAME=VALUE; got tilt=1deg"):
+        read_sweeps(["rolling", "tilt=1deg"])
+
+
+def test_a_file_of_several_sweeps_is_for_batch(spec_file):
+    """Read as one spec it is refused; [[sweeps]], which is misspelt, is refused in both."""
+    for name in ("sweep", "sweeps"):
+        path = spec_file(f"[[{name}]]\nname = 'b'\nroll_rate = 3\n", "a b.toml")
+        with pytest.raises(RequestError, match=r"Compute them with eulerdisk batch '.*a b\.toml' -o DIR"):
+            SweepSpec.from_toml(path)
+    (found,) = read_sweeps(["a b.toml"])
+    assert "tables of sweeps are written [[sweep]]; got [[sweeps]]" in found.problem

@@ -1,10 +1,13 @@
 """`batch`: many sweeps in one command, each computed and checked whatever became of the others."""
 
 import json
+import re
+from contextlib import contextmanager
 from xml.etree import ElementTree
 
 import netCDF4
 import pytest
+import typer
 import xarray as xr
 
 import sweep
@@ -56,7 +59,7 @@ def test_a_sweep_of_a_file_of_its_own_can_be_repeated_by_run(batch, spec_file, t
         assert atlas.history.endswith("Z eulerdisk run one.toml -o tonight/one.nc")
 
 
-def test_the_same_command_goes_on(batch, tmp_path, monkeypatch):
+def test_the_same_command_goes_on(batch, spec_file, tmp_path):
     """What is finished is kept and not written again; what other code made is in the way, unless told to replace it."""
     batch()
     before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "tonight").iterdir()}
@@ -67,8 +70,16 @@ def test_the_same_command_goes_on(batch, tmp_path, monkeypatch):
     assert (tmp_path / "tonight" / "disk.nc").stat().st_mtime_ns == before["disk.nc"]
     with netCDF4.Dataset(tmp_path / "tonight" / "disk.nc", "a") as file:
         file.kernel_hash = "0" * 64
-    status, out, _ = batch()
-    assert (status, "disk: " in out, "exists" in out) == (1, True, True)
+    status, out, err = batch()
+    assert (status, "disk: " in out, "the atlas that is there was made by other code" in out) == (
+        1,
+        True,
+        True,
+    )
+    assert "disk: failed, 1 of 2" in err
+    spec_file(SEVERAL.replace("2:4:5", "2:4:6"), "two.toml")
+    assert "was made from another spec and by other code" in batch()[1]
+    spec_file(SEVERAL, "two.toml")
     assert batch("--overwrite")[0] == 0
     with sweep.open_atlas(tmp_path / "tonight" / "disk.nc") as atlas:
         assert atlas.kernel_hash != "0" * 64
@@ -102,8 +113,11 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
     monkeypatch.setattr(night, "run_to_file", failing)
     status, out, err = batch("--verify", specs="bad.toml defect.toml memory.toml two.toml")
     assert status == 1
+    # what is wrong in a spec is told once, at the beginning
+    assert err.count("bad.toml: rol_rate: ") == 1
+    assert "rol_rate" not in out
+    assert any(line.split()[:3] == ["bad", "-", "refused"] for line in out.splitlines())
     for words in (
-        "bad: bad.toml: rol_rate: ",
         "defect: This is a defect of eulerdisk, or the system refuses: ValueError: odd.",
         "memory: The memory that this process may use is not enough.",
         "NOT as it should be: 3 of 5 sweeps",
@@ -120,23 +134,28 @@ def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_pat
     assert batch("--reference trusted")[0] == 0
     with netCDF4.Dataset(tmp_path / "trusted" / "hoop.nc", "a") as file:
         file["tilt_max"][...] = 0.5
-    status, out, _ = batch("--reference trusted --junit found.xml")
+    status, out, err = batch("--reference trusted --junit found.xml")
     assert status == 1
     lines = out.splitlines()
     assert ("identical" in lines[1], "DIFFERENT in tilt_max" in lines[2]) == (True, True)
+    told = r"DIFFERENT in tilt_max: 15 of 15 differ, largest difference [\d.]+ rad, allowed 2e-08\. "
+    pasted = "More is said by: eulerdisk compare tonight/hoop.nc trusted/hoop.nc"
+    assert re.search(f"hoop: {told}{pasted}", out)
+    assert "hoop: kept, NOT as it should be (compare), 2 of 2" in err
     root = ElementTree.parse(tmp_path / "found.xml").getroot()
     assert (root.get("tests"), root.get("failures")) == ("4", "1")
     assert [case.get("name") for case in root.iter("testcase")] == ["run", "compare"] * 2
     times = [float(each.get("time")) for each in root.iter("testcase")]
     assert sum(times) == pytest.approx(float(root.get("time")), abs=0.003)
     assert max(times) > 0.0
-    assert "tilt_max" in root.find(".//failure").get("message")
+    assert re.fullmatch(told + pasted, root.find(".//failure").get("message"))
     (tmp_path / "trusted" / "hoop.nc").unlink()
     status, out, _ = batch("--reference trusted --json")
     found = json.loads(out)
     assert (status, found["fine"]) == (1, False)
     assert [each["fine"] for each in found["sweeps"]] == [True, False]
-    assert "no such file" in found["sweeps"][1]["problems"]["compare"]
+    assert "the trusted atlas of this sweep is missing" in found["sweeps"][1]["problems"]["compare"]
+    assert "cp tonight/hoop.nc trusted/hoop.nc" in found["sweeps"][1]["problems"]["compare"]
     assert found["sweeps"][0]["comparison"]["outcome"] == "identical"
 
 
@@ -157,7 +176,13 @@ def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
         ("batch rolling -o two.toml", "this is a file"),
         ("batch rolling -o tonight --reference missing", "there is none of this name"),
         ("batch rolling -o tonight --junit missing/a.xml", "missing"),
-        ("batch rolling rolling -o tonight", "Two sweeps have the name rolling"),
+        ("batch rolling roll_rate=2:3:10 -o tonight", "takes spec files and no words NAME=VALUE"),
+        ("batch 'sweeps/*.tml' -o tonight", "sweeps/*.tml: There is no such file: no name fits this pattern"),
+        ("batch . -o tonight", "This is a folder; a batch takes the files in it. Write ./*.toml"),
+        ("batch two.toml -o two.toml/x", "The folder for the atlases cannot be made: Not a directory"),
+        ("batch two.toml -o /proc/x", "The folder for the atlases cannot be made: No such file"),
+        (f"batch two.toml -o {'a' * 300}", "The folder for the atlases cannot be made: File name too long"),
+        ("run two.toml -o a.nc", "eulerdisk batch two.toml -o DIR"),
         ("batch rollin -o tonight", "Did you mean rolling"),
         ("batch rolling -o tonight --threads 0", "threads"),
         ("batch rolling -o tonight --max-failed 101", "percentage"),
@@ -170,3 +195,76 @@ def test_bad_words_are_refused(batch, command, tmp_path, words, message):
     assert (status, out) == (2, "")
     assert message in err
     assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
+
+
+def test_a_name_that_is_wrong_is_the_problem_of_its_sweep(command, spec_file, tmp_path):
+    """None, one that is no name, one that another has: the others are computed, each is told by its place."""
+    spec_file(
+        'tilt = "1deg"\n[[sweep]]\nroll_rate = 2\n[[sweep]]\nname = "a"\nroll_rate = 3\n'
+        '[[sweep]]\nname = "A"\nroll_rate = 4\n[[sweep]]\nname = "../b"\nroll_rate = 4\n',
+        "b.toml",
+    )
+    status, out, err = command("batch b.toml -o tonight --junit found.xml --json")
+    assert status == 1
+    found = json.loads(out)["sweeps"]
+    names = ["b.toml, [[sweep]] 1", "a", "b.toml, [[sweep]] 3", "b.toml, [[sweep]] 4"]
+    assert [(each["name"], each["state"]) for each in found] == list(
+        zip(names, ["refused", "computed", "refused", "refused"], strict=True)
+    )
+    assert [each["file"] for each in found] == [None, "tonight/a.nc", None, None]
+    assert "b.toml, [[sweep]] 3: Two sweeps have the name A" in err
+    assert [path.name for path in (tmp_path / "tonight").iterdir()] == ["a.nc"]
+    root = ElementTree.parse(tmp_path / "found.xml").getroot()
+    assert [each.get("name") for each in root] == names
+    assert (root.get("failures"), root.get("errors")) == ("3", "0")
+
+
+def test_a_batch_in_which_all_is_refused_is_reported(command, spec_file, tmp_path):
+    """Status 2, and a report of this batch where one was asked for: an older one does not stay."""
+    spec_file("rol_rate = 3\n", "bad.toml")
+    (tmp_path / "found.xml").write_text("<testsuites/>")
+    status, out, err = command("batch bad.toml -o tonight --junit found.xml")
+    assert (status, out, err.count("rol_rate: ")) == (2, "", 1)
+    assert "rol_rate" in ElementTree.parse(tmp_path / "found.xml").getroot().find(".//failure").get("message")
+    status, out, _ = command("batch bad.toml -o tonight --json")
+    assert (status, json.loads(out)["fine"]) == (2, False)
+    assert not (tmp_path / "tonight").exists()
+
+
+def test_a_report_of_a_batch_that_was_cut_off_says_so(batch, tmp_path, monkeypatch):
+    """From its begin the file has an error for each sweep; a batch that is interrupted leaves those not finished."""
+    (tmp_path / "found.xml").write_text("<testsuites/>")
+    run, seen = night.run_to_file, []
+
+    def interrupted(spec, path, **rest):
+        seen.append(ElementTree.parse(tmp_path / "found.xml").getroot().get("errors"))
+        if path.name == "hoop.nc":
+            raise StoppedError("now")
+        return run(spec, path, **rest)
+
+    @contextmanager
+    def stopping(status):
+        try:
+            yield lambda: False
+        except StoppedError:
+            raise typer.Exit(status) from None
+
+    monkeypatch.setattr(night, "run_to_file", interrupted)
+    monkeypatch.setattr("sweep.commands.batch.stoppable", lambda: stopping(130))
+    assert batch("--junit found.xml")[0] == 130
+    assert seen == ["2", "2"]
+    root = ElementTree.parse(tmp_path / "found.xml").getroot()
+    assert (root.get("tests"), root.get("failures"), root.get("errors")) == ("2", "0", "1")
+    assert [each.find(".//error") is None for each in root] == [True, False]
+    assert root.find(".//error").get("message").startswith("not finished")
+
+
+def test_another_grid_of_the_trusted_atlas(batch, spec_file, tmp_path):
+    """What is advised can be done in a batch: no option --common."""
+    batch()
+    (tmp_path / "tonight").rename(tmp_path / "trusted")
+    spec_file(SEVERAL.replace("2:4:5", "2:4:6"), "two.toml")
+    status, out, _ = batch("--reference trusted")
+    assert (status, "--common" in out) == (1, False)
+    assert "disk: trusted/disk.nc: The two atlases are not on the same grid" in out
+    assert "replace the trusted atlas" in out
