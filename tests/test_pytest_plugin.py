@@ -82,7 +82,7 @@ def test_references_are_written_and_compared(project):
     shutil.copy(project / "data" / "file.nc", project / "data" / "other.nc")
     status, said = run(project)
     assert (status, "2 failed, 3 passed" in said) == (1, True)
-    assert "DIFFERENT in tilt_max: 1 cell" in said
+    assert "DIFFERENT in tilt_max (1 of 1 value)" in said
     assert "worst cell: the only one" in said
     assert "they differ in alpha" in said
 

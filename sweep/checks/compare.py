@@ -8,7 +8,7 @@ must hold; what only the new one holds is named, and no difference.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from sweep.checks.variables import (
 )
 from sweep.engine.grid import Span
 from sweep.errors import RequestError
-from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, STEP_COUNT, TIMED, Array, Truths
+from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +51,8 @@ class Finding:
 
     `different` counts the values beyond what is allowed, `on_edge` those that differ because a borderline cell flipped.
     Of the other values that both have, `largest` is the largest absolute difference, `allowed` what is allowed there,
-    both in the units of the variable, and `share` the largest difference over what is allowed. `bitwise` says whether
-    all bits are the same, `reason` why that much is allowed.
+    both in the units of the variable, 0 for flags, and `share` the largest difference over what is allowed. `bitwise`
+    says whether all bits are the same, `reason` why that much is allowed.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Comparison:
         found: dict[str, Any] = {"outcome": self.outcome, "same": self.same, **asdict(self)}
         for finding in found["findings"]:
             if finding["worst"] is not None:
-                del finding["worst"]["place"]
+                del finding["worst"]["place"], finding["worst"]["flags"]
         plain: dict[str, Any] = _without_infinities(found)
         return plain
 
@@ -174,6 +174,8 @@ def compare(
             notes.append(f"{each.name} is not compared: {found}")
         else:
             findings.append(_finding(found, gathered[each.name], pair) if isinstance(found, _Rule) else found)
+    if exact:
+        findings = [replace(each, reason="every bit has to be the same") for each in findings]
     size = pair.reference["ending"].size
     return Comparison(size, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
 
@@ -370,11 +372,17 @@ def _of_other_sign(variable: Variable, new: Any, old: Any) -> Truths:
     return differ
 
 
+def _reason(variable: Variable, pair: Pair) -> str:
+    """Return why the values of a variable may differ as far as they may."""
+    if variable.quantity.tolerance == GRID and variable.name not in pair.axes:
+        # which no range has made
+        return "a number that was given is known to rounding"
+    return variable.quantity.tolerance.reason
+
+
 def _alike(variable: Variable, pair: Pair) -> Finding:
     size = pair.reference[variable.name].size
-    return Finding(
-        variable.name, variable.quantity.units, size, 0, 0, True, reason=variable.quantity.tolerance.reason
-    )
+    return Finding(variable.name, variable.quantity.units, size, 0, 0, True, reason=_reason(variable, pair))
 
 
 def _all_different(variable: Variable, pair: Pair, note: str, excused: Truths | None = None) -> Finding:
@@ -383,12 +391,12 @@ def _all_different(variable: Variable, pair: Pair, note: str, excused: Truths | 
     on_edge = size if excused is not None and excused.any() and excused.all() else 0
     return Finding(
         variable.name, variable.quantity.units, size, size - on_edge, on_edge, False,
-        reason=variable.quantity.tolerance.reason, note=note,
+        reason=_reason(variable, pair), note=note,
     )  # fmt: skip
 
 
 def _finding(rule: _Rule, found: Differences, pair: Pair) -> Finding:
-    variable = rule.variable
+    variable, flags = rule.variable, rule.variable.quantity.flags
     return Finding(
         name=variable.name,
         units=variable.quantity.units,
@@ -396,11 +404,11 @@ def _finding(rule: _Rule, found: Differences, pair: Pair) -> Finding:
         different=found.different,
         on_edge=found.on_edge,
         bitwise=False,
-        largest=max(found.largest, 0.0),
-        allowed=found.allowed,
+        largest=0.0 if flags else max(found.largest, 0.0),
+        allowed=0.0 if flags else found.allowed,
         share=found.share,
-        worst=found.worst(variable.name, pair),
-        reason="it was given" if rule.given is not None else variable.quantity.tolerance.reason,
+        worst=found.worst(variable.name, pair, flags),
+        reason="it was given" if rule.given is not None else _reason(variable, pair),
     )
 
 

@@ -50,17 +50,25 @@ def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
 
 def _outcome(comparison: Comparison) -> str:
     cells = f"{comparison.cells} {'common ' if comparison.common else ''}cell{'s' * (comparison.cells != 1)}"
-    names = [finding.name for finding in comparison.findings if finding.different]
+    different = [finding for finding in comparison.findings if finding.different]
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
     apart = f"; {edge} on an edge flipped, which is no disagreement" if edge else ""
-    if names:
-        return f"DIFFERENT in {', '.join(names)}: {cells}{apart}"
+    if different:
+        compared = f"; compared were {cells}" if comparison.common else ""
+        return f"DIFFERENT in {', '.join(map(_counted, different))}{compared}{apart}"
     if comparison.identical:
         return f"identical: {cells}, all {len(comparison.findings)} variables bit for bit"
     least = max(comparison.findings, key=lambda finding: finding.share)
     most = f"; at most {_percent(least.share)} of what is allowed ({least.name})" if least.share else ""
     return f"within tolerance: {cells}{most}{apart}"
+
+
+def _counted(finding: Finding) -> str:
+    # all values of a variable with other units, or that one atlas lacks
+    if finding.note:
+        return finding.name
+    return f"{finding.name} ({finding.different} of {finding.values} value{'s' * (finding.values != 1)})"
 
 
 def _lines(finding: Finding) -> Iterator[str]:
@@ -71,10 +79,12 @@ def _lines(finding: Finding) -> Iterator[str]:
             "missing" if value is None else f"{value:.17g}"
             for value in (finding.worst.new, finding.worst.reference)
         )
+        values = finding.worst.flags or values
         limit = f"; allowed there {finding.worst.allowed:.2g}" if finding.worst.allowed else ""
         yield f"{'':<9} worst cell: {finding.worst.place}: {values}{limit}"
     if finding.different and not finding.note:
-        yield f"{'':<9} so much is allowed because {finding.reason}"
+        so_much = "so much" if finding.worst is not None and finding.worst.allowed else "nothing"
+        yield f"{'':<9} {so_much} is allowed because {finding.reason}"
 
 
 def what(finding: Finding) -> str:

@@ -1,5 +1,6 @@
 """How two arrays of one variable differ: bit for bit, and at most over what is allowed."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,8 @@ Values = npt.NDArray[Any]
 class Cell:
     """The cell where two atlases differ most over what is allowed.
 
-    Its coordinates [SI], its values, their difference and what is allowed, and its coordinates in words.
+    Its coordinates [SI], its values, their difference and what is allowed; in words its coordinates, and for flags its
+    values.
     """
 
     where: dict[str, float]
@@ -29,6 +31,7 @@ class Cell:
     difference: float | None
     allowed: float
     place: str
+    flags: str = ""
 
 
 def other_bits(new: Values, old: Values) -> Truths:
@@ -132,8 +135,11 @@ class Differences:
                 )
                 self._most[number] = float(excess[place]), value
 
-    def worst(self, name: str, pair: Pair) -> Cell | None:
-        """Return the cell with the largest difference over what is allowed, among those beyond if there are any."""
+    def worst(self, name: str, pair: Pair, flags: Mapping[int, str] | None = None) -> Cell | None:
+        """Return the cell with the largest difference over what is allowed, among those beyond if there are any.
+
+        `flags` are the names of the values, if they are codes.
+        """
         (excess, anywhere), (_, beyond) = self._most
         found = beyond or (anywhere if excess > 0.0 else None)
         if found is None:
@@ -147,7 +153,12 @@ class Differences:
         new, reference, apart = (
             None if np.isnan(value) else value for value in (found.new, found.reference, found.difference)
         )
-        return Cell(where, new, reference, apart, found.allowed, _in_words(where, pair))
+        named = "" if flags is None else " and ".join(_flag(value, flags) for value in (new, reference))
+        return Cell(where, new, reference, apart, found.allowed, _in_words(where, pair), named)
+
+
+def _flag(value: float | None, flags: Mapping[int, str]) -> str:
+    return "missing" if value is None else flags.get(int(value), f"code {value:g}")
 
 
 def _in_words(where: dict[str, float], pair: Pair) -> str:

@@ -34,7 +34,7 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
     """The words name the worst cell in degrees; JUnit has one case per variable, failed where the variable differs."""
     comparison = compare(changed(reference, "tilt_max", (2, 3), 1.0), reference)
     text = in_words(comparison)
-    assert text.startswith("DIFFERENT in tilt_max: 78 cells")
+    assert text.startswith("DIFFERENT in tilt_max (1 of 78 values)\n")
     where = f"roll_rate 0.5 rad s-1, tilt {np.degrees(reference.tilt.values[3]):.10g} deg"
     assert f"worst cell: {where}: 1 and " in text
     assert re.search(
@@ -123,3 +123,31 @@ def test_odd_characters_reach_neither_terminal_nor_xml(reference):
     assert suite.get("name") == r"odd \x07\x1b <&\"\udcff.nc".replace('\\"', '"')
     (failed,) = (case for case in suite if case.find("failure") is not None)
     assert r"its units differ: rad\x00\ufffe\udc80 and rad" in failed.find("failure").get("message")
+
+
+def test_flags_are_named(reference):
+    """Codes have neither a difference nor a size: verdicts and endings that differ are told in words."""
+    stable = changed(reference, "stability", (12, 0), 2)
+    assert reference["stability"].values[12, 0] == 1
+    text = in_words(compare(changed(stable, "ending", (12, 1), 3), reference))
+    assert text.startswith("DIFFERENT in ending (1 of 78 values), stability (1 of 78 values)\n")
+    assert re.search(
+        r"DIFFERS +ending +1 of 78 differ\n +worst cell: roll_rate 3 rad s-1, .*: horizon and bounded\n", text
+    )
+    assert re.search(r"DIFFERS +stability +1 of 78 differ\n +worst cell: .*: unstable and stable\n", text)
+    assert text.count("nothing is allowed because a decision is the same or it is not") == 2
+    assert "largest difference" not in text
+
+
+def test_the_reason_is_that_of_the_question(reference):
+    """Exactly: every bit; a number that was given has no logarithm; a part is said to be one."""
+    value = float(reference["tilt_max"][2, 3])
+    text = in_words(compare(changed(reference, "tilt_max", (2, 3), value + 5e-9), reference, exact=True))
+    assert "nothing is allowed because every bit has to be the same" in text
+    reasons = {each.name: each.reason for each in compare(reference, reference).findings}
+    assert "logarithm" in reasons["tilt"]
+    assert "logarithm" not in reasons["alpha"]
+    part = compare(changed(reference, "tilt_max", (2, 3), 1.0), reference, common=True)
+    assert in_words(part).startswith(
+        "DIFFERENT in tilt_max (1 of 78 values); compared were 78 common cells\n"
+    )

@@ -165,7 +165,7 @@ def test_the_output_that_was_added_is_an_output(folder, ends):
     assert told in ends["compare rolling.nc rolling-0.1.nc"][1]
     status, words, _ = ends["compare rolling-0.1.nc rolling.nc"]
     assert status == 1
-    assert words.startswith("DIFFERENT in swing, boundary_roll_rate_status: ")
+    assert words.startswith("DIFFERENT in swing, boundary_roll_rate_status\n")
     assert "swing" not in ends["explain rolling-0.1.nc roll_rate=2 tilt=5deg --plot cell.png"][1]
 
 
