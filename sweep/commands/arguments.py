@@ -39,6 +39,20 @@ def number(text: str) -> float:
     raise typer.BadParameter(f"{shown(text)!r} is not a valid float.")
 
 
+def width(text: str) -> float:
+    """Return the width of a bracket that a text spells: it holds for axes of different units, and has none itself."""
+    try:
+        return number(text)
+    except typer.BadParameter:
+        # digits, and a letter that is not that of an exponent
+        if not re.match(r"[+-]?\.?[0-9].*[^\W\d_eE]", str(text)):
+            raise
+    raise typer.BadParameter(
+        f"a width is a bare number in the SI unit of each axis (rad, rad/s, m); got {shown(text)!r}. "
+        "Write --refine 1e-6."
+    )
+
+
 Words = Annotated[
     list[str] | None,
     typer.Argument(

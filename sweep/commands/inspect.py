@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, enter_baseline, number, whole_number
+from sweep.commands.arguments import (
+    AtlasFile,
+    Criterion,
+    Overwrite,
+    enter_baseline,
+    number,
+    whole_number,
+    width,
+)
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError, shown
@@ -91,9 +99,9 @@ def boundary(
     refine: Annotated[
         float | None,
         typer.Option(
-            parser=number,
+            parser=width,
             metavar="WIDTH",
-            help="Bisect it to this width, in the SI unit of each axis, e.g. 1e-9.",
+            help="Bisect it to this width, a bare number in the SI unit of each axis, e.g. 1e-9.",
         ),
     ] = None,
     output: Annotated[
@@ -288,11 +296,19 @@ def export(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write an atlas as a table of cells (csv, parquet) or as zarr."""
+    """Write an atlas in SI as a table of cells (csv, parquet) or as zarr, and say which files were written.
+
+    Beside OUT.csv is the boundary, if the atlas has one: OUT.boundary.csv, a line for each row of the grid, or for each
+    point of its curves. The boundary alone: eulerdisk boundary ATLAS.nc --to csv -o OUT.csv.
+    """
     from sweep.files.export import export as exported
     from sweep.files.paths import check_apart
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened_part(atlas, words) as dataset:
         check_apart(target, atlas)
-        exported(dataset, target, kind, overwrite=overwrite)
+        cells, *boundary_files = exported(dataset, target, kind, overwrite=overwrite)
+        size = dataset["ending"].size
+    say(f"{cells}: {size} cell{'s' * (size != 1)}")
+    for path in boundary_files:
+        say(f"{path}: the boundary")

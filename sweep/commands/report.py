@@ -18,6 +18,9 @@ _MOST_SHOWN, _MOST_LINES = 300, 30
 #: Attributes that may be missing, because another program has removed them.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 
+#: Attributes that say on which terms an atlas is used; files of older versions have none.
+_TERMS = ("license", "citation")
+
 
 def describe(dataset: Atlas) -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
@@ -42,10 +45,12 @@ def describe(dataset: Atlas) -> str:
         "",
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
         f"errors      {', '.join(errors)} ({'both ' * (len(errors) == 2)}estimated in every cell)",
+        *_added_lines(dataset, spec),
         *_boundary_lines(dataset, spec),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
         f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
+        *(f"{name:<11} {_cut(str(dataset.attrs[name]))}" for name in _TERMS if name in dataset.attrs),
     ]
     return "\n".join(lines)
 
@@ -181,10 +186,12 @@ def _settings(spec: SweepSpec) -> str:
 
 
 def _counts(dataset: Atlas, spec: SweepSpec, name: str) -> Iterator[str]:
-    codes = dataset[name].values
-    flags = spec.model.variables[name].flags or {}
-    found = [(int((codes == code).sum()), word) for code, word in flags.items()]
-    yield f"{name:<12}" + ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
+    yield f"{name:<12}{_flag_counts(dataset[name], spec.model.variables[name])}"
+
+
+def _flag_counts(values: Variable, quantity: Quantity) -> str:
+    found = [(int((values.values == code).sum()), word) for code, word in (quantity.flags or {}).items()]
+    return ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
 
 
 def _range(values: Variable, quantity: Quantity) -> str:
@@ -200,6 +207,14 @@ def _errors(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
     for name, quantity in spec.model.variables.items():
         if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
+
+
+def _added_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+    """Yield a line for each variable that an option has added to every cell, as contact=yes does."""
+    for name, quantity in spec.model.cell_variables(spec).items():
+        if name not in spec.model.variables and name in dataset:
+            told = (_flag_counts if quantity.flags else _range)(dataset[name], quantity).strip()
+            yield f"added       {quantity.long_name}: {told}"
 
 
 def _most(values: Variable, form: str = ".1e") -> str:

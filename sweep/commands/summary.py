@@ -36,11 +36,18 @@ def summary(dataset: Atlas) -> dict[str, Any]:
         "endings": _counts(dataset["ending"], model.variables["ending"]),
         "verdicts": _counts(dataset["stability"], model.variables["stability"]),
         model.peak: _extent(dataset[model.peak]),
+        "added": {
+            name: _counts(dataset[name], quantity) if quantity.flags else _extent(dataset[name])
+            for name, quantity in model.cell_variables(spec).items()
+            if name not in model.variables and name in dataset
+        },
         "largest_error": {model.error_name: _extent(dataset[model.error_name])["largest"]},
         "boundary": [_edge(dataset, axis, edge) for axis, edge in found_edges(dataset, spec)],
         "curves": int(dataset["curve_closed"].values.size) if "curve_closed" in dataset else 0,
         "history": str(dataset.attrs.get("history", "")).split("\n"),
         "source": str(dataset.attrs.get("source", "")),
+        "license": str(dataset.attrs.get("license", "")),
+        "citation": str(dataset.attrs.get("citation", "")),
         "versions": _versions(dataset),
         "kernel_hash": str(dataset.attrs.get("kernel_hash", "")),
         "sweep_fingerprint": str(dataset.attrs.get("sweep_fingerprint", "")),

@@ -34,9 +34,11 @@ class Format(NamedTuple):
     distribution: str | None = None
     #: Refuses a target that cannot be written, or that must not be replaced unless the second argument says so.
     check: Callable[[Path, bool], None] = check_target
+    #: Returns the name of a second file, which some atlases have.
+    beside: Callable[[Path], Path] | None = None
 
 
-def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: bool = False) -> None:
+def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: bool = False) -> list[Path]:
     """Write an atlas in another format; what is at `path` appears only when it is complete.
 
     Parameters
@@ -52,6 +54,11 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         `sweep.atlas.boundary_rows`.
     overwrite : bool
         Replace what is there.
+
+    Returns
+    -------
+    list of Path
+        What was written: `path`, and the file with the boundary if there is one.
 
     Raises
     ------
@@ -78,6 +85,8 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         )
     chosen.check(path, overwrite)
     chosen.write(dataset, path)
+    beside = [] if chosen.beside is None else [chosen.beside(path)]
+    return [path, *(each for each in beside if each.exists())]
 
 
 def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
@@ -155,7 +164,7 @@ def _write_zarr(dataset: "xr.Dataset", path: Path) -> None:
 
 #: Name of the format -> the format.
 FORMATS = {
-    "csv": Format(_write_csv, check=_check_csv),
+    "csv": Format(_write_csv, check=_check_csv, beside=boundary_file),
     "parquet": Format(_write_parquet, "pyarrow"),
     "zarr": Format(_write_zarr, "zarr", _check_zarr),
 }

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -277,3 +278,45 @@ def test_the_boundary_for_programs_in_a_file(command, tmp_path):
     for name in ("b", "b.NC4", "b-0.5", "b.h5"):
         assert command(f"boundary a.nc -o {name}")[0] == 0
         assert command(f"info {name}")[0] == 0
+
+
+def test_export_says_what_it_wrote(command, tmp_path):
+    """Each file is named: the cells, and for csv the boundary, if there is one."""
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    command("run rolling roll_rate=3 tilt=1deg -o one.nc")
+    told = "eulerdisk: a.csv: 18 cells\neulerdisk: a.boundary.csv: the boundary\n"
+    assert command("export a.nc --to csv") == (0, "", told)
+    assert command("export one.nc --to csv") == (0, "", "eulerdisk: one.csv: 1 cell\n")
+    assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["a.boundary.csv", "a.csv", "one.csv"]
+    assert "OUT.boundary.csv" in command("export --help")[1]
+
+
+@pytest.mark.parametrize("width", ["1e-3deg", "0.1cm/s", "1 rad"])
+def test_a_width_has_no_unit(command, tmp_path, width):
+    """The sentence says what it is; nothing is read."""
+    status, out, err = command(f"boundary a.nc --refine '{width}'")
+    assert (status, out) == (2, "")
+    assert f"a width is a bare number in the SI unit of each axis (rad, rad/s, m); got '{width}'." in err
+    assert "is not a valid float" in command("boundary a.nc --refine x")[2]
+    command(f"run rolling {' '.join(SMALL)} -o a.nc")
+    assert command("boundary a.nc --refine 1e-3")[0] == 0
+
+
+def test_info_tells_what_an_option_has_added_and_on_which_terms(command, tmp_path):
+    """Least normal force and friction of contact=yes are in words and in JSON; so are licence and citation."""
+    command(f"run rolling {' '.join(SMALL)} contact=yes -o a.nc")
+    command(f"run rolling {' '.join(SMALL)} -o b.nc")
+    words, found = command("info a.nc")[1], json.loads(command("info a.nc --json")[1])
+    with open_atlas(tmp_path / "a.nc") as atlas:
+        force, friction = float(atlas.least_normal_force.min()), float(atlas.friction_needed.max())
+        assert f"added       least normal force of the motion over the weight: {force:.6g} to " in words
+        assert re.search(rf"added +largest friction coefficient .* needs: .* to {friction:.6g}\n", words)
+        assert "added       what is known of the contact forces: 18 presses\n" in words
+        assert (
+            found["added"]["least_normal_force"]["smallest"],
+            found["added"]["contact_state"]["presses"],
+        ) == (force, 18)
+        assert f"license     {atlas.license}\ncitation    {atlas.citation}\n" in words
+        assert (found["license"], found["citation"]) == (atlas.license, atlas.citation)
+    assert "added" not in command("info b.nc")[1]
+    assert json.loads(command("info b.nc --json")[1])["added"] == {}
