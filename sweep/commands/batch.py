@@ -59,16 +59,14 @@ def batch(
     _check_folders(output, reference)
     _check_threads(threads)
     if junit is not None:
-        from sweep.files.paths import check_target
-
-        check_target(junit, True)
+        _check_report(junit, sweeps, output, reference)
     refused = [each for each in sweeps if each.spec is None]
     for each in refused:
         say(f"left out: {each.problem}")
     nothing = len(refused) == len(sweeps)
     if nothing and not as_json and junit is None:
         raise typer.Exit(2)
-    if not nothing:
+    if not nothing or (junit is not None and _is_in(junit, output)):
         _make_folder(output)
     outcomes = _carry_out(sweeps, output, verify, reference, overwrite, threads, max_failed, junit, quiet)
     if as_json or not nothing:
@@ -81,6 +79,27 @@ def _check_threads(threads: int | None) -> None:
     from sweep.engine.compute import usable_threads
 
     usable_threads(threads)
+
+
+def _check_report(junit: Path, sweeps: "list[Sweep]", output: Path, reference: Path | None) -> None:
+    """Refuse a report that cannot be written, or would replace what is read or made."""
+    from sweep.files.paths import check_target
+
+    folders = [output, *([] if reference is None else [reference])]
+    atlases = [folder / f"{each.name}.nc" for folder in folders for each in sweeps]
+    if os.path.realpath(junit) in map(os.path.realpath, [*(each.file for each in sweeps), *atlases]):
+        raise RequestError(
+            "The report must be another file: this would replace a spec or an atlas of the batch.",
+            "Write --junit report.xml.",
+            f"--junit {junit}",
+        )
+    # the batch makes its folder
+    if os.path.isdir(output) or not _is_in(junit, output):
+        check_target(junit, True)
+
+
+def _is_in(path: Path, folder: Path) -> bool:
+    return os.path.realpath(path.parent) == os.path.realpath(folder)
 
 
 def _make_folder(output: Path) -> None:

@@ -1,6 +1,7 @@
 """`batch`: many sweeps in one command, each computed and checked whatever became of the others."""
 
 import json
+import shutil
 import re
 from contextlib import contextmanager
 from xml.etree import ElementTree
@@ -268,3 +269,29 @@ def test_another_grid_of_the_trusted_atlas(batch, spec_file, tmp_path):
     assert (status, "--common" in out) == (1, False)
     assert "disk: trusted/disk.nc: The two atlases are not on the same grid" in out
     assert "replace the trusted atlas" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "target"),
+    [
+        ("--junit two.toml", "two.toml"),
+        ("--junit tonight/disk.nc", "tonight/disk.nc"),
+        ("--reference trusted --junit trusted/hoop.nc", "trusted/hoop.nc"),
+        ("--reference trusted --junit ./tonight/../trusted/hoop.nc", "trusted/hoop.nc"),
+    ],
+)
+def test_a_report_replaces_neither_a_spec_nor_an_atlas(batch, tmp_path, words, target):
+    """Nothing is touched."""
+    batch()
+    shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
+    before = (tmp_path / target).read_bytes()
+    status, out, err = batch(words)
+    assert (status, out) == (2, "")
+    assert "The report must be another file" in err
+    assert (tmp_path / target).read_bytes() == before
+
+
+def test_a_report_may_lie_in_the_folder_that_the_batch_makes(batch, tmp_path):
+    """On the first night, too."""
+    assert batch("--junit tonight/found.xml")[0] == 0
+    assert ElementTree.parse(tmp_path / "tonight" / "found.xml").getroot().get("tests") == "2"
