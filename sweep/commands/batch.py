@@ -87,7 +87,8 @@ def _check_report(junit: Path, sweeps: "list[Sweep]", output: Path, reference: P
 
     folders = [output, *([] if reference is None else [reference])]
     atlases = [folder / f"{each.name}.nc" for folder in folders for each in sweeps]
-    if os.path.realpath(junit) in map(os.path.realpath, [*(each.file for each in sweeps), *atlases]):
+    held = [*(Path(each.file) for each in sweeps), *atlases]
+    if os.path.realpath(junit) in [os.path.realpath(each) for each in held]:
         raise RequestError(
             "The report must be another file: this would replace a spec or an atlas of the batch.",
             "Write --junit report.xml.",

@@ -301,12 +301,14 @@ def export(
     Beside OUT.csv is the boundary, if the atlas has one: OUT.boundary.csv, a line for each row of the grid, or for each
     point of its curves. The boundary alone: eulerdisk boundary ATLAS.nc --to csv -o OUT.csv.
     """
+    from sweep.files.export import boundary_file
     from sweep.files.export import export as exported
     from sweep.files.paths import check_apart
 
     target = output or atlas.with_suffix(f".{kind}")
     with opened_part(atlas, words) as dataset:
         check_apart(target, atlas)
+        check_apart(boundary_file(target), atlas)
         cells, *boundary_files = exported(dataset, target, kind, overwrite=overwrite)
         size = dataset["ending"].size
     say(f"{cells}: {size} cell{'s' * (size != 1)}")

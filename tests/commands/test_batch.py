@@ -1,8 +1,8 @@
 """`batch`: many sweeps in one command, each computed and checked whatever became of the others."""
 
 import json
-import shutil
 import re
+import shutil
 from contextlib import contextmanager
 from xml.etree import ElementTree
 
