@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import ascii_text, cell_declarations, created, spec_attributes
+from sweep.atlas.completion import without_boundary
 from sweep.atlas.dataset import edge_variables, require, spec_of
-from sweep.atlas.selection import BOUNDARY, settled
+from sweep.atlas.selection import settled
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
@@ -138,11 +139,10 @@ def _with_verdicts(
 ) -> "xr.Dataset":
     """Return an atlas with other verdicts, and what follows from them and their criterion."""
     edges = edge_variables(spec, stability)
-    stale = [name for name in dataset.data_vars if str(name).startswith(BOUNDARY)]
     verdicts = dataset["stability"].copy(data=stability)
     declared = next(each for each in cell_declarations(spec) if each.name == "stability")
     verdicts.attrs["comment"] = declared.attributes["comment"]
-    changed = dataset.drop_vars(stale).assign({"stability": verdicts} | edges)
+    changed = without_boundary(dataset).assign({"stability": verdicts} | edges)
     return changed.assign_attrs(
         **spec_attributes(spec),
         history=f"{dataset.attrs.get('history', '')}\n{created()} {done}".lstrip("\n"),

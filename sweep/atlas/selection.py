@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from sweep.atlas.cf_metadata import (
-    CURVES,
-    POINTS,
     Declaration,
     cell_declarations,
     created,
     spec_attributes,
 )
+from sweep.atlas.completion import completed, is_complete, without_boundary
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
@@ -35,9 +34,6 @@ _MOST_LISTED = 50_000
 
 #: Rounding of a value of a range, as a share of it and of its larger end: the logarithm differs between processors.
 _ROUNDING = 1e-12
-
-#: How the names of the variables begin that follow from the verdicts.
-BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
 
 
 def is_atlas(dataset: Atlas) -> bool:
@@ -72,8 +68,9 @@ def _no_flags(name: str) -> NoReturn:
 
 
 def is_whole(dataset: Atlas) -> bool:
-    """Return whether an atlas holds all cells of the spec that it states."""
-    return selected_spec(dataset) == spec_named(dataset)
+    """Return whether an atlas holds all cells of the spec that it states, with fixed parameters and boundary."""
+    spec = selected_spec(dataset)
+    return spec == spec_named(dataset) and is_complete(dataset, spec)
 
 
 def selected_spec(dataset: Atlas) -> SweepSpec:
@@ -229,7 +226,8 @@ def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     xarray.Dataset
         The same cells, with the dimensions in the order of the spec; what is no atlas is returned as it is. In a
         selection the boundary is sought again among them (a refined one is bisected again), the attributes state its
-        own spec, and `history` what was taken.
+        own spec, and `history` what was taken. What another program has left out is made again
+        (`sweep.atlas.completion.completed`).
 
     Raises
     ------
@@ -249,15 +247,16 @@ def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     if spec != stated or not trusting:
         _check_coordinates(dataset, stated)
         _check_starts(dataset, spec)
-    if spec == stated:
+    if spec == stated and is_complete(dataset, spec):
         return dataset
     for name in ("ending", "stability"):
         if not _is_whole_numbers(dataset, name):
             _no_flags(name)
-    stale = [name for name in dataset.data_vars if _is_boundary(name)]
+    if spec == stated:
+        return completed(dataset, spec)
     if stated.is_list and not spec.is_list:
         dataset = dataset.drop_vars(START.name)
-    cells = dataset.drop_vars(stale).drop_dims([CURVES, POINTS], errors="ignore")
+    cells = without_boundary(dataset)
     values = {
         each.name: _on_grid(cells[each.name].variable, each, spec)
         for each in cell_declarations(spec)
@@ -285,10 +284,6 @@ def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
 def _in_history(kept: object, spec: SweepSpec) -> str:
     """Return what was kept of an axis; numbers of starts may be many, and one start has none."""
     return shown(str(kept)) if spec.is_list else str(kept) or "one"
-
-
-def _is_boundary(name: object) -> bool:
-    return str(name).startswith(BOUNDARY)
 
 
 def _differ(one: SweepSpec, other: SweepSpec, name: str) -> bool:

@@ -41,7 +41,7 @@ _TEXTS = (
 )
 
 #: What xarray moves to the encoding where a variable is packed: those of an atlas are stored as they are.
-_PACKED = ("scale_factor", "add_offset", "missing_value")
+_PACKED = ("scale_factor", "add_offset")
 
 #: Kinds of the types of coordinates, in words.
 _KINDS = {"f": "numbers of floating point", "i": "whole numbers"}
@@ -179,10 +179,22 @@ def _unlike(found: Variable, declared: Declaration, grid: tuple[Any, ...], spec:
         return f"must be of type {declared.dtype}; got {found.dtype}"
     if packed := [name for name in _PACKED if name in found.encoding]:
         return f"must not be packed; got {_listed(packed)}"
+    if _has_two_fills(found):
+        return "must have no missing_value other than its _FillValue"
     units = declared.attributes.get("units")
     if units is not None and found.attrs.get("units") != units:
         return f"must be in {units}; got {shown(found.attrs.get('units', 'no units'))}"
     return _flag_problem(found, "flag_values" in declared.attributes)
+
+
+def _has_two_fills(found: Variable) -> bool:
+    """Return whether a variable has a missing_value that differs from its _FillValue; CDO adds an equal one."""
+    encoding = found.encoding
+    if "missing_value" not in encoding:
+        return False
+    return "_FillValue" not in encoding or not np.array_equal(
+        encoding["_FillValue"], encoding["missing_value"]
+    )
 
 
 def _stray(found: Variable, grid: tuple[Any, ...]) -> str:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
+from sweep.atlas.completion import without_boundary
 from sweep.atlas.curves import without_curves
-from sweep.atlas.selection import BOUNDARY
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import published, published_folder
@@ -92,7 +92,7 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
 def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
     rows = boundary_rows(dataset) or curve_rows(dataset)
     with published(path) as unfinished:
-        for i, table in enumerate(_tables(_cells(dataset))):
+        for i, table in enumerate(_tables(without_boundary(dataset))):
             # every digit, so that the number read is the number written
             table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
     if rows:
@@ -101,11 +101,6 @@ def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
     else:
         # one that is there belongs to what has been replaced
         boundary_file(path).unlink(missing_ok=True)
-
-
-def _cells(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return an atlas without its boundary."""
-    return dataset.drop_vars([name for name in dataset.data_vars if str(name).startswith(BOUNDARY)])
 
 
 def _check_csv(path: Path, overwrite: bool) -> None:

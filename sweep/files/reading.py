@@ -81,7 +81,8 @@ def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
 def opened_file(path: Path) -> Iterator[Atlas]:
     """Open an atlas as `opened` does, with the variables alone that every atlas may have.
 
-    Without xarray, unless the file holds a selection, whose spec and boundary have to be made.
+    Without xarray, unless the file holds a selection or lacks a part, so that spec, boundary or parameters have to be
+    made.
     """
     file, left_out = _checked(path)
     with file, damage_named(file):

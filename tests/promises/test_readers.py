@@ -164,6 +164,33 @@ def test_cdo(path, truth):
     assert float(said("cdo -s outputf,%.17g -fldmean -selname,fall_time", path)) == truth.mean
 
 
+@pytest.mark.parametrize("operator", ["copy", "selname"])
+def test_what_cdo_writes_again_is_still_an_atlas(path, spec, operator, tmp_path, command):
+    """CDO leaves the scalar coordinates out and adds missing_value: a grid is read and verified still."""
+    program("cdo")
+    with xr.open_dataset(path, engine="netcdf4") as atlas:
+        names = f",{','.join(map(str, atlas.data_vars))}" if operator == "selname" else ""
+    copy = tmp_path / "copy.nc"
+    said(f"cdo -s {operator}{names}", path, copy)
+    with netCDF4.Dataset(copy) as file:
+        assert "alpha" not in file.variables
+        assert file["tilt_min"].missing_value == file["tilt_min"]._FillValue
+    if spec is LIST:
+        # it leaves the parameters of the starts out too, and no spec of a table holds them
+        assert "start must be whole numbers" in command(f"info {copy}")[2]
+        return
+    assert "alpha 0.5" in command(f"info {copy}")[1]
+    again = tmp_path / "again.nc"
+    for line in (
+        f"verify {copy}",
+        f"run --from {copy} -o {again}",
+        f"compare {copy} {again} --exact",
+    ):
+        status, out, err = command(line)
+        assert status == 0, out + err
+    assert command(f"boundary {copy}") == command(f"boundary {path}")
+
+
 def test_cdo_keeps_the_fixed_parameters(path, tmp_path):
     """Selecting a variable leaves out the coordinates of no dimension; the attributes with their numbers stay."""
     program("cdo")

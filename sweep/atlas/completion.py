@@ -1,0 +1,106 @@
+"""What other programs leave out of an atlas, made again from its spec and its verdicts.
+
+CDO writes no scalar variables, so that the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` leave out whatever
+they are told to.
+"""
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import (
+    CURVES,
+    EDGES,
+    POINTS,
+    cell_declarations,
+    created,
+    edge_declarations,
+    edge_names,
+)
+from sweep.atlas.contents import Atlas
+from sweep.atlas.dataset import as_variable, edge_variables
+from sweep.atlas.slices import coordinates, whole
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: How the names of the variables begin that follow from the verdicts.
+BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
+
+
+def is_complete(dataset: Atlas, spec: SweepSpec) -> bool:
+    """Return whether an atlas of a spec has its fixed parameters and its boundary."""
+    return not _lost_parameters(dataset, spec) and not _has_lost_boundary(dataset, spec)
+
+
+def completed(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
+    """Return an atlas with what its spec and its verdicts say and the dataset lacks; if it lacks nothing, itself.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        All cells that the spec asks for, in its order.
+    spec : SweepSpec
+        That which the dataset states.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the fixed parameters, and the boundary, which is sought again where a part of it is missing (a refined one
+        is bisected again); `history` says what was made again.
+    """
+    done = []
+    if _has_lost_boundary(dataset, spec):
+        edges = edge_variables(spec, np.asarray(dataset["stability"].values))
+        dataset = without_boundary(dataset).assign(edges)
+        done.append("boundary sought again from the verdicts")
+    if lost := _lost_parameters(dataset, spec):
+        dataset = _with_parameters(dataset, spec)
+        done.append(f"{', '.join(lost)} taken from the spec")
+    if not done:
+        return dataset
+    history = f"{dataset.attrs.get('history', '')}\n{created()} {'; '.join(done)}"
+    return dataset.assign_attrs(history=history.lstrip("\n"))
+
+
+def _with_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
+    """Return an atlas with its fixed parameters, which its variables name, and all attributes of its axes."""
+    made = {each.name: as_variable(each, value, spec) for each, value in whole(coordinates(spec))}
+    lost = _lost_parameters(dataset, spec)
+    found = dataset.assign_coords({name: made[name] for name in lost})
+    for name in spec.axes:
+        found[name].attrs = {**made[name].attrs, **found[name].attrs}
+    edges = [edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES]
+    for declared in (*cell_declarations(spec), *itertools.chain.from_iterable(edges)):
+        names = declared.attributes.get("coordinates")
+        if names is not None and declared.name in found:
+            found[declared.name].encoding = found[declared.name].encoding | {"coordinates": names}
+    return found
+
+
+def without_boundary(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return a dataset without the variables that follow from the verdicts."""
+    stale = [name for name in dataset.data_vars if str(name).startswith(BOUNDARY)]
+    return dataset.drop_vars(stale).drop_dims([CURVES, POINTS], errors="ignore")
+
+
+def _lost_parameters(dataset: Atlas, spec: SweepSpec) -> list[str]:
+    """Return the fixed parameters that an atlas lacks, but for those that atlases of older versions never had."""
+    parameters = spec.model.parameters
+    return [name for name in spec.fixed if name not in dataset.variables and not parameters[name].added_later]
+
+
+def _has_lost_boundary(dataset: Atlas, spec: SweepSpec) -> bool:
+    """Return whether an atlas lacks an edge that every grid has along a control, or its curves."""
+    if spec.is_list:
+        return False
+    lost = [
+        name
+        for axis in spec.model.controls(spec.axes)
+        for name in edge_names(axis, "upper")
+        if name not in dataset.variables
+    ]
+    has_curves = spec.boundary_width is not None and len(spec.axes) > 1
+    return bool(lost) or (has_curves and "curve_point_count" not in dataset.variables)

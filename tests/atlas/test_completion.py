@@ -1,0 +1,70 @@
+"""What another program left out of an atlas is made again from its spec and its verdicts, to the bit, and told."""
+
+import netCDF4
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.atlas.selection import settled
+
+SPEC = sweep.SweepSpec(roll_rate="2:4:9", tilt="1deg:4deg:4", boundary="refined:1e-6")
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas with edges and curves."""
+    return sweep.run(SPEC)
+
+
+def test_an_atlas_that_lacks_nothing_is_returned_itself(atlas):
+    """Nothing is computed or copied for it."""
+    assert settled(atlas) is atlas
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["boundary_roll_rate"],
+        ["critical_roll_rate", "predicted_roll_rate"],
+        ["curve_point_count"],
+        ["alpha", "gravity"],
+    ],
+)
+def test_what_was_left_out_is_found_again(atlas, names):
+    """To the bit, with the attributes that it had; `history` says that it was."""
+    part = atlas.drop_vars(names)
+    found = settled(part)
+    assert set(found.variables) == set(atlas.variables)
+    for name in atlas.variables:
+        xr.testing.assert_identical(found[name].variable, atlas[name].variable)
+    assert len(found.attrs["history"].splitlines()) == len(atlas.attrs["history"].splitlines()) + 1
+    assert not set(names) & set(part.variables)
+
+
+def test_a_file_without_its_boundary_has_one(atlas, tmp_path, command):
+    """``ncks -v`` keeps the cells alone: the commands find the boundary again from the verdicts."""
+    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
+    sweep.save(atlas, whole)
+    atlas[["ending", "stability", "tilt_min", "tilt_max"]].to_netcdf(part, engine="netcdf4")
+    with netCDF4.Dataset(part) as file:
+        assert not [name for name in file.variables if name.startswith(("boundary", "curve"))]
+    tables = []
+    for each in (whole, part):
+        status, out, _ = command(f"boundary {each}")
+        assert status == 0
+        tables.append(out)
+    assert tables[0] == tables[1]
+
+
+def test_a_missing_value_of_its_own_is_packing(atlas, tmp_path, command):
+    """Equal to the fill value it changes nothing; another one would make numbers of an atlas missing."""
+    path = tmp_path / "atlas.nc"
+    sweep.save(atlas, path)
+    with netCDF4.Dataset(path, "a") as file:
+        file["tilt_min"].missing_value = file["tilt_min"]._FillValue
+    assert command(f"info {path}")[0] == 0
+    with netCDF4.Dataset(path, "a") as file:
+        file["tilt_min"].missing_value = 0.0
+    status, _, err = command(f"info {path}")
+    assert status == 2
+    assert "tilt_min must have no missing_value other than its _FillValue" in err
