@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
-from sweep.atlas.selection import check_flags, is_atlas
+from sweep.atlas.selection import check_flags, is_atlas, require_atlas
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, is_motion
@@ -359,6 +359,7 @@ class Eulerdisk:
                 hint="Compute an atlas with sweep.run.",
             )
         if not is_atlas(self._dataset):
+            require_atlas(self._dataset)
             given = ", ".join(map(str, self._dataset.data_vars)) or "no variables"
             raise RequestError(
                 "This is no stability atlas: the accessor eulerdisk serves datasets that sweep.run and eulerdisk run "

@@ -180,6 +180,14 @@ def test_another_dataset_has_it_and_says_what_is_wrong():
             ask(foreign.eulerdisk)
 
 
+def test_what_lies_between_cells_says_so(atlas):
+    """The package dropped the attributes itself: to keep them is no advice."""
+    between = atlas.eulerdisk.interp(tilt="1.1deg")
+    with pytest.raises(RequestError, match="lies between the cells of one") as refused:
+        between.eulerdisk.plot()
+    assert "keep" not in str(refused.value)
+
+
 def test_the_order_of_the_dimensions_does_not_matter(atlas):
     """Transposed, an atlas gives the same verdicts, cells and boundaries."""
     turned = atlas.transpose(*reversed(atlas.ending.dims))

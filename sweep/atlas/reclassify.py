@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sweep.atlas.cf_metadata import ascii_text, cell_declarations, created, spec_attributes
 from sweep.atlas.completion import without_boundary
 from sweep.atlas.dataset import edge_variables, require, spec_of
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import require_atlas, settled
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
@@ -48,9 +48,10 @@ def reclassify(
     Raises
     ------
     RequestError
-        If the criterion is none, or judges by variables that the atlas does not have; if a function returns something
-        else than one bool for each cell.
+        If the dataset is no atlas; if the criterion is none, or judges by variables that the atlas does not have; if a
+        function returns something else than one bool for each cell.
     """
+    require_atlas(dataset)
     atlas = settled(dataset)
     spec = spec_of(atlas)
     if isinstance(criterion, Criterion | str) or not callable(criterion):
@@ -82,8 +83,9 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
     Raises
     ------
     RequestError
-        If the width is not above 0, or the criterion is a function.
+        If the dataset is no atlas, the width is not above 0, or the criterion is a function.
     """
+    require_atlas(dataset)
     atlas = settled(dataset)
     spec = spec_of(atlas).replace(boundary=f"{REFINED}:{width!r}")
     spec.criterion.check_new_cells()

@@ -19,7 +19,7 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
 from sweep.engine.grid import blocks, starts_of
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -36,14 +36,58 @@ _MOST_LISTED = 50_000
 _ROUNDING = 1e-12
 
 
+#: How the title of a dataset begins whose values lie between the cells of an atlas.
+BETWEEN = "Between the cells of: "
+
+
 def is_atlas(dataset: Atlas) -> bool:
     """Return whether a dataset says that it is an atlas, and has cells."""
     stated = {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys()
     return stated and "ending" in dataset and "stability" in dataset
 
 
+def require_atlas(dataset: Any) -> None:
+    """Refuse what is no atlas, and say why it is none.
+
+    Raises
+    ------
+    RequestError
+    """
+    names = getattr(dataset, "data_vars", None)
+    if names is None:
+        raise RequestError(
+            f"An atlas is an xarray.Dataset; got a {type(dataset).__name__}.",
+            hint="Give a dataset as sweep.run or sweep.open_atlas returns it.",
+        )
+    if str(dataset.attrs.get("title", "")).startswith(BETWEEN):
+        raise RequestError(
+            "This is no stability atlas: it lies between the cells of one, as eulerdisk.interp returns it, and its "
+            "values belong to no start.",
+            hint="Take the atlas itself, or compute one there; dataset.to_netcdf writes such values.",
+        )
+    if "sweep_spec" not in dataset.attrs:
+        given = printable(", ".join(map(str, names))) or "no variables"
+        raise RequestError(
+            "This is no stability atlas, which sweep.run and eulerdisk run make, or its attributes are gone: it lacks "
+            f"the attribute sweep_spec; got a dataset of {given}.",
+            hint="Give an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
+            where=place_of(dataset),
+        )
+    if lost := [name for name in _always_held(dataset) if name not in dataset]:
+        raise RequestError(
+            f"This is no stability atlas any more: it lacks {', '.join(lost)}, without which it cannot be read.",
+            hint="Take the atlas with all its variables; dataset.to_netcdf writes some of them.",
+            where=place_of(dataset),
+        )
+
+
+def _always_held(dataset: Atlas) -> tuple[str, ...]:
+    """Return the variables without which no file is read as an atlas."""
+    return "ending", "stability", *spec_named(dataset).model.extremes
+
+
 def check_flags(dataset: Atlas) -> None:
-    """Refuse an atlas whose endings or verdicts are fractions, as the ``interp`` of xarray makes them.
+    """Refuse an atlas whose endings or verdicts are fractions, as ``interp`` and ``mean`` of xarray make them.
 
     Raises
     ------
@@ -60,9 +104,9 @@ def _is_whole_numbers(dataset: Atlas, name: str) -> bool:
 
 def _no_flags(name: str) -> NoReturn:
     raise RequestError(
-        f"This is no atlas any more: {name} holds codes of flags, whole numbers, and here they are not; xarray's "
-        "interp interpolates them as if they were measures.",
-        hint="Use atlas.eulerdisk.interp, which takes flags from the nearest cell, or select cells with isel or sel.",
+        f"This is no atlas any more: {name} holds codes of flags, whole numbers, and here they have become floats, as "
+        "where, mean and interp of xarray make them.",
+        hint="Select cells with isel or sel; atlas.eulerdisk.interp takes flags from the nearest cell.",
         where=name,
     )
 

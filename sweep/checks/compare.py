@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.dataset import require
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import require_atlas, settled
 from sweep.checks.alignment import Pair, align
 from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
 from sweep.checks.borderline import Flips, flips, no_flips
@@ -152,10 +151,10 @@ def compare(
         If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
         method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
     """
+    for dataset in (new, reference):
+        require_atlas(dataset)
     new, reference = settled(new, trusting=True), settled(reference, trusting=True)
     pair = align(new, reference, common=common)
-    for dataset in (new, reference):
-        require(dataset, ("stability", *pair.spec.model.extremes))
     held = list(variables(pair))
     if exact and tolerances:
         raise RequestError(

@@ -19,7 +19,7 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
 from sweep.atlas.row_search import legal
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import require_atlas, settled
 from sweep.atlas.slices import coordinates, whole
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
 from sweep.checks.audit_summary import AuditSummary
@@ -352,8 +352,7 @@ def _reference(spec: SweepSpec) -> ExactReference:
 
 def _checked(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference]:
     """Return the spec of an atlas and the reference of its model, or refuse an atlas that cannot be verified."""
-    if "sweep_spec" not in dataset.attrs:
-        _refuse(dataset, "it lacks the attribute sweep_spec")
+    require_atlas(dataset)
     reference = _reference(spec_named(dataset))
     names = reference.needed(spec_named(dataset))
     listed = spec_named(dataset).listed

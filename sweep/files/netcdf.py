@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import BETWEEN, require_atlas, settled
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
@@ -26,10 +26,12 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     ------
     RequestError
         If the file exists, its folder does not or cannot be written, the disk has not enough room, the dataset holds
-        what netCDF does not, or a function has judged its cells; nothing has been touched then.
+        what netCDF does not, a function has judged its cells, or it came from an atlas and no command would read it;
+        nothing has been touched then.
     StorageError
         If the file system refuses.
     """
+    _check_kind(dataset)
     path, dataset = Path(path), _rechunked(settled(dataset))
     _check_criterion(dataset, path)
     check_target(path, overwrite)
@@ -50,6 +52,16 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
                 hint="Take away the attribute or variable that is named.",
                 where=str(path),
             ) from problem
+
+
+def _check_kind(dataset: "xr.Dataset") -> None:
+    """Refuse what came from an atlas and is none: its file would be opened by no command."""
+    attributes = getattr(dataset, "attrs", {})
+    between = str(attributes.get("title", "")).startswith(BETWEEN)
+    # an audit states the spec of its atlas too
+    stated = "sweep_spec" in attributes and "audit" not in dataset
+    if between or stated or not hasattr(dataset, "data_vars"):
+        require_atlas(dataset)
 
 
 def _check_criterion(dataset: "xr.Dataset", path: Path) -> None:

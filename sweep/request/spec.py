@@ -282,8 +282,9 @@ class SweepSpec:
             return spec.replace(**changes) if changes else spec
         if not isinstance(spec, str | Path):
             raise RequestError(
-                f"A spec is a SweepSpec, the name of a preset or the path of a .toml file; got {shown(spec)}.",
-                hint='Write "rolling", for instance.',
+                f"A spec is a SweepSpec, the name of a preset or the path of a .toml file; got "
+                f"{'a dataset' if hasattr(spec, 'data_vars') else shown(spec)}.",
+                hint='Write "rolling", for instance; the spec of an atlas is atlas.eulerdisk.spec.',
             )
         return cls._changed_file(find_spec_file(spec), lambda model: _known_changes(changes, model))
 

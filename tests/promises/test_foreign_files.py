@@ -126,7 +126,7 @@ def test_what_a_command_needs_is_named(folder, tmp_path, monkeypatch, capsys, li
     """An atlas from which a variable was taken is refused by the commands that cannot do without it."""
     path = tmp_path / "less.nc"
     with sweep.open_atlas(folder / "good.nc") as atlas:
-        sweep.save(atlas.drop_vars(names), path)
+        atlas.drop_vars(names).to_netcdf(path)
     status, _, err = run(monkeypatch, capsys, line.format(path))
     assert status == 2
     assert f"{path}: " in err
