@@ -166,7 +166,8 @@ class Eulerdisk:
         Parameters
         ----------
         **given
-            Axis -> a number, text with a unit, or an array; inside the atlas.
+            Axis -> a number, text with a unit, or an array; inside the atlas. A rate may be given scaled, or as a
+            speed. Arrays span a grid; an xarray.DataArray [SI] gives points along its own dimensions.
 
         Returns
         -------

@@ -10,8 +10,10 @@ from sweep.atlas.selection import BETWEEN
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
+from sweep.request.substitutes import parameter_of
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import Value, read_value
+from sweep.request.words import degrees_meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,8 +26,9 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
     ----------
     atlas : xarray.Dataset
         A whole one, see `sweep.atlas.selection.settled`.
-    given : mapping of str to number, text with a unit, or array
-        Axis -> the places; along the other axes the values stay.
+    given : mapping of str to number, text with a unit, array, or xarray.DataArray
+        Axis -> the places; along the other axes the values stay. A rate may be given scaled, or as a speed. Arrays span
+        a grid; an xarray.DataArray [SI] gives points along its own dimensions, as in xarray.
 
     Returns
     -------
@@ -44,7 +47,9 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
             "Between the starts of a list nothing is known: the next one may lie anywhere.",
             hint="Take cells with isel or sel, or compute a grid.",
         )
-    places = {name: _places(spec, name, raw) for name, raw in given.items()}
+    for name, raw in given.items():
+        _check_name(spec, name, raw)
+    places = {name: _places(spec, name, raw) for name, raw in spec.resolve(given).items()}
     cells = atlas[[name for name in atlas.data_vars if atlas[name].dims == spec.axes]]
     whole = [name for name in cells.data_vars if cells[name].dtype.kind in "iu"]
     # one value along an axis has nothing to lie between
@@ -57,17 +62,35 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
     return found[list(cells.data_vars)]
 
 
-def _places(spec: SweepSpec, name: str, raw: Any) -> float | Array:
-    if name not in spec.axes:
-        unknown_word(name, spec.axes, spec.model)
+def _is_pointwise(raw: Any) -> bool:
+    """Return whether places are an xarray.DataArray: points with dimensions of their own, not a grid."""
+    return hasattr(raw, "dims") and hasattr(raw, "values")
+
+
+def _check_name(spec: SweepSpec, name: str, raw: Any) -> None:
+    parameter = parameter_of(name, spec.model)
+    if name != parameter and _is_pointwise(raw):
+        raise RequestError(
+            f"{name} is a number, a list or an array; points in an xarray.DataArray are given as {parameter}.",
+            hint=f"Give {parameter} [{spec.model.parameters[parameter].units}].",
+            where=name,
+        )
+    if parameter not in spec.axes:
+        instead = [each.name for each in spec.model.substitutes.values() if each.parameter in spec.axes]
+        unknown_word(name, (*spec.axes, *instead), spec.model)
+
+
+def _places(spec: SweepSpec, name: str, raw: Any) -> "float | Array | xr.DataArray":
     quantity, axis = spec.model.parameters[name], getattr(spec, name)
-    value: Value = read_value(raw, quantity)
+    pointwise = _is_pointwise(raw)
+    value: Value = read_value(np.unique(raw.values) if pointwise else raw, quantity)
     ends = axis.ends()
     values = value if isinstance(value, float) else value.array()
     if np.min(values) < ends[0] or np.max(values) > ends[1]:
         raise RequestError(
             f"Outside of the cells nothing is known: {name} is {quantity.spell(ends[0])} to {quantity.spell(ends[1])}.",
-            hint="Give values inside, or compute an atlas that holds them.",
-            where=f"{name}={shown(raw)}",
+            hint=degrees_meant(quantity, raw, np.atleast_1d(values))
+            or "Give values inside, or compute an atlas that holds them.",
+            where=f"{name}={shown(raw.values if pointwise else raw)}",
         )
-    return values
+    return raw.astype(np.float64) if pointwise else values

@@ -10,6 +10,7 @@ from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number
+from sweep.request.words import degrees_meant
 
 #: A value that differs by less, relative to the ends of its axis, is the one that was asked for.
 SAME = 1e-9
@@ -42,7 +43,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     given = spec.resolve(given, read_number)
     values = {name: read_number(raw, parameters[name]) for name, raw in given.items()}
     for name, value in values.items():
-        _check_inside(spec, name, value)
+        _check_inside(spec, name, value, given[name])
     missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
     if missing:
         raise RequestError(
@@ -71,7 +72,7 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
     return ", ".join(others)
 
 
-def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
+def _check_inside(spec: SweepSpec, name: str, value: float, raw: object) -> None:
     quantity, held = spec.quantities[name], getattr(spec, name)
     if isinstance(held, str) or name in spec.listed:
         how = "computed in every cell" if isinstance(held, str) else "another number in every start"
@@ -86,7 +87,8 @@ def _check_inside(spec: SweepSpec, name: str, value: float) -> None:
     holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
         f"This value is outside the atlas, whose {name} is {holds}.",
-        hint="Give a value inside, or compute an atlas that holds it.",
+        hint=degrees_meant(quantity, raw, np.array([value]))
+        or "Give a value inside, or compute an atlas that holds it.",
         where=f"{name}={quantity.spell(value)}",
     )
 

@@ -14,6 +14,7 @@ from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number, read_value
+from sweep.request.words import degrees_meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +83,7 @@ def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) 
     """Return the places along an axis that a text names."""
     if text.count(":") == 1:
         low, high = (read_number(part, quantity) for part in text.split(":"))
-        return _between(axis.array(), low, high, quantity)
+        return _between(axis.array(), low, high, quantity, text)
     value = read_value(text, quantity)
     if isinstance(value, Range):
         raise RequestError(
@@ -90,11 +91,11 @@ def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) 
             hint=f"Write {quantity.name}={':'.join(text.split(':')[:2])}.",
         )
     if isinstance(value, Values):
-        return sorted({_nearest(axis, each, quantity, notes) for each in value.values})
-    return _nearest(axis, value, quantity, notes)
+        return sorted({_nearest(axis, each, quantity, text, notes) for each in value.values})
+    return _nearest(axis, value, quantity, text, notes)
 
 
-def _between(axis: Array, low: float, high: float, quantity: Input) -> slice:
+def _between(axis: Array, low: float, high: float, quantity: Input, text: str) -> slice:
     margin = SAME * np.abs(axis[[0, -1]]).max()
     inside = np.flatnonzero((axis >= low - margin) & (axis <= high + margin))
     if inside.size:
@@ -102,17 +103,18 @@ def _between(axis: Array, low: float, high: float, quantity: Input) -> slice:
     raise RequestError(
         f"No value of {quantity.name} lies from {quantity.spell(low)} to {quantity.spell(high)}; the axis is "
         f"{_extent(axis, quantity)}.",
-        hint="Give two values with some of the axis between them, the smaller one first.",
+        hint=degrees_meant(quantity, text, np.array([low, high]))
+        or "Give two values with some of the axis between them, the smaller one first.",
     )
 
 
-def _nearest(axis: Range | Values, value: float, quantity: Input, notes: list[str]) -> int:
-    """Return the place of the nearest value, and note which one it is where it is another one."""
+def _nearest(axis: Range | Values, value: float, quantity: Input, text: str, notes: list[str]) -> int:
+    """Return the place of the nearest value, and note which one it is where it is another one; `text` was given."""
     held = axis.array()
     if not is_inside(held, value):
         raise RequestError(
             f"{quantity.spell(value)} is outside this atlas, whose {quantity.name} is {_extent(held, quantity)}.",
-            hint="Give a value inside.",
+            hint=degrees_meant(quantity, text, np.array([value])) or "Give a value inside.",
         )
     place = nearest(axis, value)
     if is_other(axis, place, value):

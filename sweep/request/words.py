@@ -1,5 +1,6 @@
 """The words of a request: where they come from, what each may say, and which one was meant by an unknown one."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -263,21 +264,20 @@ def allowed(value: Value, quantity: Input, raw: object) -> Value:
     outside = ends[~quantity.allows(ends)][0]
     raise RequestError(
         f"{quantity.spell(outside)} is not possible: {quantity.rule}.",
-        hint=_degrees_meant(quantity, raw, ends) or f"Choose values with {quantity.rule}.",
+        hint=degrees_meant(quantity, raw, ends) or f"Choose values with {quantity.rule}.",
         where=f"{quantity.name}={shown(raw)}",
     )
 
 
-def _degrees_meant(quantity: Input, raw: object, ends: Array) -> str:
+def degrees_meant(quantity: Input, raw: object, ends: Array) -> str:
+    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing."""
     if not quantity.allows(np.radians(ends)).all():
         return ""
     if quantity.units != "rad" or (isinstance(raw, str) and any(map(str.isalpha, raw.replace("log", "")))):
         return ""
-    example = (
-        f"{quantity.name}={raw}deg"
-        if isinstance(raw, str | int | float) and ":" not in str(raw)
-        else "1deg:5deg:200"
-    )
+    example = "1deg:5deg:200"
+    if isinstance(raw, str | int | float) and str(raw).count(":") < 2:
+        example = f"{quantity.name}={re.sub('[^,:]+', lambda each: f'{each[0].strip()}deg', str(raw))}"
     return f"A bare number is in radians; for degrees write them, as in {example}."
 
 

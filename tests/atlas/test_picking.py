@@ -54,6 +54,9 @@ def test_words_pick_values(atlas, words, places, noted):
     ("words", "message"),
     [
         ({"alpha": "2"}, r"alpha=2: 2 is outside this atlas, whose alpha is 0.5 to 1"),
+        ({"tilt": "0.5"}, "radians; for degrees write them, as in tilt=0.5deg"),
+        ({"tilt": "1,1.5"}, "tilt=1deg,1.5deg"),
+        ({"tilt": "0.5:1"}, "tilt=0.5deg:1deg"),
         ({"alpha": "0.71:0.9"}, "No value of alpha lies from 0.71 to 0.9"),
         ({"alpha": "0.8:0.6"}, "the smaller one first"),
         ({"roll_rate": "1:2:3"}, "START:STOP"),

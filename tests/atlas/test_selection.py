@@ -200,6 +200,39 @@ def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cel
     assert repr(found.eulerdisk).endswith("not a stability atlas")
 
 
+def test_interp_takes_the_words_of_a_cell(atlases):
+    """A scaled rate, a speed: the rate for the disk of the atlas (sqrt(9.81/0.5) and 1/0.5 here)."""
+    atlas = atlases["three axes"]
+    for word, value, rate in (
+        ("speed", "100cm/s", 2.0),
+        ("speed", [0.9, 1.0], [1.8, 2.0]),
+        ("scaled_roll_rate", 0.5, 0.5 * np.sqrt(9.81 / 0.5)),
+    ):
+        found = atlas.eulerdisk.interp(**{word: value})
+        np.testing.assert_allclose(found["roll_rate"], rate, rtol=1e-14)
+        expected = atlas.eulerdisk.interp(roll_rate=rate)["peak_tilt"]
+        np.testing.assert_allclose(found["peak_tilt"], expected, rtol=1e-12)
+
+
+def test_a_data_array_gives_points(atlases):
+    """As in xarray: along its own dimension, not a grid."""
+    atlas = atlases["three axes"].isel(alpha=0).eulerdisk.atlas
+    rates, tilts = [1.53, 2.47, 2.0], np.radians([1.2, 1.9, 1.5])
+    points = {"roll_rate": xr.DataArray(rates, dims="point"), "tilt": xr.DataArray(tilts, dims="point")}
+    found = atlas.eulerdisk.interp(**points)
+    assert found.sizes == {"point": 3}
+    for i, (rate, tilt) in enumerate(zip(rates, tilts, strict=True)):
+        single = atlas.eulerdisk.interp(roll_rate=rate, tilt=tilt)
+        for name in ("peak_tilt", "stability", "steps"):
+            np.testing.assert_allclose(found[name][i], single[name], rtol=1e-12)
+    for wrong, words in (
+        ({"roll_rate": xr.DataArray([2.0, 99.0], dims="point")}, "Outside of the cells nothing is known"),
+        ({"speed": xr.DataArray([1.0], dims="point")}, "are given as roll_rate"),
+    ):
+        with pytest.raises(RequestError, match=words):
+            atlas.eulerdisk.interp(**wrong)
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
@@ -208,6 +241,9 @@ def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cel
         ({"roll_rate": "2m"}, "does not fit"),
         ({"rol_rate": 2}, "Did you mean roll_rate"),
         ({"tilt": np.nan}, "finite"),
+        ({"tilt": 1.5}, "A bare number is in radians.*tilt=1.5deg"),
+        ({"speed": 1, "roll_rate": 2}, "given once"),
+        ({"sped": 1}, "Did you mean speed"),
     ],
 )
 def test_places_that_are_none_are_refused(atlases, given, words):
