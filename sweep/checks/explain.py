@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas
-from sweep.atlas.dataset import found_edges, require, spec_of
+from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.nearest import nearest_cell
 from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -249,11 +250,16 @@ def _lines(
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
         units = spec.model.parameters[axis].units
-        width = f" +- {halfwidth:.2g}" if np.isfinite(halfwidth) else ""
         side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
         here = f"this cell is at {start[axis]:.6g}"
-        yield f"boundary    {side} {_value(measured, units)}{width} as measured in this row; {here}"
-        yield f"            {_value(predicted, units)} as predicted for this start and this criterion"
+        if np.isfinite(measured):
+            yield f"boundary    {side} {measured:.6g} {units} +- {halfwidth:.2g} as measured in this row; {here}"
+        else:
+            row = tuple(place[name] for name in dataset[edge_names(axis, edge)[0]].dims)
+            reason = row_status.name(int(edge_status(dataset, axis, edge)[row]), edge)
+            yield f"boundary    none was measured in this row ({side}): {reason}; {here}"
+        how = "as" if np.isfinite(predicted) else "is"
+        yield f"            {_value(predicted, units)} {how} predicted for this start and this criterion"
         yield f"            {_value(critical, units)} in the limit of no perturbation"
 
 

@@ -84,3 +84,27 @@ def test_the_signs_are_those_that_the_comments_say(roll_rate):
     assert "leans to the right of where a positive roll_rate takes it" in table["tilt"].comment
     assert "counterclockwise seen from above" in table["precession_rate"].comment
     assert "speed of the contact point" in table["roll_rate"].comment
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        sweep.SweepSpec(roll_rate="0:3:7", tilt="0deg:40deg:5", duration="3s"),
+        sweep.SweepSpec(precession_rate="steady-slow", roll_rate="0.1:3:5", tilt="5deg:55deg:5"),
+    ],
+)
+def test_comments_say_what_a_missing_value_means(spec):
+    """The endings that a comment names are those of the cells without a value, and of no others."""
+    atlas = sweep.run(spec)
+    words = dict(
+        zip(atlas["ending"].flag_values.tolist(), atlas["ending"].flag_meanings.split(), strict=True)
+    )
+    for name in ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", "nutation_period"):
+        comment = atlas[name].comment
+        told = comment[comment.index("missing where") :]
+        for code in np.unique(atlas["ending"]).tolist():
+            has_none = atlas[name].isnull().values[atlas["ending"].values == code]
+            missing = words[code] in told
+            if "ending is not " in told:
+                missing = not missing
+            assert has_none.all() if missing else not has_none.any(), (name, words[code])

@@ -127,6 +127,15 @@ def test_the_row_has_its_boundaries():
             assert f"{value:.6g} rad s-1" in text, name
 
 
+def test_a_row_without_a_boundary_says_why():
+    """A sentence, with the reason that the atlas states for the row."""
+    text = explain(sweep.run(ROLLING.replace(roll_rate="1:2:5")), {"roll_rate": 1, "tilt": "1deg"}).text
+    assert (
+        "boundary    none was measured in this row (stable above roll_rate): unstable throughout; this cell is at 1\n"
+    ) in text
+    assert "none as measured" not in text
+
+
 def run(monkeypatch, capsys, line):
     """Run a command line and return status, output and messages."""
     monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])

@@ -140,7 +140,7 @@ def test_explain_shows_the_comparisons():
     assert f"unstable by {text}" in explained
     assert "because peak_tilt > 10deg is true: peak_tilt is " in explained
     assert "fall_time < 2s is false: fall_time is missing" in explained
-    assert "none as predicted for this start and this criterion" in explained
+    assert "none is predicted for this start and this criterion" in explained
     explained = " ".join(explain(atlas, {"roll_rate": 4, "tilt": "0.1deg"}).text.split())
     assert "the ending, bounded, is final" in explained
 

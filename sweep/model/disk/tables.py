@@ -111,8 +111,13 @@ def _scaled(rate: str, symbol: str) -> Substitute:
     )  # fmt: skip
 
 
+#: Of which cells an extreme is missing.
+_NO_EXTREME = "missing where ending is not_computed, unresolved or invalid"
+
 #: What the sign of an extreme means.
-_SIGNED = "signed, as the coordinate tilt: a negative one is on the side away from positive starts"
+_SIGNED = (
+    f"signed, as the coordinate tilt: a negative one is on the side away from positive starts; {_NO_EXTREME}"
+)
 
 
 def _upright(tilt: Array) -> Truths:
@@ -199,11 +204,14 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT, _SIGNED),
     Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT, _SIGNED),
     Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
-             "the larger of |tilt_min| and |tilt_max|"),
+             f"the larger of |tilt_min| and |tilt_max|; {_NO_EXTREME}"),
     Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
-             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"),
-    Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _TIME),
-    Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _TIME),
+             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity)); "
+                             "missing where ending is steady, not_computed, unresolved or invalid"),
+    Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _TIME,
+             "missing where the disk did not fall: ending is not fell"),
+    Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _TIME,
+             "missing where not both turning points were passed: ending is not bounded"),
     Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
              ERROR_GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,
