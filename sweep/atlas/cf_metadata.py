@@ -141,10 +141,10 @@ _WAYS = {
     "fall time)",
 }
 
-#: What the software allows to do with an atlas, and how to name it.
+#: What the software allows to do with an atlas or a motion, and how to name it.
 LICENSE = "the software is under BSD-3-Clause, and restricts nothing that is done with its data"
-_SOFTWARE = f"eulerdisk {__version__}, a Python package: pip install eulerdisk=={__version__}"
-_CITATION = (
+SOFTWARE = f"eulerdisk {__version__}, a Python package: pip install eulerdisk=={__version__}"
+CITATION = (
     f"the eulerdisk authors: eulerdisk {__version__}, stability atlases of a disk rolling without slip (software); for "
     "the equations see references"
 )
@@ -265,9 +265,9 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "keywords": words.keywords,
         "references": words.references,
         "source": f"eulerdisk {__version__}, method {spec.method}",
-        "software": _SOFTWARE,
+        "software": SOFTWARE,
         "license": LICENSE,
-        "citation": _CITATION,
+        "citation": CITATION,
         "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_format": np.int32(FORMAT),

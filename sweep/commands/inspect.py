@@ -54,18 +54,32 @@ def info(
     if folder is not None:
         _tell_run(folder, partial)
     if folder is None or atlas.is_file():
-        from sweep.commands.report import describe
-        from sweep.files.reading import opened_file
+        from sweep.files.atlas_file import MotionGivenError
 
-        with opened_file(atlas) as file:
+        try:
+            _tell_atlas(atlas, as_json)
+        except MotionGivenError:
             if as_json:
-                from sweep.commands.summary import as_json as to_json
-                from sweep.commands.summary import summary
+                raise
+            from sweep.commands.motion_report import describe_motion
 
-                show(to_json(summary(file)))
-                return
-            show(describe(file))
-            _warn(file)
+            show(describe_motion(atlas))
+
+
+def _tell_atlas(atlas: Path, as_json: bool) -> None:
+    """Say what is in an atlas, in words or as JSON."""
+    from sweep.commands.report import describe
+    from sweep.files.reading import opened_file
+
+    with opened_file(atlas) as file:
+        if as_json:
+            from sweep.commands.summary import as_json as to_json
+            from sweep.commands.summary import summary
+
+            show(to_json(summary(file)))
+            return
+        show(describe(file))
+        _warn(file)
 
 
 def _tell_run(folder: Path, partial: Path | None) -> None:

@@ -98,7 +98,8 @@ def simulate(
         plots.save(motion_plots.figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
     fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
-    say(f"{output}: {dataset['tilt'].size} samples{fell}")
+    peak = f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg"
+    say(f"{output}: {dataset['tilt'].size} samples, {peak}{fell}")
     _say_impossible(dataset)
 
 

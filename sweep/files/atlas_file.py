@@ -166,3 +166,14 @@ def no_atlas(path: Path, reason: str) -> RequestError:
         hint="Give a file made by eulerdisk run.",
         where=str(path),
     )
+
+
+class MotionGivenError(RequestError):
+    """A file of one motion, given where an atlas is needed."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            "This file holds one motion in time, which eulerdisk simulate has made, and no stability atlas.",
+            hint=f"Give a file made by eulerdisk run; eulerdisk info {path.name} tells of the motion.",
+            where=str(path),
+        )

@@ -15,7 +15,7 @@ from sweep.atlas.selection import is_whole, settled
 from sweep.atlas.slices import slices_of
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
-from sweep.files.atlas_file import AtlasFile, no_atlas
+from sweep.files.atlas_file import AtlasFile, MotionGivenError, no_atlas
 from sweep.files.paths import check_atlas
 from sweep.files.trial import check_opens
 from sweep.request.criterion import Function
@@ -170,6 +170,8 @@ def _netcdf_errors(path: Path) -> Iterator[None]:
 
 def _check(file: AtlasFile, path: Path) -> dict[str, str]:
     """Refuse an open file that is no atlas; leave out what no atlas has, and return why some of it must be."""
+    if "eulerdisk_trajectory_format" in file.attrs:
+        raise MotionGivenError(path)
     known = file.attrs.get("eulerdisk_format")
     try:
         version = int(str(known) if "sweep_spec" in file.attrs else "")

@@ -9,9 +9,19 @@ import numpy.typing as npt
 
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
-from sweep.atlas.cf_metadata import COMPRESSION, CONTENT, CONVENTIONS, ascii_text, created
+from sweep.atlas.cf_metadata import (
+    CITATION,
+    COMPRESSION,
+    CONTENT,
+    CONVENTIONS,
+    LICENSE,
+    SOFTWARE,
+    ascii_text,
+    created,
+)
 from sweep.errors import RequestError
 from sweep.model.disk.initial_conditions import complete, computed_rate
+from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion.request import LIFTS, MOTION_INPUTS, ROLLS, SLIPS, TIME, TRAJECTORY, TrajectorySpec
@@ -279,7 +289,11 @@ def _attributes(spec: TrajectorySpec, command: str) -> dict[str, Any]:
         "title": ascii_text(spec.title or "Motion of a rolling disk"),
         "summary": _SUMMARY,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
+        "references": DISK.words.references,
         "source": f"eulerdisk {__version__}, method {spec.method}",
+        "software": SOFTWARE,
+        "license": LICENSE,
+        "citation": CITATION,
         "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_trajectory_format": np.int32(FORMAT),

@@ -54,7 +54,7 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
     # 0.2 s become four seconds of 25 frames each
     film = "eulerdisk: disk.mp4: 101 frames, 4.04 s at 0.05 times real time\n"
     # a busy machine shows its progress before
-    assert words.endswith(f"{film}eulerdisk: path.nc: 1001 samples\n")
+    assert words.endswith(f"{film}eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg\n")
     assert sorted(each.name for each in tmp_path.iterdir()) == ["disk.mp4", "path.nc", "path.png"]
     assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "disk.mp4"))
@@ -90,7 +90,7 @@ def test_a_fall_is_told(simulate):
     status, words = simulate("tilt=0.1 tilt_rate=0.1 -o path.nc")
     assert status == 0
     first, second = words.splitlines()
-    assert first == "eulerdisk: path.nc: 1001 samples, fell at 0.810989 s"
+    assert first == "eulerdisk: path.nc: 1001 samples, peak tilt 85 deg, fell at 0.810989 s"
     # the times are those of tests/motion/test_rolling_limit.py
     assert second.startswith("eulerdisk: rolling becomes impossible: the disk slips at 0.")
     assert "friction=0.5" in second
@@ -100,7 +100,7 @@ def test_a_fall_is_told(simulate):
 def test_friction_that_is_enough_is_not_mentioned(simulate):
     """A disk that rolls all the time is reported as before."""
     status, words = simulate(f"{WORDS} -o path.nc")
-    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples\n")
+    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg\n")
 
 
 @pytest.mark.parametrize(
@@ -205,6 +205,34 @@ def test_the_file_has_the_profile_of_an_atlas(tmp_path):
         xr.testing.assert_identical(read.load(), motion)
 
 
+def test_a_motion_says_who_may_use_it_and_how_to_name_it():
+    """Licence, citation, references and software are those of an atlas."""
+    motion, atlas = sweep.simulate(tilt="1deg", duration="1s"), sweep.run("rolling", roll_rate=3, tilt="1deg")
+    for name in ("license", "citation", "references", "software"):
+        assert motion.attrs[name] == atlas.attrs[name]
+
+
+def test_info_tells_of_a_motion(tmp_path, command):
+    """What it is, its start, its peak; every other command says that it is one, and what to give."""
+    peak = np.degrees(np.abs(sweep.simulate(tilt="20deg", roll_rate=1, duration="2s")["tilt"]).max())
+    status, _, err = command("simulate tilt=20deg roll_rate=1 duration=2s title=Coin -o path.nc")
+    assert status == 0
+    assert f"samples, peak tilt {float(peak):.3g} deg" in err
+    status, out, err = command("info path.nc")
+    assert (status, err) == (0, "")
+    assert out.startswith("This file holds one motion in time, as eulerdisk simulate makes it")
+    for words in (
+        "\nCoin\n",
+        "start       tilt 20 deg, tilt_rate 0 rad s-1, precession_rate 0 rad s-1, roll_rate 1 rad s-1\n",
+        f"peak tilt   {float(peak):.3g} deg\n",
+    ):
+        assert words in out
+    for line in ("verify path.nc", "boundary path.nc", "info --json path.nc"):
+        status, _, err = command(line)
+        assert status == 2
+        assert "holds one motion in time" in err
+
+
 def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):
     """Two files of one request are equal, byte for byte, when the clock is fixed."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
@@ -226,7 +254,7 @@ def test_the_motion_of_a_cell(simulate, coin, tmp_path):
     before = (tmp_path / coin).read_bytes()
     assert simulate(f"--from '{coin}' roll_rate=15 tilt=1deg -o on.nc") == (
         0,
-        "eulerdisk: on.nc: 1001 samples\n",
+        "eulerdisk: on.nc: 1001 samples, peak tilt 31.1 deg\n",
     )
     status, words = simulate(f"--from '{coin}' speed=18.1cm/s tilt=1deg duration=2s mass=5g -o near.nc")
     assert status == 0
