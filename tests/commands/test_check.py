@@ -151,7 +151,9 @@ def test_a_file_that_is_no_whole_atlas_is_refused(command, tmp_path, spoil, what
 )
 def test_missing_variables_are_named(command, names):
     """An atlas without what the audit reads is refused with the names of what it lacks, and of nothing else."""
-    rewritten(lambda dataset: dataset.drop_vars(names))
+    with open_atlas("a.nc") as dataset:
+        # as another program writes it: our own save refuses what no command opens
+        dataset.drop_vars(names).to_netcdf("b.nc")
     status, out, err = command("verify b.nc")
     assert (status, out) == (2, "")
     assert f"lacks {', '.join(names)}" in err
