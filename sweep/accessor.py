@@ -13,7 +13,7 @@ import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas
-from sweep.errors import RequestError, printable, shown
+from sweep.errors import RequestError, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, is_motion
 
@@ -336,10 +336,10 @@ class Eulerdisk:
         if not is_atlas(data):
             yield NAME, "not a stability atlas"
             return
-        yield NAME, shown(printable(str(data.attrs["title"])))
+        yield NAME, shown(printable(plain_text(data.attrs["title"])))
         sizes = data["ending"].sizes
         yield "grid", " x ".join(f"{name} {count}" for name, count in sizes.items()) or "one cell"
-        yield "criterion", shown(printable(str(data.attrs["criterion"])))
+        yield "criterion", shown(printable(plain_text(data.attrs["criterion"])))
         counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
         counts["undecided"] = data["ending"].size - sum(counts.values())
         yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
@@ -409,7 +409,7 @@ def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         yield "motion", problem.message
         return
     times = dataset["elapsed_time"].values
-    yield "motion", shown(printable(str(dataset.attrs.get("title", ""))))
+    yield "motion", shown(printable(plain_text(dataset.attrs.get("title", ""))))
     yield "disk", caption(dataset)
     fell = float(dataset["fall_time"])
     ending = f", fell at {fell:.6g} s" if fell <= times[-1] else ""

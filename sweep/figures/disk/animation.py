@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, nice_length, spell_length
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
 from sweep.figures.disk.film_files import WARNING, write_gif, write_mp4
@@ -162,7 +163,7 @@ class _Words:
         left, room = _LEFT / width, width - 2.0 * _LEFT
         above, below = ([each / height for each in lines] for lines in (_LINES_ABOVE, _LINES_BELOW))
         look: dict[str, Any] = {"parse_math": False, "fontsize": _WORDS}
-        title, words = str(dataset.attrs.get("title", "")), caption(dataset)
+        title, words = plain_text(dataset.attrs.get("title", "")), caption(dataset)
         bold = look | {"fontsize": 1.1 * _WORDS, "fontweight": "bold", "va": "top"}
         drawn.text(left, 1.0 - above[0], fitted(title, 1.1 * _WORDS, room), **bold)
         size = next((each for each in _SMALLER if fitted(words, each, room, "normal") == words), _SMALLER[-1])

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.ticker import MaxNLocator
 
+from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
 from sweep.figures.disk.disk_3d import (
     Camera,
@@ -103,7 +104,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
         draw_tilt(drawn.add_subplot(grid[1, 0]), motion)
         draw_path(drawn.add_subplot(grid[1, 1]), motion)
         draw_contact(drawn.add_subplot(grid[1, 2]), motion)
-        write_head(drawn, str(dataset.attrs.get("title", "")), caption(motion))
+        write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
     return drawn
 
 
@@ -114,7 +115,7 @@ def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dat
             draw(axes, dataset)
             legend = axes.get_legend()
             assert legend is not None
-            title = fitted(dataset.attrs["title"], 8.5, 3.2)
+            title = fitted(plain_text(dataset.attrs["title"]), 8.5, 3.2)
             legend.set_title(title, FontProperties(size=8.5, weight="bold"))
             legend.get_title().set_parse_math(False)
     return drawn
