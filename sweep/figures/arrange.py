@@ -361,8 +361,10 @@ class _Layout:
     def _refuse(self, across: float, up: float, total: float) -> None:
         least = _LEAST * self.letter
         needed = []
-        if across < least:
-            needed.append(f"width={_generous(self.width + (least - across) * self.columns)}")
+        # the height of panels follows their width where that of the figure is not given
+        lacking = least - (across if self.height is not None else min(across, up))
+        if lacking > 0.0:
+            needed.append(f"width={_generous(self.width + lacking * self.columns)}")
         if up < least and self.height is not None:
             needed.append(f"height={_generous(total + (least - up) * self.rows)}")
         size = " and ".join(needed)

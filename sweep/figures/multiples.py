@@ -17,7 +17,7 @@ from sweep.errors import RequestError
 from sweep.figures.arrange import arrange, finish_in
 from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
-from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet
+from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet, thinning
 from sweep.figures.look import Look
 from sweep.figures.panels import (
     Panel,
@@ -172,9 +172,10 @@ def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) ->
     set_scale(axes, "y", replace(first.y, ends=ends))
     if len({each.unit for each in scales}) == 1:
         add_second_axis(axes, "y", first.y)
+    drawn = [edge for each in panels for edge in each.edges if edge.x.size]
     axes.plot(
-        [], [], label=f"{first.method} boundary with its bracket", linestyle="", marker="o", color=INK,
-        markerfacecolor="white", markersize=4.0,
+        [], [], label=f"{first.method} boundary with its bracket{thinning(drawn)}", linestyle="", marker="o",
+        color=INK, markerfacecolor="white", markersize=4.0,
     )  # fmt: skip
     for kind, words in (("analytic", f": {first.line}"), ("predicted", f", {first.criterion}")):
         if any(
