@@ -291,7 +291,7 @@ class Eulerdisk:
             Width and height in dots, 640x480 if not given.
         camera : {"fixed", "follow", "top"}, optional
             It sees all of the motion, goes along with the disk, or looks from above; if not given, it follows a disk
-            that goes far.
+            that would go far if it went on as it starts.
         overwrite : bool, default False
             Replace a file of that name.
 

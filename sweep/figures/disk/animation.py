@@ -87,7 +87,7 @@ def _frames(
 ) -> Iterator[Array]:
     """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
-    shot = view(poses, options.size, options.camera)
+    shot = view(dataset, poses, options.size, options.camera)
     limit = rolling_limit(dataset)
     trail = _Trail(dataset, _TRAIL * times.speed)
     with styled():

@@ -17,12 +17,12 @@ from sweep.figures.disk.captions import caption, length_unit, nice_length, spell
 from sweep.figures.disk.disk_3d import (
     Camera,
     Pose,
-    azimuth_of,
     draw_disk,
     draw_floor,
     draw_trace,
     frame_picture,
 )
+from sweep.figures.disk.view import azimuth_at_start
 from sweep.figures.drawing import sheet
 from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
@@ -215,7 +215,7 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
     poses = _snapshots(dataset)
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
-    camera = Camera.on(centre, reach + radius, azimuth_of(x, y))
+    camera = Camera.on(centre, reach + radius, azimuth_at_start(dataset))
     spacing = nice_length(_SQUARE * (reach + radius))
     draw_floor(axes, camera, centre, 1.6 * (reach + radius), spacing)
     rolls = times <= limit
