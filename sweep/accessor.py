@@ -223,8 +223,9 @@ class Eulerdisk:
         ----------
         ax : matplotlib.axes.Axes, optional
             Draw into these, with the settings of their figure; the legend is below them, and can be removed.
-        rate : {"linear", "squared", "scaled"}, optional
-            What the axis of a rate shows; scaled is in units of sqrt(g/R).
+        rate : {"linear", "squared", "scaled", "speed"}, optional
+            What the axis of a rate shows; scaled is in units of sqrt(g/R), the speed of the contact point is the roll
+            rate times the radius.
         quantity : str, optional
             The variable of the cells that gives the colours; by default the peak.
         contours : str, number or sequence, optional

@@ -18,15 +18,15 @@ from sweep.figures.arrange import arrange, finish_in
 from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
 from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet, thinning
-from sweep.figures.look import Look
+from sweep.figures.look import SPEED, Look
 from sweep.figures.panels import (
     Panel,
     drawn_dims,
     drawn_spec,
     fixed_parameters,
-    formula,
-    is_squared,
     panel,
+    shown_formula,
+    speed_of,
     value_text,
 )
 from sweep.figures.scales import add_second_axis, set_scale
@@ -59,6 +59,9 @@ def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: 
             "Draw each into a figure of its own.",
         )
     dataset = datasets[0]
+    if look.rate == SPEED:
+        for name in spec_named(dataset).model.controls(drawn_dims(dataset)):
+            speed_of(spec_named(dataset), name)
     if look.family:
         if friction is not None:
             raise RequestError(
@@ -201,7 +204,7 @@ def _plain(each: Panel, dataset: Atlas) -> Panel:
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
     if control is not None and each.y is not None:
-        left, right = formula(spec, control, is_squared(each.y))
+        left, right = shown_formula(spec, control, each.y)
         line = f"${left} = {right}$" if left else line
     return replace(each, line=line, joined=None)
 

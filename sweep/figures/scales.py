@@ -1,4 +1,4 @@
-"""The axes of a panel: parameters in the units of their labels, rates as they are, squared or scaled; their ticks."""
+"""The axes of a panel: parameters in the units of their labels, rates squared, scaled or as speeds too; ticks."""
 
 import math
 import re
@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from sweep.errors import RequestError
-from sweep.figures.look import LINEAR, RATES, SCALED, SQUARED
+from sweep.figures.look import LINEAR, RATES, SCALED, SPEED, SQUARED
 from sweep.model.quantity import Array, Quantity
 
 if TYPE_CHECKING:
@@ -36,12 +36,26 @@ _MOST_TICKS = {"x": 7, "y": 7}
 _APART = {"x": 0.7, "y": 0.4}
 
 
+#: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
+_SPEEDS = ((1.0, "m", 1.0), (0.01, "cm", 1e2), (0.0, "mm", 1e3))
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A rate as a speed: the word for it, its symbol in mathtext, and the factor from the rate to it, in SI."""
+
+    name: str
+    symbol: str
+    factor: float
+
+
 @dataclass(frozen=True)
 class Scale:
-    """One axis of a panel: a parameter in the units of its label, or a rate squared or scaled.
+    """One axis of a panel: a parameter in the units of its label, or a rate squared, scaled or as a speed.
 
     `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis, which is
-    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None.
+    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None; `speed` belongs to a rate
+    drawn as one, whose largest value is `largest` [SI].
     """
 
     quantity: Quantity
@@ -51,6 +65,8 @@ class Scale:
     log: bool
     rate: str = LINEAR
     unit: tuple[float, str] | None = None
+    speed: Speed | None = None
+    largest: float = 0.0
 
     @property
     def label(self) -> str:
@@ -58,6 +74,8 @@ class Scale:
         name = self.quantity.name.replace("_", " ")
         if self.rate == SQUARED:
             return f"{name} squared {self.symbol} ({self.units})"
+        if self.speed is not None:
+            return f"{self.speed.name} {self.symbol} ({self.units})"
         return f"{name} {self.symbol}" if self.rate == SCALED else self.quantity.plot_label
 
     @property
@@ -65,6 +83,8 @@ class Scale:
         """Units of what is drawn, in mathtext; nothing for a pure number."""
         if self.rate == SCALED:
             return ""
+        if self.speed is not None:
+            return f"{self._speed_unit[0]} s$^{{-1}}$"
         if self.rate == LINEAR:
             return (
                 self.quantity.plot_label.rpartition(" (")[2].rstrip(")") if self.quantity.units != "1" else ""
@@ -88,7 +108,7 @@ class Scale:
             return None
         if self.rate == SQUARED:
             return 1.0 / self.unit[0], f"${self.quantity.symbol}^2\\,/\\,({self.unit[1]})$"
-        return 1.0 / math.sqrt(self.unit[0]) / self.quantity.plot_scale, self._symbol(SCALED)
+        return 1.0 / math.sqrt(self.unit[0]) / self._factor, self._symbol(SCALED)
 
     def shown(self, values: Array) -> Array:
         """Return values [SI] as the axis shows them."""
@@ -96,11 +116,27 @@ class Scale:
             return values**2
         if self.rate == SCALED and self.unit is not None:
             return values / math.sqrt(self.unit[0])
-        return values * self.quantity.plot_scale
+        return values * self._factor
+
+    @property
+    def _factor(self) -> float:
+        """What a value [SI] is multiplied by, if it is neither squared nor scaled."""
+        if self.speed is None:
+            return self.quantity.plot_scale
+        return self.speed.factor * self._speed_unit[1]
+
+    @property
+    def _speed_unit(self) -> tuple[str, float]:
+        assert self.speed is not None
+        return next(
+            (unit, times) for least, unit, times in _SPEEDS if self.largest * self.speed.factor >= least
+        )
 
     def _symbol(self, rate: str) -> str:
         if rate == SCALED and self.unit is not None:
             return f"${self.quantity.symbol}\\,/\\sqrt{{{self.unit[1]}}}$"
+        if rate == SPEED and self.speed is not None:
+            return f"${self.speed.symbol}$"
         return f"${self.quantity.symbol}^2$" if rate == SQUARED else f"${self.quantity.symbol}$"
 
 
@@ -110,6 +146,7 @@ def scale(
     *,
     rate: str = LINEAR,
     unit: tuple[float, str] | None = None,
+    speed: Speed | None = None,
     from_zero: bool = False,
 ) -> Scale:
     """Return the axis of a parameter.
@@ -120,10 +157,12 @@ def scale(
         A parameter of the model.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
-    rate : {"linear", "squared", "scaled"}
+    rate : {"linear", "squared", "scaled", "speed"}
         What to show of a rate; linear for other parameters.
     unit : (float, str), optional
         What a square is measured in to be a pure number, and its name in mathtext.
+    speed : Speed, optional
+        What a rate is as a speed.
     from_zero : bool
         Whether values that begin near zero, and not below it, are shown from zero on: the first cell is drawn larger.
 
@@ -142,7 +181,8 @@ def scale(
         reach = max(_TO_ZERO_CELLS * gaps[0], _TO_ZERO * values[-1]) * (1.0 + 1e-9)
         if from_zero and not log and values[0] <= reach:
             borders[0] = 0.0
-    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit)
+    largest = float(np.abs(values).max())
+    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit, speed, largest)
     borders = bare.shown(borders)
     return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
 

@@ -120,7 +120,7 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"rate": "sqared"}, r"linear, squared or scaled; got sqared\. Did you mean squared"),
+        ({"rate": "sqared"}, r"linear, squared, scaled or speed; got sqared\. Did you mean squared"),
         ({"quantity": "peak_tlt"}, r"no peak_tlt of its cells; it has ending, .*Did you mean peak_tilt"),
         ({"quantity": "roll_rate"}, r"no roll_rate of its cells"),
         ({"width": "0mm"}, r"width of a figure is from 20 mm to 2 m; got 0mm"),
@@ -219,6 +219,49 @@ def test_scaled_rates_of_unlike_disks_meet():
     # one map over both has no such axis
     with pytest.raises(sweep.RequestError, match=r"scaled rate needs one unit for all cells; roll_rate"):
         draw(atlas.isel(tilt=0), rate="scaled")
+
+
+@pytest.mark.parametrize(
+    ("radius", "unit", "factor"), [("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)]
+)
+def test_a_rate_is_drawn_as_the_speed_of_the_contact_point(radius, unit, factor):
+    """Rate times radius: rolling upright is stable above sqrt(g R / 3), which the legend says as a number."""
+    spec = sweep.SweepSpec.preset("rolling", radius=radius).replace(tilt="0.1deg:1deg:8")
+    atlas = sweep.run(spec)
+    drawn = draw(atlas, rate="speed")
+    [axes] = maps(drawn)
+    critical = factor * np.sqrt(9.81 * spec.radius / 3.0)
+    line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
+    np.testing.assert_allclose(line.get_ydata(), critical, rtol=1e-12)
+    label = axes.get_ylabel().replace("\n", " ")
+    assert label == rf"speed $R\dot\phi_0$ ({unit} s$^{{-1}}$)"
+    assert f"= {critical:.4g} {unit} s$^{{-1}}$" in str(line.get_label())
+    rows = mesh(axes).get_coordinates()[:, 0, 1]
+    np.testing.assert_allclose(
+        0.5 * (rows[1:] + rows[:-1]), factor * spec.radius * atlas["roll_rate"].values, rtol=1e-9
+    )
+    other = axes.child_axes[0]
+    drawn.draw_without_rendering()
+    np.testing.assert_allclose(other.get_ylim(), np.array(axes.get_ylim()) / critical / 3.0**0.5, rtol=1e-9)
+    along = draw(atlas.isel(tilt=2), rate="speed").axes[0]
+    assert along.get_xlabel().replace("\n", " ") == label
+    family = draw(sweep.run(spec.replace(alpha="0.2,1")), rate="speed", family=True)
+    assert family.axes[0].get_ylabel().replace("\n", " ") == label
+
+
+def test_what_is_no_speed_is_refused():
+    """Only the roll rate is a speed, and only where all cells have one radius."""
+    spinning = sweep.run(sweep.SweepSpec(precession_rate="3:6:3", tilt="1deg,2deg"))
+    with pytest.raises(sweep.RequestError, match=r"Only roll_rate can be .* speed.* here is precession_rate"):
+        draw(spinning, rate="speed")
+    radii = sweep.run(sweep.SweepSpec(roll_rate="2:8:3", tilt="0.1deg,1deg", radius="0.1,0.5"))
+    for words in ({}, {"family": True}):
+        with pytest.raises(sweep.RequestError, match=r"cells of one radius; here radius varies"):
+            draw(radii, rate="speed", **words)
+    with pytest.raises(sweep.RequestError, match=r"cells of one radius; here radius varies"):
+        draw(radii.isel(tilt=0), rate="speed")
+    with pytest.raises(sweep.RequestError, match=r"no rate to draw speed"):
+        draw(sweep.run(sweep.SweepSpec(tilt="1deg:2deg:3")), rate="speed")
 
 
 def own_axes():
