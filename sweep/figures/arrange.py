@@ -40,7 +40,7 @@ _SHAPE, _PROFILE, _STRIP, _LEAST_STRIP = 0.95, 0.65, 0.3, 4.6
 _TITLE = 2.2
 
 #: Least width and height of a panel, and the width from which a legend below all panels has another column.
-_LEAST, _COLUMN = 8.0, 32.0
+_LEAST, _COLUMN = 7.0, 32.0
 
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2

@@ -39,7 +39,10 @@ if TYPE_CHECKING:
 _MOST_MAPS, _MOST_CURVES = 12, 8
 
 #: Width of one of several maps, and its least one; width of a family [in].
-_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.5, 4.2
+_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.2, 4.2
+
+#: Height [in] that a figure of given width may have by itself: that of a page.
+_PAGE = 11.7
 
 #: Markers and part of viridis for the curves of a family: they differ in shape, hue and lightness.
 _MARKERS, _PART = "os^Dv<>p", 0.85
@@ -121,7 +124,20 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
         arrange(
             drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
         )
+    _check_page(drawn, look, count)
     return drawn
+
+
+def _check_page(drawn: Figure, look: Look, count: int) -> None:
+    """Refuse a figure that is higher than a page because it was asked to be narrow."""
+    wide, high = (25.4 * side for side in drawn.get_size_inches())
+    if look.width is None or look.height is not None or high <= 25.4 * _PAGE:
+        return
+    raise RequestError(
+        f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * _PAGE:.0f} mm.",
+        "Give a larger --width, as in 180mm, a --height, or draw fewer values of an axis.",
+        "width",
+    )
 
 
 def _family(dataset: Atlas, look: Look, axes: "Axes | None") -> Figure:

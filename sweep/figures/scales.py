@@ -31,8 +31,9 @@ _EVEN, _POWERS = 4.0, 300.0
 _TO_ZERO_CELLS, _TO_ZERO = 1.0, 0.01
 
 
-#: Numbers on a linear axis at most, and the least distance of two [sizes of their letters].
-_MOST_TICKS = {"x": 7, "y": 7}
+#: Numbers on a linear axis at most, their distance over a power of ten, and the least distance of two [sizes of their
+#: letters].
+_MOST_TICKS, _STEPS = 7, (1.0, 2.0, 2.5, 5.0, 10.0)
 _APART = {"x": 0.7, "y": 0.4}
 
 
@@ -267,21 +268,24 @@ def set_log_ticks(axis: "Axis", ratio: float) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def thin_ticks(axes: "Axes") -> None:
-    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size."""
+def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _STEPS) -> None:
+    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size.
+
+    Those of linear axes are at most so many, and their distance is one of `steps` times a power of ten.
+    """
     for each in (axes, *axes.child_axes):
         for which in ("x", "y"):
             axis = getattr(each, f"{which}axis")
             if axis.get_visible():
-                _thin(axis, which)
+                _thin(axis, which, most, steps)
 
 
-def _thin(axis: "Axis", which: str) -> None:
+def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:
     """Take the most numbers that do not touch: round ones on a linear axis, powers of ten on a logarithmic one."""
     if axis.get_scale() == "linear" and isinstance(axis.get_major_locator(), MaxNLocator):
         whole = getattr(axis.get_major_locator(), "_integer", False)
-        for count in range(_MOST_TICKS[which], 0, -1):
-            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10], integer=whole))
+        for count in range(most, 0, -1):
+            axis.set_major_locator(MaxNLocator(count, steps=steps, integer=whole))
             if _are_apart(_numbers(axis, which), which):
                 return
     numbers = _numbers(axis, which)

@@ -312,3 +312,14 @@ def test_a_motion_has_none_of_these_looks():
     assert motion.eulerdisk.plot().axes
     with pytest.raises(sweep.RequestError, match=r"rate and contours belong to the map of an atlas"):
         motion.eulerdisk.plot(rate="scaled", contours=np.array([1.0, 2.0]))
+
+
+def test_many_maps_fit_a_column_of_a_journal():
+    """Five maps are two abreast in 86 mm, and no higher than a page; what would be higher is refused with a hint."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg:2deg:5", alpha="0.2:1:5"))
+    drawn = draw(atlas, width="86mm")
+    assert len({round(axes.get_position().x0, 3) for axes in maps(drawn)}) == 2
+    assert drawn.get_size_inches()[1] * 25.4 < 200.0
+    many = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.1:1:12"))
+    with pytest.raises(sweep.RequestError, match=r"12 maps in a width of 60 mm .* page has 297 mm.*--width"):
+        draw(many, width="60mm")
