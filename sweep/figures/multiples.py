@@ -95,11 +95,34 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
         (part, panel(part, None if marked is None else marked.isel(place), look))
         for place, part in _parts(dataset, further)
     ]
-    spec, panels = spec_named(dataset), [_plain(each, dataset) for _, each in parts]
+    panels = [_plain(each, dataset) for _, each in parts]
     check_same_quantity(panels)
     count = len(panels)
     columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
     columns = min(columns, columns_of(count, look, _WIDTH, _LEAST_WIDTH)) if columns > 1 else 1
+    # panels that are too narrow for their words go into another row
+    for fewer in range(columns, 1, -1):
+        try:
+            drawn = _maps(dataset, further, parts, panels, fewer, look)
+            break
+        except RequestError:
+            continue
+    else:
+        drawn = _maps(dataset, further, parts, panels, 1, look)
+    _check_page(drawn, look, count)
+    return drawn
+
+
+def _maps(
+    dataset: Atlas,
+    further: Sequence[str],
+    parts: Sequence[tuple[Any, Any]],
+    panels: Sequence[Panel],
+    columns: int,
+    look: Look,
+) -> Figure:
+    """Draw maps, so many side by side; refused if they have no room."""
+    spec, count = spec_named(dataset), len(panels)
     with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
         colouring, blocks = colours_of(panels, look), []
         # scaled rates of disks of unlike radius have unlike ends
@@ -124,7 +147,6 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
         arrange(
             drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
         )
-    _check_page(drawn, look, count)
     return drawn
 
 

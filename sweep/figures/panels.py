@@ -276,7 +276,9 @@ def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tu
         return equation, equation
     number, scaled = f"{known[0]:.4g}", up.rate == SCALED and up.unit is not None
     unit = rf"$\sqrt{{{up.unit[1]}}}$" if scaled and up.unit else up.units
-    return f"{equation} = {number} {unit}".rstrip(), number if scaled else f"${right}$"
+    # number and unit are not broken at the end of a line
+    valued = f"=\u00a0{number} {unit}".rstrip().replace(" ", "\u00a0")
+    return f"{equation} {valued}", number if scaled else f"${right}$"
 
 
 def drawn_dims(dataset: Atlas) -> list[str]:

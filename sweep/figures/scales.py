@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocat
 
 from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, RATES, SCALED, SPEED, SQUARED
-from sweep.model.quantity import Array, Quantity
+from sweep.model.quantity import Array, Input
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +35,9 @@ _TO_ZERO_CELLS, _TO_ZERO = 1.0, 0.01
 #: letters].
 _MOST_TICKS, _STEPS = 7, (1.0, 2.0, 2.5, 5.0, 10.0)
 _APART = {"x": 0.7, "y": 0.4}
+
+#: Numbers with which a bar of colours can be read.
+_LEAST_NUMBERS = 3
 
 
 #: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
@@ -59,7 +62,7 @@ class Scale:
     drawn as one, whose largest value is `largest` [SI].
     """
 
-    quantity: Quantity
+    quantity: Input
     values: Array
     borders: Array
     ends: tuple[float, float]
@@ -142,7 +145,7 @@ class Scale:
 
 
 def scale(
-    quantity: Quantity,
+    quantity: Input,
     values: Array,
     *,
     rate: str = LINEAR,
@@ -154,8 +157,8 @@ def scale(
 
     Parameters
     ----------
-    quantity : Quantity
-        A parameter of the model.
+    quantity : Input
+        A parameter of the model; no cell reaches beyond what it allows.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
     rate : {"linear", "squared", "scaled", "speed"}
@@ -177,6 +180,8 @@ def scale(
     even = np.allclose(gaps, gaps[0], rtol=1e-6, atol=0.0)
     log = bool(not even and values[0] > 0.0 and _is_logarithmic(values))
     borders = np.exp(_borders(np.log(values))) if log else _borders(values)
+    borders[0] = _last_allowed(quantity, values[0], borders[0])
+    borders[-1] = _last_allowed(quantity, values[-1], borders[-1])
     if values[0] >= 0.0 and (from_zero or rate == SQUARED):
         borders[0] = max(borders[0], 0.0)
         reach = max(_TO_ZERO_CELLS * gaps[0], _TO_ZERO * values[-1]) * (1.0 + 1e-9)
@@ -188,7 +193,7 @@ def scale(
     return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
 
 
-def _check_rate(quantity: Quantity, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
+def _check_rate(quantity: Input, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
     if rate == SQUARED and values[0] < 0.0:
         raise RequestError(
             f"Squares have no sign: {quantity.name} has values from {values[0]:g} {quantity.units}, and those below 0 "
@@ -226,6 +231,21 @@ def _is_logarithmic(values: Array) -> bool:
 def _borders(values: Array) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     return np.concatenate(([2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]))
+
+
+def _last_allowed(quantity: Input, value: float, border: float) -> float:
+    """Return a border, or the last number from a value of the cells to it that the parameter allows.
+
+    Every rule is an interval, so bisection finds its end.
+    """
+    if not quantity.allows(np.array([value]))[0] or quantity.allows(np.array([border]))[0]:
+        return border
+    while (middle := 0.5 * (value + border)) not in (value, border):
+        if quantity.allows(np.array([middle]))[0]:
+            value = middle
+        else:
+            border = middle
+    return value
 
 
 def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
@@ -278,6 +298,19 @@ def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _
             axis = getattr(each, f"{which}axis")
             if axis.get_visible():
                 _thin(axis, which, most, steps)
+
+
+def name_ends(axes: "Axes") -> None:
+    """Put numbers at both ends of a bar of colours that has fewer than three, and leave out those that touch them."""
+    axis, (low, high) = axes.yaxis, axes.get_ylim()
+    between = [place for place, _, _ in _numbers(axis, "y")]
+    if len(between) >= _LEAST_NUMBERS or low == high:
+        return
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+    for places in ((low, *between, high), (low, high)):
+        axis.set_major_locator(FixedLocator(sorted(set(places))))
+        if _are_apart(_numbers(axis, "y"), "y"):
+            return
 
 
 def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:

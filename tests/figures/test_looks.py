@@ -17,6 +17,7 @@ from sweep.files.reading import opened_file
 pytestmark = pytest.mark.compiled
 
 PLAIN = sweep.SweepSpec(roll_rate="0:4:22", tilt="0.1deg:30deg:16", tilt_rate=1.5)
+NB = "\u00a0"
 CUBE = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:2deg:8", alpha="0.2,0.5,1")
 
 
@@ -235,7 +236,7 @@ def test_a_rate_is_drawn_as_the_speed_of_the_contact_point(radius, unit, factor)
     np.testing.assert_allclose(line.get_ydata(), critical, rtol=1e-12)
     label = axes.get_ylabel().replace("\n", " ")
     assert label == rf"speed $R\dot\phi_0$ ({unit} s$^{{-1}}$)"
-    assert f"= {critical:.4g} {unit} s$^{{-1}}$" in str(line.get_label())
+    assert f"={NB}{critical:.4g}{NB}{unit}{NB}s$^{{-1}}$" in str(line.get_label())
     rows = mesh(axes).get_coordinates()[:, 0, 1]
     np.testing.assert_allclose(
         0.5 * (rows[1:] + rows[:-1]), factor * spec.radius * atlas["roll_rate"].values, rtol=1e-9
@@ -323,3 +324,39 @@ def test_many_maps_fit_a_column_of_a_journal():
     many = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.1:1:12"))
     with pytest.raises(sweep.RequestError, match=r"12 maps in a width of 60 mm .* page has 297 mm.*--width"):
         draw(many, width="60mm")
+
+
+def test_cells_end_within_what_a_parameter_allows():
+    """No disk lies beyond the hoop: the cells of alpha = 1 end there, and those of 0.5 half way to it on both sides."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg", alpha="0.5,1"))
+    [axes] = maps(draw(atlas))
+    np.testing.assert_allclose(mesh(axes).get_coordinates()[0, :, 0], [0.25, 0.75, 1.0], rtol=1e-15)
+    assert axes.get_xlim() == (0.25, 1.0)
+    radii = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg", radius="0.1,0.5"))
+    assert 0.0 < maps(draw(radii))[0].get_xlim()[0] < 1e-12
+
+
+@pytest.mark.parametrize("tilt", ["2deg:3deg:5", "3deg:3.1deg:5", "7deg:9deg:5"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_bar_of_colours_has_three_numbers_or_its_ends(tilt, own):
+    """A bar with one number between its ends says nothing of them."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2.5:2.9:6", tilt=tilt))
+    drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
+    drawn.draw_without_rendering()
+    bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())
+    low, high = bar.get_ylim()
+    numbers = [each for each in bar.yaxis.get_majorticklocs() if low <= each <= high]
+    assert len(numbers) >= 3 or {low, high} <= set(numbers)
+
+
+def test_number_and_unit_of_the_line_stay_together():
+    """The legend of a narrow figure is broken before the number or not at all."""
+    drawn = draw(sweep.run(PLAIN.replace(tilt_rate=0.0)), width="70mm")
+    [entry] = [
+        each.get_text()
+        for axes in drawn.axes
+        if (legend := axes.get_legend())
+        for each in legend.get_texts()
+        if each.get_text().startswith("analytic")
+    ]
+    assert entry.split("\n")[-1].endswith("=\u00a02.557\u00a0rad\u00a0s$^{-1}$")

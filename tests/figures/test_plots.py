@@ -53,7 +53,9 @@ def words(axes):
     """Return the texts of an axes and its legend."""
     legend = axes.get_legend()
     inside = [text.get_text() for text in axes.texts]
-    return inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
+    found = inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
+    # a number and its unit are kept together by spaces that do not break
+    return [each.replace("\u00a0", " ") for each in found]
 
 
 def said_in(drawn):
