@@ -13,7 +13,7 @@ import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas, require_atlas
-from sweep.errors import RequestError, printable, shown
+from sweep.errors import RequestError, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, is_motion
 
@@ -224,8 +224,9 @@ class Eulerdisk:
         ----------
         ax : matplotlib.axes.Axes, optional
             Draw into these, with the settings of their figure; the legend is below them, and can be removed.
-        rate : {"linear", "squared", "scaled"}, optional
-            What the axis of a rate shows; scaled is in units of sqrt(g/R).
+        rate : {"linear", "squared", "scaled", "speed"}, optional
+            What the axis of a rate shows; scaled is in units of sqrt(g/R), the speed of the contact point is the roll
+            rate times the radius.
         quantity : str, optional
             The variable of the cells that gives the colours; by default the peak.
         contours : str, number or sequence, optional
@@ -292,7 +293,7 @@ class Eulerdisk:
             Width and height in dots, 640x480 if not given.
         camera : {"fixed", "follow", "top"}, optional
             It sees all of the motion, goes along with the disk, or looks from above; if not given, it follows a disk
-            that goes far.
+            that would go far if it went on as it starts.
         overwrite : bool, default False
             Replace a file of that name.
 
@@ -337,10 +338,10 @@ class Eulerdisk:
         if not is_atlas(data):
             yield NAME, "not a stability atlas"
             return
-        yield NAME, shown(printable(str(data.attrs["title"])))
+        yield NAME, shown(printable(plain_text(data.attrs["title"])))
         sizes = data["ending"].sizes
         yield "grid", " x ".join(f"{name} {count}" for name, count in sizes.items()) or "one cell"
-        yield "criterion", shown(printable(str(data.attrs["criterion"])))
+        yield "criterion", shown(printable(plain_text(data.attrs["criterion"])))
         counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
         counts["undecided"] = data["ending"].size - sum(counts.values())
         yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
@@ -411,7 +412,7 @@ def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         yield "motion", problem.message
         return
     times = dataset["elapsed_time"].values
-    yield "motion", shown(printable(str(dataset.attrs.get("title", ""))))
+    yield "motion", shown(printable(plain_text(dataset.attrs.get("title", ""))))
     yield "disk", caption(dataset)
     fell = float(dataset["fall_time"])
     ending = f", fell at {fell:.6g} s" if fell <= times[-1] else ""

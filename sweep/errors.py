@@ -1,9 +1,13 @@
 """The errors that a user can put right, and their exit statuses."""
 
+import re
 from typing import Self
 
 #: Characters of a message: a word of the user may have a million.
 _MOST_SHOWN = 4000
+
+#: A character beyond ASCII, spelled by its number in an attribute of a file.
+_SPELLED = re.compile(r"\\x[89a-f][0-9a-f]|\\u[0-9a-f]{4}|\\U[0-9a-f]{8}")
 
 
 class RequestError(Exception):
@@ -78,3 +82,20 @@ def printable(text: str) -> str:
     return "".join(
         each if each.isprintable() else each.encode("unicode_escape").decode("ascii") for each in text
     )
+
+
+def plain_text(attribute: object) -> str:
+    """Return the text of an attribute as a person wrote it, which is what figures and terminals show.
+
+    Parameters
+    ----------
+    attribute : object
+        As `sweep.atlas.cf_metadata.ascii_text` gives it. What is no number of a character that prints stays as it is.
+    """
+
+    def character(spelled: re.Match[str]) -> str:
+        number = int(spelled[0][2:], 16)
+        found = chr(number) if 0x80 <= number < 0x110000 else ""
+        return found if found.isprintable() and found else spelled[0]
+
+    return _SPELLED.sub(character, str(attribute))

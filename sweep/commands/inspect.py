@@ -229,7 +229,10 @@ def plot(
     ] = False,
     rate: Annotated[
         str | None,
-        typer.Option(metavar="WORD", help="Draw rates linear, squared, or scaled: in units of sqrt(g/R)."),
+        typer.Option(
+            metavar="WORD",
+            help="Draw rates linear, squared, scaled (in units of sqrt(g/R)), or as a speed: times the radius.",
+        ),
     ] = None,
     quantity: Annotated[
         str | None,

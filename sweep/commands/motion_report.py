@@ -6,7 +6,7 @@ import numpy as np
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require
-from sweep.errors import printable
+from sweep.errors import plain_text, printable
 from sweep.files.atlas_file import AtlasFile
 from sweep.motion.request import MOTION_INPUTS, TIME, TRAJECTORY
 
@@ -55,4 +55,4 @@ def _pairs(names: tuple[str, ...], values: list[str]) -> str:
 
 
 def _text(file: Atlas, name: str) -> str:
-    return printable(str(file.attrs.get(name, "unknown")))[:_MOST_SHOWN]
+    return printable(plain_text(file.attrs.get(name, "unknown")))[:_MOST_SHOWN]

@@ -9,6 +9,7 @@ from sweep.atlas import row_status, share
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
+from sweep.errors import plain_text
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
 
@@ -28,7 +29,7 @@ def describe(dataset: Atlas) -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    known = {name: _cut(dataset.attrs.get(name, "unknown")) for name in _MAKERS}
+    known = {name: _cut(plain_text(dataset.attrs.get(name, "unknown"))) for name in _MAKERS}
     lines = [
         known["title"],
         "",

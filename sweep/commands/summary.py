@@ -11,6 +11,7 @@ from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.row_status import ROW_STATUS
 from sweep.atlas.share import unstable_share
+from sweep.errors import plain_text
 from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
 
@@ -21,7 +22,7 @@ def summary(dataset: Atlas) -> dict[str, Any]:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     return {
-        "title": str(dataset.attrs.get("title", "")),
+        "title": plain_text(dataset.attrs.get("title", "")),
         "model": model.name,
         "cells": spec.size,
         "axes": [_axis(spec, name) for name in spec.axes],
@@ -44,7 +45,7 @@ def summary(dataset: Atlas) -> dict[str, Any]:
         "largest_error": {model.error_name: _extent(dataset[model.error_name])["largest"]},
         "boundary": [_edge(dataset, axis, edge) for axis, edge in found_edges(dataset, spec)],
         "curves": int(dataset["curve_closed"].values.size) if "curve_closed" in dataset else 0,
-        "history": str(dataset.attrs.get("history", "")).split("\n"),
+        "history": plain_text(dataset.attrs.get("history", "")).split("\n"),
         "source": str(dataset.attrs.get("source", "")),
         "license": str(dataset.attrs.get("license", "")),
         "citation": str(dataset.attrs.get("citation", "")),

@@ -19,7 +19,7 @@ from sweep.figures.blocks import Block, add_legend, broken, entries, name_block
 from sweep.figures.drawing import OUTSIDE
 from sweep.figures.look import Look
 from sweep.figures.room import forget_names
-from sweep.figures.scales import thin_ticks
+from sweep.figures.scales import name_ends, thin_ticks
 from sweep.figures.texts import fitted
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ _SHAPE, _PROFILE, _STRIP, _LEAST_STRIP = 0.95, 0.65, 0.3, 4.6
 _TITLE = 2.2
 
 #: Least width and height of a panel, and the width from which a legend below all panels has another column.
-_LEAST, _COLUMN = 8.0, 32.0
+_LEAST, _COLUMN = 7.0, 32.0
 
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
@@ -90,6 +90,8 @@ def arrange(
             layout.break_labels()
         for axes in layout.axes():
             thin_ticks(axes)
+        if bar is not None:
+            name_ends(bar)
         layout.place()
         # all of them, for the legends are written again with what has no room
         if not sum(name_block(block) for block in blocks):
@@ -208,7 +210,12 @@ class _Layout:
         column = (room - (self.columns - 1) * _GAP * self.letter) / self.columns
         for block in self.blocks:
             size, title = float(block.axes.title.get_fontsize()), block.title
-            if not block.is_mathematics:
+            if block.is_mathematics:
+                probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
+                # beside the numbers of its axes
+                title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
+                probe.remove()
+            else:
                 title = fitted(title, size, column - 2.5 * self.letter)
             weight = "normal" if block.is_mathematics else "bold"
             block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
@@ -361,8 +368,10 @@ class _Layout:
     def _refuse(self, across: float, up: float, total: float) -> None:
         least = _LEAST * self.letter
         needed = []
-        if across < least:
-            needed.append(f"width={_generous(self.width + (least - across) * self.columns)}")
+        # the height of panels follows their width where that of the figure is not given
+        lacking = least - (across if self.height is not None else min(across, up))
+        if lacking > 0.0:
+            needed.append(f"width={_generous(self.width + lacking * self.columns)}")
         if up < least and self.height is not None:
             needed.append(f"height={_generous(total + (least - up) * self.rows)}")
         size = " and ".join(needed)

@@ -59,6 +59,9 @@ _DEFAULTS: dict[Any, Any] = {
 #: Largest number of points of the measured boundary, and of cells of a profile, that are drawn: more would merge.
 MOST_POINTS, _MOST_CELLS = 24, 60
 
+#: Distance of boundary over analytic line from 1 up to which a strip shows both.
+_NEAR_LINE = 0.5
+
 INK = "black"
 
 #: What the legend adds to a line of theory that is not on the map.
@@ -228,10 +231,20 @@ def _set_height(axes: "Axes", panel: Panel) -> None:
 
 
 def _ratio_ends(panel: Panel) -> tuple[float, float]:
-    """Return the ends of a strip: they show the part of the boundary that lies nearest to the line, about 60 %."""
+    """Return the ends of a strip: they show the part of the boundary that lies nearest to the line, about 60 %.
+
+    A boundary most of which is far from the line is shown alone, or with the line if some of it is near.
+    """
     low = np.concatenate([edge.ratio - edge.ratio_error[0] for edge in panel.edges])
     high = np.concatenate([edge.ratio + edge.ratio_error[1] for edge in panel.edges])
-    window = np.clip(1.5 * np.nanquantile(np.maximum(1.0 - low, high - 1.0), 0.6), 0.005, 0.5)
+    distance = np.maximum(1.0 - low, high - 1.0)
+    if np.nanquantile(distance, 0.6) > _NEAR_LINE:
+        # a few points where the analytic rate is almost zero would flatten the others
+        ends = [np.nanmin(low), min(np.nanmax(high), 3.0 * np.nanquantile(high, 0.6))]
+        ends += [1.0] if np.nanmin(distance) <= _NEAR_LINE else []
+        margin = max(0.1 * (max(ends) - min(ends)), 0.02 * abs(max(ends)))
+        return min(ends) - margin, max(ends) + margin
+    window = np.clip(1.5 * np.nanquantile(distance, 0.6), 0.005, _NEAR_LINE)
     lowest, highest = max(1.0 - window, np.nanmin(low)), min(1.0 + window, np.nanmax(high))
     return min(lowest, 1.0) - 0.2 * window, max(highest, 1.0) + 0.2 * window
 
@@ -283,9 +296,44 @@ def _draw_points(
 ) -> None:
     if not x.size:
         return
-    some = np.unique(np.linspace(0, x.size - 1, min(x.size, MOST_POINTS)).round().astype(int))
-    words = {"label": label or None, "marker": _MARKERS[edge], **_POINTS, **look}
+    some = evenly(x.size)
+    words = {
+        "label": f"{label}{_thinning(x.size)}" if label else None,
+        "marker": _MARKERS[edge],
+        **_POINTS,
+        **look,
+    }
     axes.errorbar(x[some], y[some], yerr=error[:, some], **words)
+
+
+def _step(count: int) -> int:
+    """Return how many steps from point to point lie between two that are drawn."""
+    return max(1, -(-(count - 1) // (MOST_POINTS - 1)))
+
+
+def evenly(count: int) -> Any:
+    """Return the places of points that are drawn: as far apart as `_step` says, the first and the last among them."""
+    step = _step(count)
+    places = np.arange(0, count, step)
+    rest = count - 1 - places[-1]
+    if 2 * rest > step:
+        return np.append(places, count - 1)
+    # two neighbours at the end would look like a pair
+    places[-1] = count - 1
+    return places
+
+
+def _thinning(count: int) -> str:
+    """Return what the legend says of points that are not all drawn."""
+    step = _step(count)
+    ending = "th" if step % 100 in range(11, 14) else {1: "st", 2: "nd", 3: "rd"}.get(step % 10, "th")
+    return f", every {step}{ending}" if step > 1 else ""
+
+
+def thinning(edges: Sequence[Edge]) -> str:
+    """Return what the legend says of edges whose points are not all drawn, where one entry stands for them."""
+    found = {_thinning(edge.x.size) for edge in edges}
+    return found.pop() if len(found) == 1 else ", not every one" if any(found) else ""
 
 
 def draw_points(axes: "Axes", edge: Edge, **look: Any) -> None:

@@ -12,8 +12,8 @@ from sweep.model.quantity import DECISION, Quantity
 from sweep.request.suggestions import suggestion
 from sweep.request.values import read_number, read_value
 
-#: How the axis of a rate is drawn: the rate, its square, or the rate in units of sqrt(g/R).
-RATES = LINEAR, SQUARED, SCALED = ("linear", "squared", "scaled")
+#: How the axis of a rate is drawn: the rate, its square, the rate in units of sqrt(g/R), or times the radius.
+RATES = LINEAR, SQUARED, SCALED, SPEED = ("linear", "squared", "scaled", "speed")
 
 #: The word for levels that fit the values.
 AUTO = "auto"
@@ -33,7 +33,7 @@ class Look:
 
     Attributes
     ----------
-    rate : {"linear", "squared", "scaled"}
+    rate : {"linear", "squared", "scaled", "speed"}
         What the axis of a rate shows.
     quantity : str or None
         The variable that gives maps their colour and profiles their height; None is the peak of the model.

@@ -17,16 +17,16 @@ from sweep.errors import RequestError
 from sweep.figures.arrange import arrange, finish_in
 from sweep.figures.blocks import Block
 from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
-from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet
-from sweep.figures.look import Look
+from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet, thinning
+from sweep.figures.look import SPEED, Look
 from sweep.figures.panels import (
     Panel,
     drawn_dims,
     drawn_spec,
     fixed_parameters,
-    formula,
-    is_squared,
     panel,
+    shown_formula,
+    speed_of,
     value_text,
 )
 from sweep.figures.scales import add_second_axis, set_scale
@@ -39,7 +39,10 @@ if TYPE_CHECKING:
 _MOST_MAPS, _MOST_CURVES = 12, 8
 
 #: Width of one of several maps, and its least one; width of a family [in].
-_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.5, 4.2
+_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.2, 4.2
+
+#: Height [in] that a figure of given width may have by itself: that of a page.
+_PAGE = 11.7
 
 #: Markers and part of viridis for the curves of a family: they differ in shape, hue and lightness.
 _MARKERS, _PART = "os^Dv<>p", 0.85
@@ -59,6 +62,9 @@ def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: 
             "Draw each into a figure of its own.",
         )
     dataset = datasets[0]
+    if look.rate == SPEED:
+        for name in spec_named(dataset).model.controls(drawn_dims(dataset)):
+            speed_of(spec_named(dataset), name)
     if look.family:
         if friction is not None:
             raise RequestError(
@@ -89,11 +95,34 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
         (part, panel(part, None if marked is None else marked.isel(place), look))
         for place, part in _parts(dataset, further)
     ]
-    spec, panels = spec_named(dataset), [_plain(each, dataset) for _, each in parts]
+    panels = [_plain(each, dataset) for _, each in parts]
     check_same_quantity(panels)
     count = len(panels)
     columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
     columns = min(columns, columns_of(count, look, _WIDTH, _LEAST_WIDTH)) if columns > 1 else 1
+    # panels that are too narrow for their words go into another row
+    for fewer in range(columns, 1, -1):
+        try:
+            drawn = _maps(dataset, further, parts, panels, fewer, look)
+            break
+        except RequestError:
+            continue
+    else:
+        drawn = _maps(dataset, further, parts, panels, 1, look)
+    _check_page(drawn, look, count)
+    return drawn
+
+
+def _maps(
+    dataset: Atlas,
+    further: Sequence[str],
+    parts: Sequence[tuple[Any, Any]],
+    panels: Sequence[Panel],
+    columns: int,
+    look: Look,
+) -> Figure:
+    """Draw maps, so many side by side; refused if they have no room."""
+    spec, count = spec_named(dataset), len(panels)
     with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
         colouring, blocks = colours_of(panels, look), []
         # scaled rates of disks of unlike radius have unlike ends
@@ -119,6 +148,18 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
             drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
         )
     return drawn
+
+
+def _check_page(drawn: Figure, look: Look, count: int) -> None:
+    """Refuse a figure that is higher than a page because it was asked to be narrow."""
+    wide, high = (25.4 * side for side in drawn.get_size_inches())
+    if look.width is None or look.height is not None or high <= 25.4 * _PAGE:
+        return
+    raise RequestError(
+        f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * _PAGE:.0f} mm.",
+        "Give a larger --width, as in 180mm, a --height, or draw fewer values of an axis.",
+        "width",
+    )
 
 
 def _family(dataset: Atlas, look: Look, axes: "Axes | None") -> Figure:
@@ -172,9 +213,10 @@ def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) ->
     set_scale(axes, "y", replace(first.y, ends=ends))
     if len({each.unit for each in scales}) == 1:
         add_second_axis(axes, "y", first.y)
+    drawn = [edge for each in panels for edge in each.edges if edge.x.size]
     axes.plot(
-        [], [], label=f"{first.method} boundary with its bracket", linestyle="", marker="o", color=INK,
-        markerfacecolor="white", markersize=4.0,
+        [], [], label=f"{first.method} boundary with its bracket{thinning(drawn)}", linestyle="", marker="o",
+        color=INK, markerfacecolor="white", markersize=4.0,
     )  # fmt: skip
     for kind, words in (("analytic", f": {first.line}"), ("predicted", f", {first.criterion}")):
         if any(
@@ -200,7 +242,7 @@ def _plain(each: Panel, dataset: Atlas) -> Panel:
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
     if control is not None and each.y is not None:
-        left, right = formula(spec, control, is_squared(each.y))
+        left, right = shown_formula(spec, control, each.y)
         line = f"${left} = {right}$" if left else line
     return replace(each, line=line, joined=None)
 

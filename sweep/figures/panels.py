@@ -13,8 +13,8 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
-from sweep.figures.look import LINEAR, SCALED, SQUARED, Look
-from sweep.figures.scales import Scale, check_rate_is_drawn, scale
+from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
+from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, scale
 from sweep.figures.shade import Shade, drawable, shade
 from sweep.model.description import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
@@ -154,6 +154,7 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | Non
         return scale(
             model.parameters[name], dataset[name].values, from_zero=from_zero,
             rate=look.rate if is_rate else LINEAR, unit=model.unit_of_square(spec, name) if is_rate else None,
+            speed=speed_of(spec, name) if is_rate and look.rate == SPEED else None,
         )  # fmt: skip
 
     over_coordinate = joined is not None and x_name == model.coordinate and y_name == control
@@ -219,6 +220,46 @@ def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:
     return symbol, rf"\sqrt{{{label}}}"
 
 
+def shown_formula(spec: SweepSpec, control: str, up: Scale) -> tuple[str, str]:
+    """Return both sides of the equation of the analytic line, for what an axis shows of its rate."""
+    left, right = formula(spec, control, is_squared(up))
+    if up.speed is None or is_squared(up) or "=" in spec.model.line_label(spec, control) or not left:
+        return left, right
+    factor = up.speed.symbol.removesuffix(up.quantity.symbol)
+    return f"{factor}{left}", f"{factor}{right}"
+
+
+def speed_of(spec: SweepSpec, axis: str) -> Speed:
+    """Return what a rate is as a speed.
+
+    Raises
+    ------
+    RequestError
+        If the model has no speed for this rate, or the cells differ in what it is multiplied by.
+    """
+    model = spec.model
+    found = next(
+        (each for each in model.substitutes.values() if (each.parameter, each.units) == (axis, "m s-1")), None
+    )
+    if found is None:
+        known = [each.parameter for each in model.substitutes.values() if each.units == "m s-1"]
+        raise RequestError(
+            f"Only {' and '.join(known) or 'a rate of another model'} can be drawn as a speed, that of the contact "
+            f"point; an axis here is {axis}.",
+            f"Draw the rate as it is ({LINEAR}), or {SCALED}.",
+            f"rate={SPEED}",
+        )
+    values = {name: getattr(spec, name) for name in found.needs}
+    if varying := [name for name, value in values.items() if not isinstance(value, float)]:
+        raise RequestError(
+            f"A speed is drawn for cells of one {' and one '.join(found.needs)}; here {' and '.join(varying)} varies.",
+            f"Draw one value of {' and of '.join(varying)}, or the rate as it is ({LINEAR}), or {SCALED}.",
+            f"rate={SPEED}",
+        )
+    symbols = "".join(model.parameters[name].symbol for name in found.needs)
+    return Speed(found.name, symbols + model.parameters[axis].symbol, found.scale(values))
+
+
 def is_squared(up: Scale) -> bool:
     """Return whether the line is that of a square: it lies at both roots where rates are negative."""
     return up.rate == SQUARED or bool(up.values[0] < 0.0)
@@ -226,7 +267,7 @@ def is_squared(up: Scale) -> bool:
 
 def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tuple[str, str]:
     """Return the analytic line for the legend, and what is written beside it where it is level, in mathtext."""
-    left, right = formula(spec, control, is_squared(up))
+    left, right = shown_formula(spec, control, up)
     if not left:
         return "theory", ""
     equation = f"${left} = {right}$"
@@ -235,7 +276,9 @@ def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tu
         return equation, equation
     number, scaled = f"{known[0]:.4g}", up.rate == SCALED and up.unit is not None
     unit = rf"$\sqrt{{{up.unit[1]}}}$" if scaled and up.unit else up.units
-    return f"{equation} = {number} {unit}".rstrip(), number if scaled else f"${right}$"
+    # number and unit are not broken at the end of a line
+    valued = f"=\u00a0{number} {unit}".rstrip().replace(" ", "\u00a0")
+    return f"{equation} {valued}", number if scaled else f"${right}$"
 
 
 def drawn_dims(dataset: Atlas) -> list[str]:

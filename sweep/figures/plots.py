@@ -22,6 +22,7 @@ from sweep.figures.drawing import Colouring, draw_map, draw_profile, draw_ratio,
 from sweep.figures.look import Look, check_friction
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
+from sweep.figures.scales import name_ends
 from sweep.figures.sizes import BAR, columns_of, inches, size_of
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
@@ -157,14 +158,17 @@ def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
     each, drawn = panels[0], axes.get_figure(root=True)
     assert drawn is not None
     with lettered(look):
-        colouring = colours_of(panels, look)
+        colouring, bar = colours_of(panels, look), None
         block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
         if each.y is None:
             draw_profile(axes, each)
         else:
             draw_map(axes, each, colouring)
-            add_bar(drawn, panels, colouring, beside=axes)
-    return finish_in(block, look)
+            bar = add_bar(drawn, panels, colouring, beside=axes)
+        finish_in(block, look)
+        if bar is not None:
+            name_ends(bar)
+    return drawn
 
 
 def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:

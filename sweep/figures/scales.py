@@ -1,4 +1,4 @@
-"""The axes of a panel: parameters in the units of their labels, rates as they are, squared or scaled; their ticks."""
+"""The axes of a panel: parameters in the units of their labels, rates squared, scaled or as speeds too; ticks."""
 
 import math
 import re
@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from sweep.errors import RequestError
-from sweep.figures.look import LINEAR, RATES, SCALED, SQUARED
-from sweep.model.quantity import Array, Quantity
+from sweep.figures.look import LINEAR, RATES, SCALED, SPEED, SQUARED
+from sweep.model.quantity import Array, Input
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,26 +31,46 @@ _EVEN, _POWERS = 4.0, 300.0
 _TO_ZERO_CELLS, _TO_ZERO = 1.0, 0.01
 
 
-#: Numbers on a linear axis at most, and the least distance of two [sizes of their letters].
-_MOST_TICKS = {"x": 7, "y": 7}
+#: Numbers on a linear axis at most, their distance over a power of ten, and the least distance of two [sizes of their
+#: letters].
+_MOST_TICKS, _STEPS = 7, (1.0, 2.0, 2.5, 5.0, 10.0)
 _APART = {"x": 0.7, "y": 0.4}
+
+#: Numbers with which a bar of colours can be read.
+_LEAST_NUMBERS = 3
+
+
+#: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
+_SPEEDS = ((1.0, "m", 1.0), (0.01, "cm", 1e2), (0.0, "mm", 1e3))
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A rate as a speed: the word for it, its symbol in mathtext, and the factor from the rate to it, in SI."""
+
+    name: str
+    symbol: str
+    factor: float
 
 
 @dataclass(frozen=True)
 class Scale:
-    """One axis of a panel: a parameter in the units of its label, or a rate squared or scaled.
+    """One axis of a panel: a parameter in the units of its label, or a rate squared, scaled or as a speed.
 
     `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis, which is
-    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None.
+    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None; `speed` belongs to a rate
+    drawn as one, whose largest value is `largest` [SI].
     """
 
-    quantity: Quantity
+    quantity: Input
     values: Array
     borders: Array
     ends: tuple[float, float]
     log: bool
     rate: str = LINEAR
     unit: tuple[float, str] | None = None
+    speed: Speed | None = None
+    largest: float = 0.0
 
     @property
     def label(self) -> str:
@@ -58,6 +78,8 @@ class Scale:
         name = self.quantity.name.replace("_", " ")
         if self.rate == SQUARED:
             return f"{name} squared {self.symbol} ({self.units})"
+        if self.speed is not None:
+            return f"{self.speed.name} {self.symbol} ({self.units})"
         return f"{name} {self.symbol}" if self.rate == SCALED else self.quantity.plot_label
 
     @property
@@ -65,6 +87,8 @@ class Scale:
         """Units of what is drawn, in mathtext; nothing for a pure number."""
         if self.rate == SCALED:
             return ""
+        if self.speed is not None:
+            return f"{self._speed_unit[0]} s$^{{-1}}$"
         if self.rate == LINEAR:
             return (
                 self.quantity.plot_label.rpartition(" (")[2].rstrip(")") if self.quantity.units != "1" else ""
@@ -88,7 +112,7 @@ class Scale:
             return None
         if self.rate == SQUARED:
             return 1.0 / self.unit[0], f"${self.quantity.symbol}^2\\,/\\,({self.unit[1]})$"
-        return 1.0 / math.sqrt(self.unit[0]) / self.quantity.plot_scale, self._symbol(SCALED)
+        return 1.0 / math.sqrt(self.unit[0]) / self._factor, self._symbol(SCALED)
 
     def shown(self, values: Array) -> Array:
         """Return values [SI] as the axis shows them."""
@@ -96,34 +120,53 @@ class Scale:
             return values**2
         if self.rate == SCALED and self.unit is not None:
             return values / math.sqrt(self.unit[0])
-        return values * self.quantity.plot_scale
+        return values * self._factor
+
+    @property
+    def _factor(self) -> float:
+        """What a value [SI] is multiplied by, if it is neither squared nor scaled."""
+        if self.speed is None:
+            return self.quantity.plot_scale
+        return self.speed.factor * self._speed_unit[1]
+
+    @property
+    def _speed_unit(self) -> tuple[str, float]:
+        assert self.speed is not None
+        return next(
+            (unit, times) for least, unit, times in _SPEEDS if self.largest * self.speed.factor >= least
+        )
 
     def _symbol(self, rate: str) -> str:
         if rate == SCALED and self.unit is not None:
             return f"${self.quantity.symbol}\\,/\\sqrt{{{self.unit[1]}}}$"
+        if rate == SPEED and self.speed is not None:
+            return f"${self.speed.symbol}$"
         return f"${self.quantity.symbol}^2$" if rate == SQUARED else f"${self.quantity.symbol}$"
 
 
 def scale(
-    quantity: Quantity,
+    quantity: Input,
     values: Array,
     *,
     rate: str = LINEAR,
     unit: tuple[float, str] | None = None,
+    speed: Speed | None = None,
     from_zero: bool = False,
 ) -> Scale:
     """Return the axis of a parameter.
 
     Parameters
     ----------
-    quantity : Quantity
-        A parameter of the model.
+    quantity : Input
+        A parameter of the model; no cell reaches beyond what it allows.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
-    rate : {"linear", "squared", "scaled"}
+    rate : {"linear", "squared", "scaled", "speed"}
         What to show of a rate; linear for other parameters.
     unit : (float, str), optional
         What a square is measured in to be a pure number, and its name in mathtext.
+    speed : Speed, optional
+        What a rate is as a speed.
     from_zero : bool
         Whether values that begin near zero, and not below it, are shown from zero on: the first cell is drawn larger.
 
@@ -137,17 +180,20 @@ def scale(
     even = np.allclose(gaps, gaps[0], rtol=1e-6, atol=0.0)
     log = bool(not even and values[0] > 0.0 and _is_logarithmic(values))
     borders = np.exp(_borders(np.log(values))) if log else _borders(values)
+    borders[0] = _last_allowed(quantity, values[0], borders[0])
+    borders[-1] = _last_allowed(quantity, values[-1], borders[-1])
     if values[0] >= 0.0 and (from_zero or rate == SQUARED):
         borders[0] = max(borders[0], 0.0)
         reach = max(_TO_ZERO_CELLS * gaps[0], _TO_ZERO * values[-1]) * (1.0 + 1e-9)
         if from_zero and not log and values[0] <= reach:
             borders[0] = 0.0
-    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit)
+    largest = float(np.abs(values).max())
+    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit, speed, largest)
     borders = bare.shown(borders)
     return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
 
 
-def _check_rate(quantity: Quantity, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
+def _check_rate(quantity: Input, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
     if rate == SQUARED and values[0] < 0.0:
         raise RequestError(
             f"Squares have no sign: {quantity.name} has values from {values[0]:g} {quantity.units}, and those below 0 "
@@ -185,6 +231,21 @@ def _is_logarithmic(values: Array) -> bool:
 def _borders(values: Array) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     return np.concatenate(([2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]))
+
+
+def _last_allowed(quantity: Input, value: float, border: float) -> float:
+    """Return a border, or the last number from a value of the cells to it that the parameter allows.
+
+    Every rule is an interval, so bisection finds its end.
+    """
+    if not quantity.allows(np.array([value]))[0] or quantity.allows(np.array([border]))[0]:
+        return border
+    while (middle := 0.5 * (value + border)) not in (value, border):
+        if quantity.allows(np.array([middle]))[0]:
+            value = middle
+        else:
+            border = middle
+    return value
 
 
 def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
@@ -227,21 +288,37 @@ def set_log_ticks(axis: "Axis", ratio: float) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def thin_ticks(axes: "Axes") -> None:
-    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size."""
+def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _STEPS) -> None:
+    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size.
+
+    Those of linear axes are at most so many, and their distance is one of `steps` times a power of ten.
+    """
     for each in (axes, *axes.child_axes):
         for which in ("x", "y"):
             axis = getattr(each, f"{which}axis")
             if axis.get_visible():
-                _thin(axis, which)
+                _thin(axis, which, most, steps)
 
 
-def _thin(axis: "Axis", which: str) -> None:
+def name_ends(axes: "Axes") -> None:
+    """Put numbers at both ends of a bar of colours that has fewer than three, and leave out those that touch them."""
+    axis, (low, high) = axes.yaxis, axes.get_ylim()
+    between = [place for place, _, _ in _numbers(axis, "y")]
+    if len(between) >= _LEAST_NUMBERS or low == high:
+        return
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+    for places in ((low, *between, high), (low, high)):
+        axis.set_major_locator(FixedLocator(sorted(set(places))))
+        if _are_apart(_numbers(axis, "y"), "y"):
+            return
+
+
+def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:
     """Take the most numbers that do not touch: round ones on a linear axis, powers of ten on a logarithmic one."""
     if axis.get_scale() == "linear" and isinstance(axis.get_major_locator(), MaxNLocator):
         whole = getattr(axis.get_major_locator(), "_integer", False)
-        for count in range(_MOST_TICKS[which], 0, -1):
-            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10], integer=whole))
+        for count in range(most, 0, -1):
+            axis.set_major_locator(MaxNLocator(count, steps=steps, integer=whole))
             if _are_apart(_numbers(axis, which), which):
                 return
     numbers = _numbers(axis, which)

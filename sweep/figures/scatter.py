@@ -13,7 +13,7 @@ from sweep.atlas.boundary import theory_lines
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
-from sweep.errors import RequestError
+from sweep.errors import RequestError, plain_text
 from sweep.figures.drawing import HALO, INK, sheet
 from sweep.figures.look import LINEAR, Look
 from sweep.figures.panels import fixed_parameters, formula
@@ -114,7 +114,9 @@ def figure(datasets: Sequence[Atlas], look: Look, axes: "Axes | None" = None) ->
         If one of them is a grid, or the look is that of maps.
     """
     _check_look(look)
-    if grids := [str(each.attrs.get("title", "")) for each in datasets if not spec_named(each).is_list]:
+    if grids := [
+        plain_text(each.attrs.get("title", "")) for each in datasets if not spec_named(each).is_list
+    ]:
         raise RequestError(
             f"A figure shows grids or lists of starts, not both; {grids[0]!r} is a grid.",
             hint="Draw them in two figures.",

@@ -17,6 +17,7 @@ from sweep.files.reading import opened_file
 pytestmark = pytest.mark.compiled
 
 PLAIN = sweep.SweepSpec(roll_rate="0:4:22", tilt="0.1deg:30deg:16", tilt_rate=1.5)
+NB = "\u00a0"
 CUBE = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:2deg:8", alpha="0.2,0.5,1")
 
 
@@ -120,7 +121,7 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"rate": "sqared"}, r"linear, squared or scaled; got sqared\. Did you mean squared"),
+        ({"rate": "sqared"}, r"linear, squared, scaled or speed; got sqared\. Did you mean squared"),
         ({"quantity": "peak_tlt"}, r"no peak_tlt of its cells; it has ending, .*Did you mean peak_tilt"),
         ({"quantity": "roll_rate"}, r"no roll_rate of its cells"),
         ({"width": "0mm"}, r"width of a figure is from 20 mm to 2 m; got 0mm"),
@@ -221,6 +222,49 @@ def test_scaled_rates_of_unlike_disks_meet():
         draw(atlas.isel(tilt=0), rate="scaled")
 
 
+@pytest.mark.parametrize(
+    ("radius", "unit", "factor"), [("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)]
+)
+def test_a_rate_is_drawn_as_the_speed_of_the_contact_point(radius, unit, factor):
+    """Rate times radius: rolling upright is stable above sqrt(g R / 3), which the legend says as a number."""
+    spec = sweep.SweepSpec.preset("rolling", radius=radius).replace(tilt="0.1deg:1deg:8")
+    atlas = sweep.run(spec)
+    drawn = draw(atlas, rate="speed")
+    [axes] = maps(drawn)
+    critical = factor * np.sqrt(9.81 * spec.radius / 3.0)
+    line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
+    np.testing.assert_allclose(line.get_ydata(), critical, rtol=1e-12)
+    label = axes.get_ylabel().replace("\n", " ")
+    assert label == rf"speed $R\dot\phi_0$ ({unit} s$^{{-1}}$)"
+    assert f"={NB}{critical:.4g}{NB}{unit}{NB}s$^{{-1}}$" in str(line.get_label())
+    rows = mesh(axes).get_coordinates()[:, 0, 1]
+    np.testing.assert_allclose(
+        0.5 * (rows[1:] + rows[:-1]), factor * spec.radius * atlas["roll_rate"].values, rtol=1e-9
+    )
+    other = axes.child_axes[0]
+    drawn.draw_without_rendering()
+    np.testing.assert_allclose(other.get_ylim(), np.array(axes.get_ylim()) / critical / 3.0**0.5, rtol=1e-9)
+    along = draw(atlas.isel(tilt=2), rate="speed").axes[0]
+    assert along.get_xlabel().replace("\n", " ") == label
+    family = draw(sweep.run(spec.replace(alpha="0.2,1")), rate="speed", family=True)
+    assert family.axes[0].get_ylabel().replace("\n", " ") == label
+
+
+def test_what_is_no_speed_is_refused():
+    """Only the roll rate is a speed, and only where all cells have one radius."""
+    spinning = sweep.run(sweep.SweepSpec(precession_rate="3:6:3", tilt="1deg,2deg"))
+    with pytest.raises(sweep.RequestError, match=r"Only roll_rate can be .* speed.* here is precession_rate"):
+        draw(spinning, rate="speed")
+    radii = sweep.run(sweep.SweepSpec(roll_rate="2:8:3", tilt="0.1deg,1deg", radius="0.1,0.5"))
+    for words in ({}, {"family": True}):
+        with pytest.raises(sweep.RequestError, match=r"cells of one radius; here radius varies"):
+            draw(radii, rate="speed", **words)
+    with pytest.raises(sweep.RequestError, match=r"cells of one radius; here radius varies"):
+        draw(radii.isel(tilt=0), rate="speed")
+    with pytest.raises(sweep.RequestError, match=r"no rate to draw speed"):
+        draw(sweep.run(sweep.SweepSpec(tilt="1deg:2deg:3")), rate="speed")
+
+
 def own_axes():
     """Return axes of a figure that is not ours."""
     with matplotlib.rc_context({"font.size": 10.0}):
@@ -269,3 +313,50 @@ def test_a_motion_has_none_of_these_looks():
     assert motion.eulerdisk.plot().axes
     with pytest.raises(sweep.RequestError, match=r"rate and contours belong to the map of an atlas"):
         motion.eulerdisk.plot(rate="scaled", contours=np.array([1.0, 2.0]))
+
+
+def test_many_maps_fit_a_column_of_a_journal():
+    """Five maps are two abreast in 86 mm, and no higher than a page; what would be higher is refused with a hint."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg:2deg:5", alpha="0.2:1:5"))
+    drawn = draw(atlas, width="86mm")
+    assert len({round(axes.get_position().x0, 3) for axes in maps(drawn)}) == 2
+    assert drawn.get_size_inches()[1] * 25.4 < 200.0
+    many = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.1:1:12"))
+    with pytest.raises(sweep.RequestError, match=r"12 maps in a width of 60 mm .* page has 297 mm.*--width"):
+        draw(many, width="60mm")
+
+
+def test_cells_end_within_what_a_parameter_allows():
+    """No disk lies beyond the hoop: the cells of alpha = 1 end there, and those of 0.5 half way to it on both sides."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg", alpha="0.5,1"))
+    [axes] = maps(draw(atlas))
+    np.testing.assert_allclose(mesh(axes).get_coordinates()[0, :, 0], [0.25, 0.75, 1.0], rtol=1e-15)
+    assert axes.get_xlim() == (0.25, 1.0)
+    radii = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg", radius="0.1,0.5"))
+    assert 0.0 < maps(draw(radii))[0].get_xlim()[0] < 1e-12
+
+
+@pytest.mark.parametrize("tilt", ["2deg:3deg:5", "3deg:3.1deg:5", "7deg:9deg:5"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_bar_of_colours_has_three_numbers_or_its_ends(tilt, own):
+    """A bar with one number between its ends says nothing of them."""
+    atlas = sweep.run(sweep.SweepSpec(roll_rate="2.5:2.9:6", tilt=tilt))
+    drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
+    drawn.draw_without_rendering()
+    bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())
+    low, high = bar.get_ylim()
+    numbers = [each for each in bar.yaxis.get_majorticklocs() if low <= each <= high]
+    assert len(numbers) >= 3 or {low, high} <= set(numbers)
+
+
+def test_number_and_unit_of_the_line_stay_together():
+    """The legend of a narrow figure is broken before the number or not at all."""
+    drawn = draw(sweep.run(PLAIN.replace(tilt_rate=0.0)), width="70mm")
+    [entry] = [
+        each.get_text()
+        for axes in drawn.axes
+        if (legend := axes.get_legend())
+        for each in legend.get_texts()
+        if each.get_text().startswith("analytic")
+    ]
+    assert entry.split("\n")[-1].endswith("=\u00a02.557\u00a0rad\u00a0s$^{-1}$")

@@ -7,7 +7,7 @@ from matplotlib.container import ErrorbarContainer
 
 import sweep
 from sweep.figures import plots
-from sweep.figures.drawing import MOST_POINTS
+from sweep.figures.drawing import MOST_POINTS, evenly
 from sweep.figures.look import Look
 from sweep.model.quantity import UNSTABLE
 
@@ -53,7 +53,9 @@ def words(axes):
     """Return the texts of an axes and its legend."""
     legend = axes.get_legend()
     inside = [text.get_text() for text in axes.texts]
-    return inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
+    found = inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
+    # a number and its unit are kept together by spaces that do not break
+    return [each.replace("\u00a0", " ") for each in found]
 
 
 def said_in(drawn):
@@ -168,12 +170,42 @@ def test_boundary_is_the_atlas_s(atlases, panels):
     np.testing.assert_allclose(bars[1], (rate + half)[has][shown], rtol=1e-12)
 
 
-def test_points_are_thinned():
-    """A fine grid shows no more points than can be told apart, the first and the last among them."""
-    atlas = sweep.run(ROLLING.replace(tilt="0.01deg:0.5deg:90:log"))
-    [(x, _, _)] = points(plots.figure([atlas]).axes[0])
-    assert len(x) == MOST_POINTS
+@pytest.mark.parametrize("count", [*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500])
+def test_points_are_thinnedevenly(count):
+    """No more points than can be told apart, at even distances, the first and the last among them; no pairs."""
+    places = evenly(count)
+    gaps = np.diff(places)
+    assert len(places) == count or len(places) > MOST_POINTS / 2 - 1
+    assert len(places) <= MOST_POINTS
+    assert (places[0], places[-1]) == (0, count - 1)
+    assert len(set(gaps[:-1])) <= 1
+    assert gaps[-1] == pytest.approx(gaps[0], abs=gaps[0] / 2)
+
+
+def test_the_legend_says_that_points_are_thinned():
+    """A fine grid shows every fourth point, and says so; a coarse one shows all."""
+    spec = ROLLING.replace(tilt="0.01deg:0.5deg:90:log")
+    drawn = plots.figure([sweep.run(spec)])
+    [(x, _, _)] = points(drawn.axes[0])
+    assert len(x) <= MOST_POINTS
     np.testing.assert_allclose(x[[0, -1]], [0.01, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(x[:-1], np.degrees(spec.tilt.array())[::4][: len(x) - 1], rtol=1e-12)
+    assert "RK4 boundary with its bracket, every 4th" in said_in(drawn)
+    coarse = plots.figure([sweep.run(spec.replace(tilt="0.1deg:1deg:9"))])
+    assert "RK4 boundary with its bracket" in said_in(coarse)
+    family = plots.figure([sweep.run(spec.replace(alpha="0.3,0.5"))], look=Look(family=True))
+    assert any("bracket, every 4th" in each.replace("\n", " ") for each in said_in(family))
+
+
+@pytest.mark.parametrize("time", ["1.2s", "2s"])
+def test_a_strip_shows_its_points(time):
+    """Where the boundary is far from the analytic line, a seventh of it, the strip follows the boundary."""
+    spec = ROLLING.replace(roll_rate="0.05:2:40", tilt="0.1deg:5deg:20")
+    _, strip, _ = map_and_strip(plots.figure([sweep.reclassify(sweep.run(spec), f"fall_time < {time}")]).axes)
+    [(_, ratio, bars)] = points(strip)
+    low, high = strip.get_ylim()
+    assert len(ratio) > 5
+    assert low < bars.min() < bars.max() < high < 0.3
 
 
 def test_prediction_is_the_atlas_s(atlases, panels):

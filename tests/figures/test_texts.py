@@ -3,8 +3,11 @@
 import pytest
 
 import sweep
+from sweep.commands.report import describe
+from sweep.errors import plain_text
 from sweep.figures import plots
-from sweep.figures.disk import motion_plots
+from sweep.figures.disk import animation, motion_plots
+from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.texts import fitted
 
 #: Titles that mathematics, fonts and layouts do not take as they are.
@@ -56,3 +59,25 @@ def test_what_fits_stays(spec):
     cut = fitted("word " * 100, 9.0, 3.3)
     assert cut.endswith("\u2026")
     assert 20 < len(cut) < 60
+
+
+def test_a_title_with_an_umlaut_is_shown_as_it_was_written(spec, tmp_path, monkeypatch):
+    """Files hold ASCII; figures and films of motions, `info` and the accessor show what was asked for."""
+    motion = sweep.simulate(tilt_rate=0.01, roll_rate=3, duration=0.1, title="M\u00fcnze \u03b1")
+    assert motion.attrs["title"] == r"M\xfcnze \u03b1"
+    assert "M\u00fcnze \u03b1" in [each.get_text() for each in motion_plots.figure(motion).texts]
+    written = []
+    monkeypatch.setattr(animation, "fitted", lambda text, *_: written.append(text) or text)
+    animation.save(motion, tmp_path / "film.gif", FilmOptions.read("film.gif", fps=2, size="200x200"))
+    assert "M\u00fcnze \u03b1" in written
+    atlas = sweep.run(spec.replace(title="M\u00fcnze \u03b1"))
+    assert describe(atlas).startswith("M\u00fcnze \u03b1\n")
+    assert "M\u00fcnze \u03b1" in repr(atlas.eulerdisk)
+    assert "M\u00fcnze \u03b1" in repr(motion.eulerdisk)
+
+
+@pytest.mark.parametrize("kept", [r"\x41", r"\x85", r"\u202e", r"\ud800", r"\Uffffffff", r"\n", r"C:\xy"])
+def test_what_no_attribute_spells_stays(kept):
+    """Numbers of ASCII, of what does not print and of no character are text; what was spelled comes back."""
+    assert plain_text(kept) == kept
+    assert plain_text(rf"\xfc\u6eda\U0001f600{kept}") == f"\u00fc\u6eda\U0001f600{kept}"

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, nice_length, spell_length
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
 from sweep.figures.disk.film_files import WARNING, write_gif, write_mp4
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
 #: Called with the number of frames that are drawn, and of all frames.
 Progress = Callable[[int, int], None]
 
-#: Sizes of the words [points]; a caption that is too long is written smaller.
-_WORDS, _SMALLER = 9.0, (9.0, 8.0, 7.0, 6.0)
+#: Sizes of the words [points] of a narrow picture and of one of `_WIDE` inches or more; a caption that is too long is
+#: written smaller, down to the last number.
+_WORDS, _WIDE, _LEAST = (9.0, 12.0), 6.4, 6.0
 
 #: The trail of the contact point fades in this time of the film [s].
 _TRAIL = 4.0
@@ -86,7 +88,7 @@ def _frames(
 ) -> Iterator[Array]:
     """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
-    shot = view(poses, options.size, options.camera)
+    shot = view(dataset, poses, options.size, options.camera)
     limit = rolling_limit(dataset)
     trail = _Trail(dataset, _TRAIL * times.speed)
     with styled():
@@ -161,11 +163,13 @@ class _Words:
         width, height = drawn.get_size_inches()
         left, room = _LEFT / width, width - 2.0 * _LEFT
         above, below = ([each / height for each in lines] for lines in (_LINES_ABOVE, _LINES_BELOW))
-        look: dict[str, Any] = {"parse_math": False, "fontsize": _WORDS}
-        title, words = str(dataset.attrs.get("title", "")), caption(dataset)
-        bold = look | {"fontsize": 1.1 * _WORDS, "fontweight": "bold", "va": "top"}
-        drawn.text(left, 1.0 - above[0], fitted(title, 1.1 * _WORDS, room), **bold)
-        size = next((each for each in _SMALLER if fitted(words, each, room, "normal") == words), _SMALLER[-1])
+        letter = min(max(_WORDS[0], _WORDS[1] * width / _WIDE), _WORDS[1])
+        look: dict[str, Any] = {"parse_math": False, "fontsize": letter}
+        title, words = plain_text(dataset.attrs.get("title", "")), caption(dataset)
+        bold = look | {"fontsize": 1.1 * letter, "fontweight": "bold", "va": "top"}
+        drawn.text(left, 1.0 - above[0], fitted(title, 1.1 * letter, room), **bold)
+        smaller = np.arange(letter, _LEAST - 1.0, -1.0).clip(_LEAST).tolist()
+        size = next((each for each in smaller if fitted(words, each, room, "normal") == words), _LEAST)
         small = look | {"fontsize": size, "va": "top"}
         drawn.text(left, 1.0 - above[1], fitted(words, size, room, "normal"), **small)
         drawn.text(1.0 - left, below[0], f"squares of {spell_length(spacing)}", ha="right", **look)

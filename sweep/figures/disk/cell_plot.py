@@ -108,11 +108,11 @@ def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> No
 
 def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
     x, y, radius = motion["contact_x"].values, motion["contact_y"].values, float(motion["radius"])
-    unit, factor = length_unit(max(np.abs(x).max(), np.abs(y).max(), 0.5 * radius))
+    unit, factor = length_unit(radius)
     axes.plot(factor * x, factor * y, color=_MOTION)
     axes.plot(factor * x[0], factor * y[0], "o", color="black", markersize=4.0, label="start")
     axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
-    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
     stays = max(np.ptp(x), np.ptp(y)) <= STAYS * radius
     if stays:

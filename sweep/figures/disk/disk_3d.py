@@ -4,7 +4,6 @@ A pinhole camera instead of a 3-D toolkit: true perspective with equal axes. Cam
 nothing on the floor hides the disk: the floor is drawn first.
 """
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -86,7 +85,7 @@ class Camera:
     right: Array
 
     @classmethod
-    def on(cls, centre: Array, size: float, azimuth: float = -55.0, elevation: float = 24.0) -> "Camera":
+    def on(cls, centre: Array, size: float, azimuth: float, elevation: float = 24.0) -> "Camera":
         """Return a camera that looks at a scene of a given radius, from an azimuth and an elevation in degrees."""
         a, e = np.radians([azimuth, elevation])
         ray = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
@@ -107,15 +106,6 @@ class Camera:
             np.stack([seen @ self.right, seen @ np.cross(self.right, ahead)], axis=-1)
             * (distance / depth)[..., None]
         )
-
-
-def azimuth_of(x: Array, y: Array) -> float:
-    """Return the azimuth [deg] from which a long path runs across the picture and a little into it."""
-    spread = np.cov(np.stack([x, y])) if np.ptp(x) + np.ptp(y) > 0.0 else np.eye(2)
-    values, vectors = np.linalg.eigh(spread)
-    if values[1] <= 4.0 * max(values[0], 0.0):
-        return -55.0
-    return math.degrees(math.atan2(vectors[1, 1], vectors[0, 1])) - 62.0
 
 
 def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacing: float) -> None:

@@ -12,17 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.ticker import MaxNLocator
 
+from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
 from sweep.figures.disk.disk_3d import (
     Camera,
     Pose,
-    azimuth_of,
     draw_disk,
     draw_floor,
     draw_trace,
     frame_picture,
 )
+from sweep.figures.disk.view import azimuth_at_start
 from sweep.figures.drawing import sheet
+from sweep.figures.scales import thin_ticks
 from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
@@ -66,8 +68,8 @@ _HEAD = 0.42
 #: second number is for one that grows without bound, where the disk lifts off.
 _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 
-#: Largest number of ticks of an axis of a small panel.
-_TICKS = 5
+#: Largest number of ticks of an axis of a small panel, and their distance over a power of ten.
+_TICKS, _STEPS = 5, (1.0, 2.0, 5.0, 10.0)
 
 #: What is drawn where rolling is impossible, behind and as a curve.
 SHADE = "#f3e3da"
@@ -100,23 +102,26 @@ def figure(dataset: "xr.Dataset") -> Figure:
         grid = drawn.add_gridspec(2, 3, height_ratios=(1.25, 1.0))
         picture = drawn.add_subplot(grid[0, :])
         draw_picture(picture, motion)
-        draw_tilt(drawn.add_subplot(grid[1, 0]), motion)
-        draw_path(drawn.add_subplot(grid[1, 1]), motion)
-        draw_contact(drawn.add_subplot(grid[1, 2]), motion)
-        write_head(drawn, str(dataset.attrs.get("title", "")), caption(motion))
+        panels = [drawn.add_subplot(grid[1, column]) for column in range(3)]
+        for axes, draw in zip(panels, (draw_tilt, draw_path, draw_contact), strict=True):
+            draw(axes, motion)
+        write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
+        _thin(panels)
     return drawn
 
 
 def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dataset], None]") -> Figure:
     """Draw motions by `draw_tilt`, `draw_path` or `draw_momentum`, one panel each under its title."""
     with sheet(3.5 * len(datasets), 3.0) as drawn:
-        for axes, dataset in zip(drawn.subplots(1, len(datasets), squeeze=False).flat, datasets, strict=True):
+        panels = list(drawn.subplots(1, len(datasets), squeeze=False).flat)
+        for axes, dataset in zip(panels, datasets, strict=True):
             draw(axes, dataset)
             legend = axes.get_legend()
             assert legend is not None
-            title = fitted(dataset.attrs["title"], 8.5, 3.2)
+            title = fitted(plain_text(dataset.attrs["title"]), 8.5, 3.2)
             legend.set_title(title, FontProperties(size=8.5, weight="bold"))
             legend.get_title().set_parse_math(False)
+        _thin(panels)
     return drawn
 
 
@@ -134,7 +139,8 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the path of the contact point from above, equal scales, and that of linear theory."""
     x, y = dataset["contact_x"].values, dataset["contact_y"].values
     radius = float(dataset["radius"])
-    unit, factor = length_unit(max(np.abs(x).max(), np.abs(y).max(), 0.5 * radius))
+    # like disks have like units, however far they go
+    unit, factor = length_unit(radius)
     linear, _ = _linear(dataset)
     rolls = dataset[TIME.name].values <= rolling_limit(dataset).time
     axes.plot(factor * x[rolls], factor * y[rolls], label="contact point", **_MOTION)
@@ -214,7 +220,7 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
     poses = _snapshots(dataset)
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
-    camera = Camera.on(centre, reach + radius, azimuth_of(x, y))
+    camera = Camera.on(centre, reach + radius, azimuth_at_start(dataset))
     spacing = nice_length(_SQUARE * (reach + radius))
     draw_floor(axes, camera, centre, 1.6 * (reach + radius), spacing)
     rolls = times <= limit
@@ -306,6 +312,15 @@ def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = Non
         axes.axvspan(start, axes.get_xlim()[1], color=SHADE, linewidth=0.0, zorder=0)
 
 
+def _thin(panels: "Sequence[Axes]") -> None:
+    """Keep numbers that do not touch, in the sizes that the layout gives the panels."""
+    for axes in panels:
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        figure.draw_without_rendering()
+        thin_ticks(axes, _TICKS, _STEPS)
+
+
 def _widened(low: float, high: float) -> tuple[float, float]:
     margin = 0.03 * (high - low)
     return low - margin, high + margin
@@ -319,7 +334,8 @@ def _frequency(linear: LinearMotion) -> str:
 def _label(axes: "Axes", xlabel: str, ylabel: str) -> None:
     """Name the axes, and put the legend above them, where it covers nothing."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
-    axes.xaxis.set_major_locator(MaxNLocator(_TICKS))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(_TICKS, steps=_STEPS))
     # small numbers with an exponent beside the axis: their digits have no room below it
     axes.ticklabel_format(axis="x", scilimits=(-3, 5))
     axes.legend(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kernels.disk import arrays, motion_arrays
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, plain_text, shown
 from sweep.model.description import Columns, Starts
 from sweep.model.kernel import Kernel
 
@@ -63,7 +63,7 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
             f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
             "are missing.",
             hint="Make it again with eulerdisk run SPEC contact=yes.",
-            where=shown(str(dataset.attrs.get("title", ""))) or None,
+            where=shown(plain_text(dataset.attrs.get("title", ""))) or None,
         )
     least_force, needed = (dataset[name] for name in motion_arrays.CONTACT)
     found: xr.DataArray = (least_force <= 0.0) | (needed > friction)

@@ -70,6 +70,23 @@ def test_the_trail_fades():
     assert rows.max() < earlier.max() - 50
 
 
+@pytest.mark.parametrize("size", [(320, 240), (480, 640), (640, 480), (1280, 720), (1920, 1080)])
+def test_words_grow_with_the_picture(size):
+    """Letters are a thirtieth of the height of a wide picture or more, and no word lies on another or is cut."""
+    motion = sweep.simulate(radius="12mm", tilt="1deg", precession_rate=12.34, duration=2.0)
+    drawn = animation._sheet(size)
+    times = timing(motion, FilmOptions.read("a.gif"))
+    animation._Words(drawn, motion, times, rolling_limit(motion), 0.005).write(0.19)
+    letters = [each.get_fontsize() * drawn.dpi / 72.0 for each in drawn.texts]
+    if size[0] > size[1] and size[1] >= 480:
+        assert min(letters) > size[1] / 30.0
+    boxes = [each.get_window_extent() for each in drawn.texts if each.get_text()]
+    for i, box in enumerate(boxes):
+        assert 0.0 < box.x0 < box.x1 < size[0]
+        assert 0.0 < box.y0 < box.y1 < size[1]
+        assert not any(box.overlaps(other) for other in boxes[:i])
+
+
 def test_words_say_disk_speed_and_scale():
     """Caption, time with as many digits as tell frames apart, speed and the side of the squares are on the picture."""
     motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)

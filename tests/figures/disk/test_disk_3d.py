@@ -14,7 +14,7 @@ def test_the_rim_touches_the_plane():
 
 def test_the_camera_sees_in_true_perspective():
     """Straight lines stay straight, what is twice as far is half as large, and both axes of the picture are equal."""
-    camera = Camera.on(np.zeros(3), 1.0)
+    camera = Camera.on(np.zeros(3), 1.0, -55.0)
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.eye)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)

@@ -1,3 +1,4 @@
+import itertools
 import os
 import subprocess
 import sys
@@ -166,3 +167,23 @@ def test_the_script_draws_six_figures(tmp_path):
     refused = subprocess.run([*command, str(tmp_path / "b"), "--format", "jpg"], env=environment, check=False)
     assert refused.returncode == 2
     assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.parametrize("speed", ["19cm/s", "20cm/s"])
+@pytest.mark.parametrize("duration", ["0.8s", "2s", "3.3s"])
+def test_numbers_on_axes_are_round_and_apart(speed, duration):
+    """Steps are 1, 2 or 5, numbers do not touch, and the paths of like disks are in the same unit, mm."""
+    motion = sweep.simulate(radius="11.6mm", speed=speed, tilt="0.1deg", duration=duration)
+    drawn = motion_plots.figure(motion)
+    drawn.draw_without_rendering()
+    _, tilt, path, contact = drawn.axes
+    assert (path.get_xlabel(), path.get_ylabel()) == ("contact x (mm)", "contact y (mm)")
+    for axes in (tilt, path, contact):
+        for axis, side in ((axes.xaxis, 0), (axes.yaxis, 1)):
+            step = np.diff(axis.get_majorticklocs())[0]
+            assert round(step / 10.0 ** np.floor(np.log10(step) + 1e-9), 6) in (1.0, 2.0, 5.0)
+            ends = [
+                each.get_window_extent().extents for each in axis.get_majorticklabels() if each.get_text()
+            ]
+            ends = sorted((each[side], each[side + 2]) for each in ends)
+            assert all(after[0] > before[1] for before, after in itertools.pairwise(ends))

@@ -56,7 +56,7 @@ def test_the_whole_disk_is_in_every_frame(name, camera, size):
     motion = sweep.simulate(**MOTIONS[name])
     moments = timing(motion, FilmOptions.read("a.gif")).moments[::3]
     poses = poses_at(motion, moments)
-    shot = view(poses, size, camera)
+    shot = view(motion, poses, size, camera)
     assert (shot.high - shot.low)[0] / (shot.high - shot.low)[1] == pytest.approx(size[0] / size[1])
     # half an inch above and below is for words; small pictures have 60 dots per inch, 640x480 has 100
     inch = max(60.0, 100.0 * min(size[0] / 640, size[1] / 480)) / size[1]
@@ -68,24 +68,57 @@ def test_the_whole_disk_is_in_every_frame(name, camera, size):
         assert (seen(each, points) <= shot.high - words).all()
 
 
+def cameras(motion, camera, end=1.0):
+    """Cameras of five moments from the start to an end [s]."""
+    return view(motion, poses_at(motion, np.linspace(0.0, end, 5)), (640, 480), camera).cameras
+
+
+def follows(motion):
+    """Whether the camera that nobody has chosen goes along."""
+    return len({id(each) for each in cameras(motion, None)}) == 5
+
+
 def test_a_camera_follows_a_disk_that_goes_far():
     """It keeps the centre of the disk where it is in the picture; a short path is seen by one that stands still."""
-    far, near = (
-        poses_at(sweep.simulate(**MOTIONS[name]), np.linspace(0.0, 1.0, 5)) for name in ("hoop", "coin")
-    )
-    cameras = view(far, (640, 480), "follow").cameras
-    assert [tuple(each.target[:2]) for each in cameras] == [tuple(pose.centre()[:2]) for pose in far]
-    assert len({id(each) for each in view(near, (640, 480), None).cameras}) == 1
-    long = poses_at(sweep.simulate(**MOTIONS["hoop"]), np.linspace(0.0, 10.0, 5))
-    assert len({id(each) for each in view(long, (640, 480), None).cameras}) == 5
-    assert len({id(each) for each in view(long, (640, 480), "fixed").cameras}) == 1
+    hoop = sweep.simulate(**MOTIONS["hoop"])
+    followed = cameras(hoop, "follow")
+    poses = poses_at(hoop, np.linspace(0.0, 1.0, 5))
+    assert [tuple(each.target[:2]) for each in followed] == [tuple(pose.centre()[:2]) for pose in poses]
+    assert {name for name, words in MOTIONS.items() if follows(sweep.simulate(**words))} == {
+        "hoop", "small",
+    }  # fmt: skip
+    assert len({id(each) for each in cameras(hoop, "fixed", 10.0)}) == 1
+
+
+@pytest.mark.parametrize("camera", ["follow", "fixed"])
+def test_like_starts_are_seen_from_the_same_side(camera):
+    """A coin that starts a little above and a little below the critical speed: its paths are unlike, its films not."""
+    motions = [
+        sweep.simulate(radius="11.6mm", speed=f"{speed}cm/s", tilt="0.1deg", duration="2s")
+        for speed in (18, 19, 19.4, 20, 21)
+    ]
+    assert all(map(follows, motions))
+    rights = [cameras(motion, camera, 2.0)[0].right for motion in motions]
+    np.testing.assert_allclose(rights, [rights[0]] * 5, atol=1e-12)
+
+
+@pytest.mark.parametrize("first", [0, 300, 700])
+@pytest.mark.parametrize("roll_rate", [3.0, -3.0])
+def test_a_disk_starts_across_the_picture_and_a_little_into_it(first, roll_rate):
+    """Whatever its heading and direction, its contact point moves to the same side and away from the camera."""
+    whole = sweep.simulate(precession_rate=1.0, roll_rate=roll_rate, duration="6s", interval="1ms")
+    motion = whole.isel(elapsed_time=slice(6 * first, None))
+    way = np.array([float(motion[name][1] - motion[name][0]) for name in ("contact_x", "contact_y")])
+    way /= np.linalg.norm(way)
+    camera = cameras(motion, "fixed")[0]
+    ahead = (camera.target - camera.eye)[:2]
+    assert way @ camera.right[:2] == pytest.approx(np.cos(np.radians(28.0)), abs=5e-3)
+    assert way @ ahead / np.linalg.norm(ahead) == pytest.approx(np.cos(np.radians(62.0)), abs=5e-3)
 
 
 def test_from_above_the_picture_is_a_map():
     """The camera on top has x to the right and y upwards."""
-    camera = view(
-        poses_at(sweep.simulate(**MOTIONS["coin"]), np.array([0.0, 1.0])), (640, 480), "top"
-    ).cameras[0]
+    camera = cameras(sweep.simulate(**MOTIONS["coin"]), "top")[0]
     assert camera.right == pytest.approx([1.0, 0.0, 0.0])
     assert camera.eye[:2] == pytest.approx(camera.target[:2])
     assert camera.project(camera.target + np.array([0.0, 1e-3, 0.0])) == pytest.approx([0.0, 1e-3])
