@@ -80,6 +80,21 @@ def test_columns_in_memory():
     assert read_table({"tilt": [-0.0, 1.0]}, DISK) == read_table({"tilt": [0.0, 1.0]}, DISK)
 
 
+def test_a_data_frame_wherever_a_table_is_given():
+    """A frame has no truth value: nothing asks for one."""
+    frame = pd.DataFrame(COLUMNS)
+    made = [
+        SweepSpec.preset("rolling").replace(starts=frame),
+        SweepSpec.preset("rolling", starts=frame),
+        SweepSpec.read("rolling", starts=frame),
+        SweepSpec(starts=frame),
+    ]
+    assert {spec.starts for spec in made} == {read_table(COLUMNS, DISK)}
+    for make in (SweepSpec, SweepSpec.preset("rolling").replace):
+        with pytest.raises(RequestError, match="starts is a CSV file, or columns"):
+            make(starts=np.zeros((2, 2)))
+
+
 def test_the_text_of_a_spec_holds_a_hash(spec):
     """Names, count and SHA-256 of the little-endian doubles, in the order of the model; no values."""
     found = json.loads(spec.canonical())["starts"]
