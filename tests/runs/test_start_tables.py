@@ -85,6 +85,23 @@ def test_tables_that_differ_are_not_compared(command):
     assert "they differ in starts" in command("compare a.nc b.nc")[2]
 
 
+def test_parts_of_a_table_are_compared(command):
+    """With --common, in the starts that both have, whose values have to be the same."""
+    atlas = sweep.run(SPEC.replace(start="0:4:5"))
+    for name, places in (("a", slice(0, 3)), ("b", slice(1, 5)), ("c", slice(4, 5))):
+        sweep.save(atlas.isel(start=places).eulerdisk.atlas, f"{name}.nc")
+    assert "on the same grid" in command("compare b.nc a.nc")[2]
+    status, text, _ = command("compare b.nc a.nc --common")
+    assert (status, text.splitlines()[0]) == (0, "within tolerance: 2 common cells")
+    assert "no cell in common" in command("compare c.nc a.nc --common")[2]
+    # start 1 is another one
+    columns = {name: np.where(np.arange(600) == 1, values + 1e-7, values) for name, values in COLUMNS.items()}
+    sweep.save(sweep.run(SPEC.replace(starts=columns).replace(start="1:4:4")), "other.nc")
+    assert "they differ in starts" in command("compare other.nc a.nc --common")[2]
+    sweep.save(sweep.run(SPEC.replace(starts={"tilt": [0.1] * 5}, roll_rate=3)), "fewer.nc")
+    assert "they differ in starts" in command("compare fewer.nc a.nc --common")[2]
+
+
 @pytest.mark.parametrize("block_cells", [7, 100, 600])
 def test_an_array_of_jobs(tmp_path, reference, block_cells):
     """Jobs find the values in the folder, which goes when the file is there."""
