@@ -163,10 +163,14 @@ class SweepSpec:
         return _unpickled, (self.canonical(), self._values["starts"])
 
     def __repr__(self) -> str:
-        """Return the words that make this spec."""
+        """Return the words that make this spec; a table, which no word makes, stands in angle brackets."""
         model = {} if self.model.name == registry.DEFAULT else {"model": self.model.name}
-        words = ", ".join(f"{name}={str(value)!r}" for name, value in (model | self.words()).items())
-        return f"SweepSpec({words})"
+        words = {name: value for name, value in self.words().items() if not isinstance(value, Column)}
+        texts = {
+            name: f"<{value}>" if isinstance(value, StartTable) else repr(str(value))
+            for name, value in (model | words).items()
+        }
+        return f"SweepSpec({', '.join(f'{name}={text}' for name, text in texts.items())})"
 
     def _key(self) -> tuple[Any, ...]:
         return self.model.name, self.axes, dict(self._values)
@@ -352,7 +356,19 @@ class SweepSpec:
         return {name: self._values[name] for name in order if not implied(name, self._values)}
 
     def to_toml(self) -> str:
-        """Return the text of a TOML file from which `from_toml` makes the same spec."""
+        """Return the text of a TOML file from which `from_toml` makes the same spec.
+
+        Raises
+        ------
+        RequestError
+            If the spec has a table of starts, whose values no such text holds.
+        """
+        if self.starts:
+            raise RequestError(
+                f"A TOML file has no room for the values of a table of starts; got {self.starts}.",
+                hint='Write the spec without it, and name the table in the file, as in starts = "pushes.csv".',
+                where="starts",
+            )
         quantities = {**self.model.parameters, **self.model.settings}
         lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml(self.model.name)}"]
         for name, value in self.words().items():

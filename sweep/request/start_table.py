@@ -288,7 +288,7 @@ def _read_columns(raw: Any, model: Model) -> StartTable:
         if isinstance(units, str) and head.text == head.quantity.name:
             head = _read_head(f"{name} [{units}]", model, "starts")
         values = _array(raw[name])
-        if masked := np.ma.count_masked(raw[name]) if isinstance(raw[name], np.ma.MaskedArray) else 0:
+        if masked := np.count_nonzero(raw[name].mask) if isinstance(raw[name], np.ma.MaskedArray) else 0:
             _refuse_value(f"starts: {head.text}", f"there in every start; got {masked} that are masked")
         if values.ndim != 1 or values.dtype.kind not in "fiu":
             _refuse_value(

@@ -129,6 +129,16 @@ def test_a_spec_without_values(spec):
             bare.starts.from_bytes(damaged)
 
 
+def test_texts_that_cannot_hold_a_table(spec):
+    """TOML is refused; what Python shows cannot be mistaken for words that make the spec."""
+    with pytest.raises(RequestError, match=r"starts: A TOML file has no room .* 3 starts of tilt, roll_rate"):
+        spec.to_toml()
+    shown = repr(spec)
+    assert f"starts=<{spec.starts}>" in shown
+    assert "column" not in shown
+    assert " tilt=" not in shown
+
+
 def test_a_part_of_a_table(spec):
     """It keeps the numbers of its starts, through its text and further changes."""
     part = spec.replace(start=[0, 2])
