@@ -140,11 +140,16 @@ def test_the_same_command_goes_on(tmp_path, reference):
     ],
 )
 def test_a_damaged_table_in_the_folder(tmp_path, damage):
-    """No block is computed from values that are not those of the run."""
+    """No block is computed from values that are not those of the run; the file is named, and what to do."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc")
     damage(journal.folder / STARTS)
-    with pytest.raises(RequestError, match="manifest of this run is damaged"):
+    with pytest.raises(RequestError) as caught:
         Journal.at(journal.folder)
+    assert caught.value.where == str(journal.folder / STARTS)
+    assert "manifest" not in str(caught.value)
+    assert ".." not in str(caught.value)
+    assert "run again with the table" not in str(caught.value)
+    assert caught.value.hint.endswith(f"start anew after `rm -r {journal.folder}`.")
 
 
 def test_killed_before_the_manifest(tmp_path, reference):
