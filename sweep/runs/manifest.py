@@ -158,7 +158,9 @@ def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
             raise ValueError("it is no table of starts")
         return spec.replace(starts=spec.starts.from_bytes(content[len(STARTS_HEAD) :]))
     except (OSError, ValueError, RequestError) as problem:
-        reason = problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
+        reason = (
+            problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
+        )
         raise RequestError(
             f"The starts of this run cannot be taken from this file: {str(reason).rstrip('.')}.",
             hint=f"Put an undamaged copy of it there, or start anew after {discard(path.parent)}.",

@@ -129,6 +129,24 @@ def test_the_same_command_goes_on(tmp_path, reference):
     assert (tmp_path / "a.nc").read_bytes() == reference
 
 
+def test_a_stopped_run_whose_table_is_gone(command):
+    """The same command has no starts to compare; those that take them from the folder go on."""
+    np.savetxt(
+        "pushes.csv", np.transpose([*COLUMNS.values()]), "%.17g", ",", header=",".join(COLUMNS), comments=""
+    )
+    line = "rolling --starts pushes.csv -o a.nc"
+    assert command(f"prepare {line} --block-cells 100")[0] == 0
+    assert command("block --run a.nc.run --part 1/2")[0] == 0
+    Path("pushes.csv").unlink()
+    status, _, errors = command(f"run {line}")
+    assert (status, "pushes.csv: The table of starts cannot be read" in errors) == (2, True)
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    assert command("assemble a.nc.run")[0] == 0
+    with sweep.open_atlas("a.nc") as atlas:
+        assert atlas.eulerdisk.spec == SPEC
+        assert np.array_equal(atlas.roll_rate, COLUMNS["roll_rate"])
+
+
 @pytest.mark.parametrize(
     "damage",
     [
