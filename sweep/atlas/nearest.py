@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.start_list import START
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number
 from sweep.request.words import degrees_meant
@@ -24,7 +25,8 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     spec : SweepSpec
     given : mapping of str to number or text with a unit
         A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
-        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed.
+        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed. The
+        number of a start has to be one of the list.
 
     Returns
     -------
@@ -34,7 +36,8 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     Raises
     ------
     RequestError
-        If a name is none of the parameters, an axis has no value, or a value lies outside the atlas.
+        If a name is none of the parameters, an axis has no value, a value lies outside the atlas, or there is no
+        such start.
     """
     parameters = spec.quantities
     for name in given:
@@ -50,7 +53,10 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
             f"A value is needed for each of {', '.join(spec.axes)}; none was given for {', '.join(missing)}.",
             hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
         )
-    return {name: nearest(getattr(spec, name), values[name]) if name in values else 0 for name in spec.axes}
+    return {
+        name: nearest(getattr(spec, name), values[name], parameters[name]) if name in values else 0
+        for name in spec.axes
+    }
 
 
 def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> str:
@@ -99,12 +105,26 @@ def is_inside(axis: Array, value: float) -> bool:
     return bool(axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[1])
 
 
-def nearest(axis: Range | Values, value: float) -> int:
-    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm."""
+def nearest(axis: Range | Values, value: float, quantity: Input) -> int:
+    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm.
+
+    Raises
+    ------
+    RequestError
+        If the axis has the numbers of starts, and this is none of them: a start has no nearest one.
+    """
     held = axis.array()
     if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
         return int(np.argmin(np.abs(np.log(held / value))))
-    return int(np.argmin(np.abs(held - value)))
+    place = int(np.argmin(np.abs(held - value)))
+    if quantity is START and held[place] != value:
+        raise RequestError(
+            f"There is no start {value:.12g}: this list has {held.size}, numbered from {held[0]:.0f} to "
+            f"{held[-1]:.0f}.",
+            hint="Give one of its numbers: a start has no nearest one.",
+            where=f"{START.name}={value:.12g}",
+        )
+    return place
 
 
 def is_other(axis: Range | Values, place: int, value: float) -> bool:

@@ -116,7 +116,7 @@ def _nearest(axis: Range | Values, value: float, quantity: Input, text: str, not
             f"{quantity.spell(value)} is outside this atlas, whose {quantity.name} is {_extent(held, quantity)}.",
             hint=degrees_meant(quantity, text, np.array([value])) or "Give a value inside.",
         )
-    place = nearest(axis, value)
+    place = nearest(axis, value, quantity)
     if is_other(axis, place, value):
         taken, asked = quantity.spell(float(held[place]), 6), quantity.spell(value, 6)
         notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked}")

@@ -10,8 +10,7 @@ from typing import Any
 
 from sweep.errors import RequestError, shown
 from sweep.model import registry
-from sweep.request.spec import SweepSpec
-from sweep.request.substitutes import changed
+from sweep.request.spec import SweepSpec, beside, changed_words
 from sweep.request.words import SWEEP_TABLES, find_spec_file, read_file
 
 #: What the name of a sweep may be: that of its files.
@@ -110,7 +109,8 @@ def _named(sweep: Sweep, known: dict[str, Sweep]) -> Sweep:
 def _in_file(given: str | Path) -> Iterator[Sweep]:
     name, file = Path(given).stem, str(given)
     try:
-        words = read_file(find_spec_file(given))
+        path = find_spec_file(given)
+        words = read_file(path)
     except RequestError as error:
         yield Sweep(name, file, problem=str(_no_file(file) or error))
         return
@@ -120,12 +120,12 @@ def _in_file(given: str | Path) -> Iterator[Sweep]:
         problem = f"{file}: tables of sweeps are written [[{_TABLES}]]; got [[{misspelt[0]}]]."
         yield Sweep(name, file, problem=problem)
     elif tables is None:
-        yield _read(Sweep(name, file), words, {})
+        yield _read(Sweep(name, file), path, words, {})
     elif isinstance(tables, list) and tables and all(isinstance(each, dict) for each in tables):
         for number, table in enumerate(tables, 1):
             own = {str(key): value for key, value in table.items() if key != "name"}
             name = table.get("name", "")
-            yield _read(Sweep(name if isinstance(name, str) else "", file, number), words, own)
+            yield _read(Sweep(name if isinstance(name, str) else "", file, number), path, words, own)
     else:
         yield Sweep(name, file, problem=f"{file}: {_TABLES} must be tables, each written [[{_TABLES}]].")
 
@@ -147,11 +147,11 @@ def _no_file(file: str) -> RequestError | None:
     return None
 
 
-def _read(sweep: Sweep, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
+def _read(sweep: Sweep, path: Path, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
     """Return a sweep with the spec that the words of its file and its own ones make, or with why they make none."""
     try:
         model = registry.named(str({**words, **own}.get("model", registry.DEFAULT)))
-        return replace(sweep, spec=SweepSpec(**changed(words, own, model)))
+        return replace(sweep, spec=SweepSpec(**changed_words(words, path, beside(path, own), model)))
     except RequestError as error:
         where = f"{sweep.source}: {error.where}" if error.where else sweep.source
         return replace(sweep, problem=str(error.at(where)))

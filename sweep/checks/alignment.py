@@ -13,6 +13,8 @@ from sweep.errors import RequestError
 from sweep.model.quantity import Array, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.start_list import START
+from sweep.request.start_table import Column, StartTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,17 +148,20 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             hint="Compare two lists, or two grids.",
         )
     additions = [name for name, word in new.model.options.items() if not word.decides]
-    settled = (*_STEPPING, *_PRESENTATION, *_EXTENT, *new.model.parameters, *additions)
+    settled = ("starts", *_STEPPING, *_PRESENTATION, *_EXTENT, *new.model.parameters, *additions)
     fields = [
         name for name in new.words() if name not in settled and getattr(new, name) != getattr(reference, name)
     ]
+    if not _same_tables(new, reference):
+        fields.append("starts")
     for name, quantity in new.model.parameters.items():
         values = getattr(new, name), getattr(reference, name)
         # a parameter that each cell computes for itself is a word
         words = any(isinstance(value, str) for value in values)
         fixed = name not in (*new.axes, *reference.axes)
         if name in (*new.listed, *reference.listed):
-            if values[0] != values[1]:
+            # columns were compared with their tables
+            if values[0] != values[1] and not all(isinstance(value, Column) for value in values):
                 fields.append(name)
         elif (words and values[0] != values[1]) or (not words and fixed and not _same(*values, quantity)):
             fields.append(name)
@@ -167,6 +172,20 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             hint="Compare with an atlas of the same request (run --from makes one); against exact values, use "
             "eulerdisk verify.",
         )
+
+
+def _same_tables(new: SweepSpec, reference: SweepSpec) -> bool:
+    """Return whether two specs have tables of one kind, with the same values in the starts that are in both."""
+    tables = new.starts, reference.starts
+    if tables[0] == tables[1] or not all(isinstance(each, StartTable) for each in tables):
+        return bool(tables[0] == tables[1])
+    if tables[0].names != tables[1].names:
+        return False
+    places = _matches(values_of(new, START.name), values_of(reference, START.name), START)
+    return all(
+        np.array_equal(*(table.values(name)[each] for table, each in zip(tables, places, strict=True)))
+        for name in tables[0].names
+    )
 
 
 def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], cut: frozenset[str]) -> None:

@@ -12,6 +12,7 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.motion.request import MOTION_INPUTS, TrajectorySpec, check_names
 from sweep.request.spec import SweepSpec
+from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.values import read_number
 
 #: Nutation periods that a motion lasts if no duration is given: as many as `explain --plot` draws.
@@ -28,8 +29,8 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     spec : SweepSpec
         The request of the atlas.
     words : mapping of str to anything
-        Words of a request for one motion. Scaled rates and speeds become rates, for the disk of the atlas or the one
-        that the words give.
+        Words of a request for one motion. Scaled rates and speeds become rates: those that name a cell for the disk
+        of the atlas, those that change the motion for the disk that moves.
 
     Raises
     ------
@@ -43,8 +44,11 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
         )
     # of a list of starts a cell is named by its number
     check_names({name: raw for name, raw in words.items() if name not in spec.axes})
-    found = spec.resolve(words, read_number)
-    cell = {name: raw for name, raw in found.items() if name in spec.axes}
+    check_once(words, spec.model)
+    named = {name: raw for name, raw in words.items() if parameter_of(name, spec.model) in spec.axes}
+    cell = spec.resolve(named, read_number)
+    others = {name: raw for name, raw in words.items() if name not in named}
+    found = spec.resolve({**cell, **others}, read_number)
     return cell, {name: raw for name, raw in found.items() if name not in cell}
 
 

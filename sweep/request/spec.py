@@ -121,9 +121,7 @@ class SweepSpec:
         for name in words:
             if name not in known:
                 unknown_word(name, known, model, _elsewhere())
-        if words.get("starts"):
-            words["starts"] = read_table(words["starts"], model)
-        words = resolved(words, model)
+        words = resolved(_with_table(words, model), model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
@@ -165,10 +163,14 @@ class SweepSpec:
         return _unpickled, (self.canonical(), self._values["starts"])
 
     def __repr__(self) -> str:
-        """Return the words that make this spec."""
+        """Return the words that make this spec; a table, which no word makes, stands in angle brackets."""
         model = {} if self.model.name == registry.DEFAULT else {"model": self.model.name}
-        words = ", ".join(f"{name}={str(value)!r}" for name, value in (model | self.words()).items())
-        return f"SweepSpec({words})"
+        words = {name: value for name, value in self.words().items() if not isinstance(value, Column)}
+        texts = {
+            name: f"<{value}>" if isinstance(value, StartTable) else repr(str(value))
+            for name, value in (model | words).items()
+        }
+        return f"SweepSpec({', '.join(f'{name}={text}' for name, text in texts.items())})"
 
     def _key(self) -> tuple[Any, ...]:
         return self.model.name, self.axes, dict(self._values)
@@ -303,15 +305,10 @@ class SweepSpec:
             model = registry.named(str(held.get("model", registry.DEFAULT)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
-        changes = {**changes_of(model)}
-        if changes.get("starts"):
-            changes["starts"] = read_table(changes["starts"], model)
-            held = _without_columns(held, changes["starts"], model)
+        changes = _with_table(changes_of(model), model)
         theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
-            if held.get("starts"):
-                held = {**held, "starts": read_table(_beside(path, held["starts"]), model)}
-            return cls(**changed(held, changes, model))
+            return cls(**changed_words(held, path, changes, model))
         except RequestError as error:
             if error.where is None or error.where == str(path) or error.where.partition("=")[0] in theirs:
                 raise
@@ -328,10 +325,8 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        words = self.words()
-        if changes.get("starts"):
-            changes = {**changes, "starts": read_table(changes["starts"], self.model)}
-            words = _without_columns(words, changes["starts"], self.model)
+        changes = _with_table(changes, self.model)
+        words = _without_columns(self.words(), changes, self.model)
         given = {parameter_of(name, self.model) for name in changes}
         kept = {name: words[name] for name in words if name in self.axes or name not in given}
         return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
@@ -361,7 +356,19 @@ class SweepSpec:
         return {name: self._values[name] for name in order if not implied(name, self._values)}
 
     def to_toml(self) -> str:
-        """Return the text of a TOML file from which `from_toml` makes the same spec."""
+        """Return the text of a TOML file from which `from_toml` makes the same spec.
+
+        Raises
+        ------
+        RequestError
+            If the spec has a table of starts, whose values no such text holds.
+        """
+        if self.starts:
+            raise RequestError(
+                f"A TOML file has no room for the values of a table of starts; got {self.starts}.",
+                hint='Write the spec without it, and name the table in the file, as in starts = "pushes.csv".',
+                where="starts",
+            )
         quantities = {**self.model.parameters, **self.model.settings}
         lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml(self.model.name)}"]
         for name, value in self.words().items():
@@ -439,15 +446,51 @@ def _known_changes(changes: Mapping[str, Any], model: Model) -> Mapping[str, Any
     return changes
 
 
-def _without_columns(words: Mapping[str, Any], table: StartTable, model: Model) -> dict[str, Any]:
-    """Return the words of a preset, a file or another spec without those for which a table has columns."""
-    gone = (*table.names, *WORDS)
+def changed_words(
+    held: Mapping[str, Any], path: Path, changes: Mapping[str, Any], model: Model
+) -> dict[str, Any]:
+    """Return the words of a spec file with changes.
+
+    Parameters
+    ----------
+    held : mapping of str to anything
+        The words in the file.
+    path : Path
+        The file: the path of a table that it names begins at its folder.
+    changes : mapping of str to anything
+        Words that replace them. Columns of a table among them take the place of words of the file too.
+    model : Model
+
+    Raises
+    ------
+    RequestError
+        If a table cannot be read, or the changes give a parameter in two ways.
+    """
+    changes = _with_table(changes, model)
+    if "starts" not in changes:
+        held = _with_table(beside(path, held), model)
+    return changed(_without_columns(held, changes, model), changes, model)
+
+
+def beside(path: Path, words: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return words of a spec file; the path of the table that they name begins at the folder of the file."""
+    named = words.get("starts")
+    return {**words, "starts": path.parent / named} if isinstance(named, str) and named.strip() else words
+
+
+def _with_table(words: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Return words of which the table of starts, if one is given, has been read."""
+    raw = words.get("starts", "")
+    # arrays and data frames have no truth value
+    none = isinstance(raw, str) and not raw.strip()
+    return {**words} if none else {**words, "starts": read_table(raw, model)}
+
+
+def _without_columns(words: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Return words of a preset, a file or a spec without those for which a table among changes of them has columns."""
+    table = changes.get("starts")
+    gone = (*table.names, *WORDS) if isinstance(table, StartTable) else ()
     return {name: value for name, value in words.items() if parameter_of(name, model) not in gone}
-
-
-def _beside(path: Path, table: object) -> object:
-    """Return the table that a spec file names: a path in it begins at its folder."""
-    return path.parent / table if isinstance(table, str) and table.strip() else table
 
 
 def _elsewhere() -> Mapping[str, str]:

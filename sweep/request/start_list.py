@@ -5,6 +5,7 @@ its starts, so that each start stays the same.
 """
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from typing import Any, NoReturn
 
@@ -22,6 +23,9 @@ from sweep.request.values import plain_number, read_value
 _MOST_STARTS = 2**31 - 1
 
 _MOST_SEED = 2**64 - 1
+
+#: Two numbers, and all between them.
+_PART = re.compile(r"\s*(\d{1,10})\s*:\s*(\d{1,10})\s*", re.ASCII)
 
 
 def _counts(values: Array) -> Truths:
@@ -84,6 +88,9 @@ def _whole(raw: object) -> int | None:
 
 
 def _numbers(raw: object) -> Range | Values:
+    if isinstance(raw, str) and (part := _PART.fullmatch(raw)):
+        first, last = int(part[1]), int(part[2])
+        return Range(float(first), float(last), last - first + 1) if first < last else _refuse_numbers(raw)
     found = read_value(raw, START)
     # one number is a list of one start
     axis = Values((found,)) if isinstance(found, float) else found
@@ -98,7 +105,7 @@ def _numbers(raw: object) -> Range | Values:
 def _refuse_numbers(raw: object) -> NoReturn:
     raise RequestError(
         f"start holds the numbers of starts, whole numbers from 0; got {shown(raw)}.",
-        hint="Write start=0:99:100, or leave it out for all starts.",
+        hint="Write start=0:99, or leave it out for all starts.",
         where="start",
     )
 

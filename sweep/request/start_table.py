@@ -268,7 +268,8 @@ def _read_head(text: str, model: Model, place: str) -> _Head:
     quantity = model.parameters[name]
     unit = next((part.strip() for part in found.groups()[1:] if part), "") if found else ""
     try:
-        factor = factor_to_si("" if unit in ("1", "-") else unit, quantity)
+        pure = unit in ("1", "-") and quantity.units == "1"
+        factor = factor_to_si("" if pure else unit, quantity)
     except RequestError as error:
         raise error.at(f"{place}: column {shown(text)}") from None
     return _Head(quantity, factor, text.strip())
@@ -287,6 +288,8 @@ def _read_columns(raw: Any, model: Model) -> StartTable:
         if isinstance(units, str) and head.text == head.quantity.name:
             head = _read_head(f"{name} [{units}]", model, "starts")
         values = _array(raw[name])
+        if masked := np.count_nonzero(raw[name].mask) if isinstance(raw[name], np.ma.MaskedArray) else 0:
+            _refuse_value(f"starts: {head.text}", f"there in every start; got {masked} that are masked")
         if values.ndim != 1 or values.dtype.kind not in "fiu":
             _refuse_value(
                 f"starts: {head.text}", f"a column of numbers; got {values.dtype} of shape {values.shape}"

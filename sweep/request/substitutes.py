@@ -90,6 +90,7 @@ def resolved(
     known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
     if isinstance(table := words.get("starts"), StartTable):
         known |= {name: Column(name, table) for name in table.names}
+        _check_no_column(given, words, table)
     needed = {
         name: _ends(model.parameters[name], known[name], read if name in words else read_value)
         for each in given.values()
@@ -97,7 +98,8 @@ def resolved(
     }
     if varying := [name for name, (low, high) in needed.items() if low != high]:
         told = {name: each for name, each in given.items() if not set(varying).isdisjoint(each.needs)}
-        _refuse_varying(varying, told, values, needed, model)
+        listing = next((word for word in ("starts", "samples") if str(words.get(word, "")).strip()), "")
+        _refuse_varying(varying, told, values, needed, model, listing)
     disk = {name: low for name, (low, _) in needed.items()}
     found = {name: _parameter(each, values[name], disk, words[name], model) for name, each in given.items()}
     return {parameter_of(name, model): found.get(name, raw) for name, raw in words.items()}
@@ -122,6 +124,18 @@ def check_once(words: Mapping[str, Any], model: Model) -> None:
                 where=name,
             )
         seen[parameter] = name
+
+
+def _check_no_column(given: Mapping[str, Substitute], words: Mapping[str, Any], table: StartTable) -> None:
+    """Refuse a substitute of a parameter for which a table of starts has a column."""
+    for name, each in given.items():
+        if each.parameter in table.names:
+            raise RequestError(
+                f"{each.parameter} is given once: {name} and a column of the table both give it; got "
+                f"{name}={shown(str(words[name]))} and {table}.",
+                hint=f"Leave {name} out, or take the column out of the table.",
+                where=name,
+            )
 
 
 def _ends(quantity: Input, raw: object, read: Callable[[object, Quantity], Value]) -> tuple[float, float]:
@@ -168,12 +182,16 @@ def _refuse_varying(
     values: Mapping[str, Value | Distribution],
     needed: Mapping[str, tuple[float, float]],
     model: Model,
+    listing: str,
 ) -> NoReturn:
-    """Refuse substitutes that would give the cells different values of their parameter, and say what to write."""
+    """Refuse substitutes that would give the cells different values of their parameter, and say what to write.
+
+    `listing` is the word that makes the cells a list of starts, "starts" or "samples"; empty for a grid.
+    """
     several, of = len(told) > 1, " and ".join(varying)
     parameters = [each.parameter for each in told.values()]
     units = " and ".join(dict.fromkeys(model.parameters[name].units for name in parameters))
-    instead = [_for_all(each, values[name], needed) for name, each in told.items()]
+    instead = [_for_all(each, values[name], needed, listing) for name, each in told.items()]
     raise RequestError(
         f"{' and '.join(told)} {'give' if several else 'gives'} another {' and '.join(parameters)} for each {of}, and "
         f"here {of} {'vary' if len(varying) > 1 else 'varies'}.",
@@ -183,9 +201,15 @@ def _refuse_varying(
 
 
 def _for_all(
-    substitute: Substitute, value: Value | Distribution, needed: Mapping[str, tuple[float, float]]
+    substitute: Substitute,
+    value: Value | Distribution,
+    needed: Mapping[str, tuple[float, float]],
+    listing: str,
 ) -> str:
-    """Return a word that gives the parameter: a range over the ranges of all disks, a number amid their numbers."""
+    """Return a word that gives the parameter: a range over the ranges of all disks, a number amid their numbers.
+
+    Random starts have no ranges, but a distribution over them all; beside a table stands one number.
+    """
     disks = [
         dict(zip(substitute.needs, each, strict=True))
         for each in itertools.product(*(needed[name] for name in substitute.needs))
@@ -196,7 +220,12 @@ def _for_all(
         low, high = min(found), max(found)
         return low, math.copysign(math.sqrt(low * high), low), high
 
-    if isinstance(value, Range):
+    if listing == "starts" and not isinstance(value, float):
+        text = f"{among(float(value.ends().mean()))[1]:.4g}"
+    elif listing and isinstance(value, Range | Values):
+        low, high = among(float(value.ends()[0]))[0], among(float(value.ends()[1]))[2]
+        text = f"uniform:{low:.4g}:{high:.4g}"
+    elif isinstance(value, Range):
         low, high = among(value.start)[0], among(value.stop)[2]
         text = f"{low:.4g}:{high:.4g}:{value.count}" + (":log" if value.spacing == "log" else "")
     elif isinstance(value, Distribution):

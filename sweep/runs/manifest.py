@@ -5,7 +5,7 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -123,39 +123,49 @@ class Manifest:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Return the manifest in a file; a RequestError says that it is damaged or of another version."""
+        """Return the manifest in a file, with the table of starts beside it if it has one.
+
+        Raises
+        ------
+        RequestError
+            If the manifest is damaged or of another version, or the table is damaged.
+        """
         try:
             content = json.loads(read_regular(path, _MOST_BYTES).decode("ascii"))
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
-            if spec.starts:
-                spec = _with_starts(spec, path.with_name(STARTS))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
             content = {"fingerprint": ""} | content
             _check(content, spec)
             if content.get("axes"):
                 spec = machine.with_axes(spec, content["axes"])
-            return cls(spec, **content)
+            manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
                 f"The manifest of this run is damaged, or of another version of this program: {problem}.",
                 hint=f"Go on with the version that began the run, or start anew after {discard(path.parent)}.",
                 where=str(path),
             ) from problem
+        return replace(manifest, spec=_with_starts(spec, path.with_name(STARTS))) if spec.starts else manifest
 
 
 def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
     """Return a spec with the values of its table, which are in the folder of the run."""
     try:
         content = read_regular(path, len(STARTS_HEAD) + 8 * len(spec.starts.names) * len(spec.starts))
-    except OSError as problem:
-        raise ValueError(
-            f"{path.name}, the table of its starts, cannot be read: {problem.strerror}"
+        if not content.startswith(STARTS_HEAD):
+            raise ValueError("it is no table of starts")
+        return spec.replace(starts=spec.starts.from_bytes(content[len(STARTS_HEAD) :]))
+    except (OSError, ValueError, RequestError) as problem:
+        reason = (
+            problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
+        )
+        raise RequestError(
+            f"The starts of this run cannot be taken from this file: {str(reason).rstrip('.')}.",
+            hint=f"Put an undamaged copy of it there, or start anew after {discard(path.parent)}.",
+            where=str(path),
         ) from problem
-    if not content.startswith(STARTS_HEAD):
-        raise ValueError(f"{path.name} is no table of starts")
-    return spec.replace(starts=spec.starts.from_bytes(content[len(STARTS_HEAD) :]))
 
 
 def discard(folder: Path) -> str:

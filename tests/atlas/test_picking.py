@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sweep
+from sweep.atlas.nearest import nearest_cell
 from sweep.atlas.picking import picked
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
@@ -78,3 +79,21 @@ def test_bad_words_are_refused(atlas, words, message):
     """In sentences that name the axis."""
     with pytest.raises(RequestError, match=message):
         picked(atlas, words)
+
+
+def test_a_start_has_no_nearest_one():
+    """It is one of the numbers of the list, wherever it is named; between two numbers, all between are meant."""
+    whole = sweep.run(SweepSpec(tilt="uniform:1deg:2deg", roll_rate=3, samples=12))
+    part = whole.isel(start=[2, 5, 7]).eulerdisk.atlas
+    for atlas, words, says in (
+        (whole, "0.5", "There is no start 0.5: this list has 12, numbered from 0 to 11"),
+        (whole, "11.3", "There is no start 11.3"),
+        (whole, "3,7.5", "There is no start 7.5"),
+        (part, "6", "There is no start 6: this list has 3, numbered from 2 to 7"),
+    ):
+        with pytest.raises(RequestError, match=f"start={words.rpartition(',')[2]}: {says}"):
+            picked(atlas, {"start": words})
+    with pytest.raises(RequestError, match="start=6: There is no start 6"):
+        nearest_cell(part.eulerdisk.spec, {"start": "6"})
+    assert nearest_cell(part.eulerdisk.spec, {"start": "5"}) == {"start": 1}
+    assert picked(part, {"start": "3:7"})[0].start.values.tolist() == [5, 7]

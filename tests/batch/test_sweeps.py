@@ -126,3 +126,23 @@ def test_a_file_of_several_sweeps_is_for_batch(spec_file):
             SweepSpec.from_toml(path)
     (found,) = read_sweeps(["a b.toml"])
     assert "tables of sweeps are written [[sweep]]; got [[sweeps]]" in found.problem
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'alpha = 1\nstarts = "pushes.csv"\n[[sweep]]\nname = "a"\n',
+        'alpha = 1\nroll_rate = "1:3:4"\nsamples = 5\n[[sweep]]\nname = "a"\nstarts = "pushes.csv"\n',
+        'alpha = 1\nstarts = "pushes.csv"\n',
+    ],
+)
+def test_a_table_of_starts_lies_beside_its_file(spec_file, tmp_path, text):
+    """A file of that name in the current folder is another one; columns take the place of words above the tables."""
+    folder = tmp_path / "sweeps"
+    folder.mkdir()
+    (tmp_path / "pushes.csv").write_text("roll_rate,tilt [deg]\n9,9\n9,9\n")
+    (folder / "pushes.csv").write_text("roll_rate,tilt [deg]\n2.5,1\n")
+    (folder / "a.toml").write_text(text)
+    (found,) = read_sweeps(["sweeps/a.toml"])
+    assert found.problem == ""
+    assert found.spec == SweepSpec(alpha=1, starts=folder / "pushes.csv")

@@ -99,6 +99,16 @@ def test_the_nearest_cell_is_taken_and_named(rolling):
     assert found == request(rolling, scaled_roll_rate=15 / math.sqrt(9.81 / 0.012), tilt="1.5deg")[0]
 
 
+def test_a_scaled_rate_names_a_cell_of_the_disk_of_the_atlas(rolling):
+    """Another gravity or radius changes the motion and not the cell; a rate that is no axis is that of the new disk."""
+    scaled = 15 / math.sqrt(9.81 / 0.012)
+    found, others = request(rolling, scaled_roll_rate=scaled, tilt="1deg", gravity=1.62)
+    assert (found.roll_rate, found.gravity, others) == (15.0, 1.62, "")
+    found, _ = request(rolling, speed="18cm/s", tilt="1deg", radius="24mm", scaled_tilt_rate=0.1)
+    assert (found.roll_rate, found.radius) == (15.0, 0.024)
+    assert found.tilt_rate == pytest.approx(0.1 * math.sqrt(9.81 / 0.024), rel=1e-12)
+
+
 def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
     """Older atlases do not hold the variable; a single cell needs no words."""
     older = rolling.drop_vars("nutation_period")

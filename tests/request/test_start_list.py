@@ -81,6 +81,8 @@ def test_a_part_of_a_list(spec):
     assert SweepSpec.from_canonical(part.canonical()) == part
     assert part.replace(title="x").start.array().tolist() == [3, 17, 999]
     assert spec.replace(start="0:999:1000") == spec
+    assert spec.replace(start="0:999") == spec
+    assert spec.replace(start="3:12") == spec.replace(start="3:12:10")
 
 
 @pytest.mark.parametrize("count", ["1e3", "1000", 1000, 1000.0, " 1000 "])
@@ -107,6 +109,8 @@ def test_spellings_of_samples(spec, count):
         ([*RANDOM, "start=990:1000:11"], "start", "the numbers 0 to 999"),
         ([*RANDOM, "start=0.5,1"], "start", "whole numbers from 0"),
         ([*RANDOM, "start=0:10:4"], "start", "whole numbers from 0"),
+        ([*RANDOM, "start=9:0"], "start", "whole numbers from 0"),
+        ([*RANDOM, "start=0:9.5"], "start=0:9.5", "no value"),
         (["seed=3"], "seed", "seed belongs to random starts"),
         (["start=3"], "start", "start belongs to random starts"),
         (["duration=uniform:1:2"], "duration=uniform:1:2", "no value"),

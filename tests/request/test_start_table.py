@@ -80,6 +80,21 @@ def test_columns_in_memory():
     assert read_table({"tilt": [-0.0, 1.0]}, DISK) == read_table({"tilt": [0.0, 1.0]}, DISK)
 
 
+def test_a_data_frame_wherever_a_table_is_given():
+    """A frame has no truth value: nothing asks for one."""
+    frame = pd.DataFrame(COLUMNS)
+    made = [
+        SweepSpec.preset("rolling").replace(starts=frame),
+        SweepSpec.preset("rolling", starts=frame),
+        SweepSpec.read("rolling", starts=frame),
+        SweepSpec(starts=frame),
+    ]
+    assert {spec.starts for spec in made} == {read_table(COLUMNS, DISK)}
+    for make in (SweepSpec, SweepSpec.preset("rolling").replace):
+        with pytest.raises(RequestError, match="starts is a CSV file, or columns"):
+            make(starts=np.zeros((2, 2)))
+
+
 def test_the_text_of_a_spec_holds_a_hash(spec):
     """Names, count and SHA-256 of the little-endian doubles, in the order of the model; no values."""
     found = json.loads(spec.canonical())["starts"]
@@ -112,6 +127,16 @@ def test_a_spec_without_values(spec):
     for damaged in (content[:-1], content + b"x", content[:-8], bytes(48)):
         with pytest.raises(RequestError, match="SHA-256"):
             bare.starts.from_bytes(damaged)
+
+
+def test_texts_that_cannot_hold_a_table(spec):
+    """TOML is refused; what Python shows cannot be mistaken for words that make the spec."""
+    with pytest.raises(RequestError, match=r"starts: A TOML file has no room .* 3 starts of tilt, roll_rate"):
+        spec.to_toml()
+    shown = repr(spec)
+    assert f"starts=<{spec.starts}>" in shown
+    assert "column" not in shown
+    assert " tilt=" not in shown
 
 
 def test_a_part_of_a_table(spec):
@@ -171,6 +196,9 @@ def test_a_spec_file_names_a_table(tmp_path, table):
         ("tilt,\n1,2\n", "no column of a table"),
         ("duration,roll_rate\n1,2\n", "'duration' is no column of a table of starts"),
         ("tilt [m],roll_rate\n1,2\n", "column tilt [m]: The unit 'm' does not fit"),
+        ("tilt,roll_rate [1]\n0.1,2\n", "column roll_rate [1]: The unit '1' is not known"),
+        ("tilt,roll_rate -\n0.1,2\n", "column roll_rate -: The unit '-'"),
+        ("tilt [1],roll_rate\n0.1,2\n", "column tilt [1]: The unit '1' is not known"),
         ("tilt [deg,roll_rate\n1,2\n", "no column"),
         ('tilt,roll_rate\n0.1,"2\n', "no CSV file in UTF-8"),
         ("tilt\n0.1\n", "Give roll_rate one number, or a column of the table"),
@@ -207,6 +235,8 @@ def test_other_encodings_and_missing_files(table, tmp_path):
         ({"tilt": [0.1, np.nan]}, "tilt, start 1: The value must be a finite number"),
         ({"tilt": [0.1, 2.0]}, "tilt, start 1: The value must be possible"),
         ({"tilt": [True]}, "a column of numbers"),
+        ({"tilt": np.ma.masked_array([0.1, 0.2], [False, True])}, "tilt: .*got 1 that are masked"),
+        (xr.Dataset({"roll_rate": ("n", [1.0], {"units": "1"})}), "The unit '1' is not known"),
         (3, "starts is a CSV file, or columns"),
         (xr.Dataset({"tilt": ("n", [1.0], {"units": "m"})}), "does not fit"),
     ],

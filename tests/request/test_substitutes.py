@@ -202,6 +202,42 @@ def test_where_the_disk_varies_the_words_to_add_are_told(preset, words, where, i
     assert where in spec.axes
 
 
+LIST = "gravity=uniform:2:8 samples=5 tilt=1deg"
+TABLE = {"gravity": [2.0, 8.0], "tilt": [0.1, 0.1]}
+
+
+@pytest.mark.parametrize(
+    ("rate", "of_samples", "of_a_table"),
+    [
+        ("scaled_roll_rate=0.5", "1.414", "1.414"),
+        ("scaled_roll_rate=0.5:1:9:log", "uniform:1:4", "2.121"),
+        ("scaled_roll_rate=0.5,1", "uniform:1:4", "2.121"),
+        ("scaled_roll_rate=uniform:0.5:1", "uniform:1.414:2.828", "2.121"),
+    ],
+)
+def test_where_the_disk_of_starts_varies_the_words_to_add_are_told(rate, of_samples, of_a_table):
+    """A list of starts takes no ranges: the words of the refusal make a request of it too."""
+    name, _, text = rate.partition("=")
+    for make, instead in (
+        (lambda **word: SweepSpec(**word, **dict(each.split("=") for each in LIST.split())), of_samples),
+        (lambda **word: SweepSpec(**word, starts=TABLE), of_a_table),
+    ):
+        # sqrt(gravity/radius) is 2 and 4; a number lies amid the two in its logarithm
+        with pytest.raises(RequestError) as caught:
+            make(**{name: text})
+        told = caught.value.hint.rpartition("for example ")[2].removesuffix(".")
+        assert told == f"roll_rate={instead}"
+        assert make(roll_rate=told.partition("=")[2]).is_list
+
+
+def test_a_column_is_not_given_in_another_way():
+    """The refusal names the word that was written."""
+    with pytest.raises(RequestError, match="speed: roll_rate is given once: speed and a column") as caught:
+        SweepSpec.preset("rolling", speed="20cm/s", starts={"tilt": [0.1], "roll_rate": [2.0]})
+    assert "got speed=20cm/s and" in str(caught.value)
+    assert caught.value.hint.startswith("Leave speed out")
+
+
 def test_the_range_that_is_told_covers_all_disks():
     """Of disks of 5 mm and 12 mm it reaches from the lowest rate of the larger to the highest of the smaller one."""
     small, large = (SweepSpec.preset("rolling", radius=radius).roll_rate for radius in ("5mm", "12mm"))

@@ -64,7 +64,7 @@ def test_commands(command):
         assert "values" not in atlas.attrs["sweep_spec"]
         judged = sweep.reclassify(atlas.load(), "departure:20deg")
         assert judged.eulerdisk.spec == SPEC.replace(criterion="departure:20deg")
-    assert command("run --from a.nc start=0:9:10 -o few.nc")[0] == 0
+    assert command("run --from a.nc start=0:9 -o few.nc")[0] == 0
     assert "starts      10 of a table" in command("info few.nc")[1]
 
 
@@ -83,6 +83,23 @@ def test_tables_that_differ_are_not_compared(command):
         Path(f"{name}.csv").write_text(f"tilt [deg],roll_rate\n1,2\n1,{rate}\n")
         assert command(f"run rolling --starts {name}.csv -o {name}.nc")[0] == 0
     assert "they differ in starts" in command("compare a.nc b.nc")[2]
+
+
+def test_parts_of_a_table_are_compared(command):
+    """With --common, in the starts that both have, whose values have to be the same."""
+    atlas = sweep.run(SPEC.replace(start="0:4:5"))
+    for name, places in (("a", slice(0, 3)), ("b", slice(1, 5)), ("c", slice(4, 5))):
+        sweep.save(atlas.isel(start=places).eulerdisk.atlas, f"{name}.nc")
+    assert "on the same grid" in command("compare b.nc a.nc")[2]
+    status, text, _ = command("compare b.nc a.nc --common")
+    assert (status, text.splitlines()[0]) == (0, "within tolerance: 2 common cells")
+    assert "no cell in common" in command("compare c.nc a.nc --common")[2]
+    # start 1 is another one
+    columns = {name: np.where(np.arange(600) == 1, values + 1e-7, values) for name, values in COLUMNS.items()}
+    sweep.save(sweep.run(SPEC.replace(starts=columns).replace(start="1:4:4")), "other.nc")
+    assert "they differ in starts" in command("compare other.nc a.nc --common")[2]
+    sweep.save(sweep.run(SPEC.replace(starts={"tilt": [0.1] * 5}, roll_rate=3)), "fewer.nc")
+    assert "they differ in starts" in command("compare fewer.nc a.nc --common")[2]
 
 
 @pytest.mark.parametrize("block_cells", [7, 100, 600])
@@ -112,6 +129,24 @@ def test_the_same_command_goes_on(tmp_path, reference):
     assert (tmp_path / "a.nc").read_bytes() == reference
 
 
+def test_a_stopped_run_whose_table_is_gone(command):
+    """The same command has no starts to compare; those that take them from the folder go on."""
+    np.savetxt(
+        "pushes.csv", np.transpose([*COLUMNS.values()]), "%.17g", ",", header=",".join(COLUMNS), comments=""
+    )
+    line = "rolling --starts pushes.csv -o a.nc"
+    assert command(f"prepare {line} --block-cells 100")[0] == 0
+    assert command("block --run a.nc.run --part 1/2")[0] == 0
+    Path("pushes.csv").unlink()
+    status, _, errors = command(f"run {line}")
+    assert (status, "pushes.csv: The table of starts cannot be read" in errors) == (2, True)
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    assert command("assemble a.nc.run")[0] == 0
+    with sweep.open_atlas("a.nc") as atlas:
+        assert atlas.eulerdisk.spec == SPEC
+        assert np.array_equal(atlas.roll_rate, COLUMNS["roll_rate"])
+
+
 @pytest.mark.parametrize(
     "damage",
     [
@@ -123,11 +158,16 @@ def test_the_same_command_goes_on(tmp_path, reference):
     ],
 )
 def test_a_damaged_table_in_the_folder(tmp_path, damage):
-    """No block is computed from values that are not those of the run."""
+    """No block is computed from values that are not those of the run; the file is named, and what to do."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc")
     damage(journal.folder / STARTS)
-    with pytest.raises(RequestError, match="manifest of this run is damaged"):
+    with pytest.raises(RequestError) as caught:
         Journal.at(journal.folder)
+    assert caught.value.where == str(journal.folder / STARTS)
+    assert "manifest" not in str(caught.value)
+    assert ".." not in str(caught.value)
+    assert "run again with the table" not in str(caught.value)
+    assert caught.value.hint.endswith(f"start anew after `rm -r {journal.folder}`.")
 
 
 def test_killed_before_the_manifest(tmp_path, reference):
