@@ -16,7 +16,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
 from sweep.figures.blocks import Block, add_legend, broken, entries, name_block
-from sweep.figures.drawing import OUTSIDE
+from sweep.figures.drawing import OUTSIDE, joined
 from sweep.figures.look import Look
 from sweep.figures.room import forget_names
 from sweep.figures.scales import name_ends, thin_ticks
@@ -234,6 +234,7 @@ class _Layout:
             for label, each in named.items()
             if label.removesuffix(OUTSIDE) not in named.keys() - {label}
         }
+        named = joined(named)
         room = self.width - 2.0 * _MARGIN * self.letter
         count = max(1, min(len(named), int(room / (_COLUMN * self.letter))))
         self.common = add_legend(

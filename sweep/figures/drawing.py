@@ -1,6 +1,7 @@
 """Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, hatching."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -323,11 +324,26 @@ def evenly(count: int) -> Any:
     return places
 
 
+#: What `_thinning` adds to a label.
+_THINNED = re.compile(r", every \d+[a-z]+$")
+
+
 def _thinning(count: int) -> str:
     """Return what the legend says of points that are not all drawn."""
     step = _step(count)
     ending = "th" if step % 100 in range(11, 14) else {1: "st", 2: "nd", 3: "rd"}.get(step % 10, "th")
     return f", every {step}{ending}" if step > 1 else ""
+
+
+def joined(named: Mapping[str, Any]) -> dict[str, Any]:
+    """Return entries of a legend, those of points that are thinned differently as one."""
+    groups: dict[str, list[str]] = {}
+    for label in named:
+        groups.setdefault(_THINNED.sub("", label), []).append(label)
+    return {
+        labels[0] if len(labels) == 1 else f"{base}, not every one": named[labels[0]]
+        for base, labels in groups.items()
+    }
 
 
 def thinning(edges: Sequence[Edge]) -> str:

@@ -7,7 +7,7 @@ from matplotlib.container import ErrorbarContainer
 
 import sweep
 from sweep.figures import plots
-from sweep.figures.drawing import MOST_POINTS, evenly
+from sweep.figures.drawing import MOST_POINTS, evenly, joined
 from sweep.figures.look import Look
 from sweep.model.quantity import UNSTABLE
 
@@ -420,3 +420,11 @@ def test_what_a_function_judged_is_drawn():
     drawn = plots.figure([sweep.reclassify(sweep.run(ROLLING), steep)])
     caption = map_and_strip(drawn.axes)[1].get_legend().get_title().get_text()
     assert "steep" in caption
+
+
+def test_points_that_are_thinned_differently_have_one_entry():
+    """In the legend that several maps share."""
+    assert joined({"points, every 3rd": 1, "points, every 12th": 2, "other": 3}) == {
+        "points, not every one": 1, "other": 3,
+    }  # fmt: skip
+    assert joined({"points, every 3rd": 1, "other": 3}) == {"points, every 3rd": 1, "other": 3}
