@@ -75,9 +75,13 @@ def curve_rows(dataset: Atlas) -> list[Row]:
 
 
 def as_csv(rows: list[Row]) -> str:
-    """Return rows as CSV with a heading, every digit of every number; nothing where there is no value."""
+    """Return rows as CSV with a heading, every digit of every number; nothing where there is no value.
+
+    Without rows, the heading that an atlas of no axes has.
+    """
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
+    columns = list(rows[0]) if rows else ["along", "edge", *_VALUES, "status"]
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()

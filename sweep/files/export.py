@@ -95,12 +95,10 @@ def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
         for i, table in enumerate(_tables(without_boundary(dataset))):
             # every digit, so that the number read is the number written
             table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
-    if rows:
+    # one that is there belongs to what has been replaced
+    if rows or boundary_file(path).exists():
         with published(boundary_file(path)) as unfinished:
             unfinished.write_text(as_csv(rows), encoding="ascii")
-    else:
-        # one that is there belongs to what has been replaced
-        boundary_file(path).unlink(missing_ok=True)
 
 
 def _check_csv(path: Path, overwrite: bool) -> None:

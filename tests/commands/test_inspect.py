@@ -95,7 +95,7 @@ def test_regimes_are_drawn(command, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("--rate cubic", "linear, squared or scaled; got cubic"),
+        ("--rate cubic", "linear, squared, scaled or speed; got cubic"),
         ("--width 0mm", "from 20 mm to 2 m; got 0mm"),
         ("--width nan", "must be finite"),
         ("--font-size 1000", "from 4 to 40 points"),

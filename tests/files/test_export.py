@@ -217,9 +217,10 @@ def test_the_command(tmp_path, monkeypatch):
 
 
 def test_a_boundary_of_what_was_replaced_does_not_stay(tmp_path):
-    """Where the new table has none, the old one goes."""
+    """Where the new table has none, the old one keeps its heading alone."""
     atlas = sweep.run(SPECS["falling"])
     export(atlas, tmp_path / "a.csv", "csv")
     assert (tmp_path / "a.boundary.csv").exists()
     export(sweep.run(SPECS["cell"]), tmp_path / "a.csv", "csv", overwrite=True)
-    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+    heading = "along,edge,measured,halfwidth,predicted,critical,status\n"
+    assert (tmp_path / "a.boundary.csv").read_text() == heading
