@@ -1,0 +1,107 @@
+"""What stands in the arrays that Python and the kernels with losses hand to each other; as `kernels.disk.arrays`.
+
+Units are SI, angles in rad. A torque of dry friction is its lever arm times m g.
+"""
+
+from kernels.disk.arrays import PARAMETERS as DISK_PARAMETERS
+from kernels.disk.arrays import STATE as STATE
+
+#: Start of a cell: that of the disk without losses; mass [kg]; lever arms of rolling, pivoting and contour friction
+#: [m]; viscous contour friction [N m s]; viscosity [Pa s] and density [kg m^-3] of the air; friction coefficient [1],
+#: infinite where the disk cannot slip.
+PARAMETERS = (
+    *DISK_PARAMETERS,
+    "mass",
+    "rolling_friction",
+    "pivoting_friction",
+    "contour_friction",
+    "contour_damping",
+    "air_viscosity",
+    "air_density",
+    "friction",
+)
+TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, ALPHA, RADIUS, GRAVITY = range(len(DISK_PARAMETERS))
+(
+    MASS,
+    ROLLING_FRICTION,
+    PIVOTING_FRICTION,
+    CONTOUR_FRICTION,
+    CONTOUR_DAMPING,
+    AIR_VISCOSITY,
+    AIR_DENSITY,
+    FRICTION,
+) = range(len(DISK_PARAMETERS), len(PARAMETERS))
+
+#: Settings of an integration: duration [s], longest step [s] (0: as the motion asks), flat_tilt [rad], tolerance of the
+#: energy balance over m g R [1]; the criterion whose first breach is looked
+#: for: its kind (0: none; 1: a distance from the undisturbed tilt [rad]; 2: that distance over the size of the
+#: perturbation), its limit, and whether the undisturbed tilt is that of the start (1) or upright (0).
+SETTINGS = ("duration", "step", "flat_tilt", "tolerance", "limited", "limit", "from_start")
+DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START = range(len(SETTINGS))
+
+#: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; length of
+#: the path of the contact point [m]; energy taken by rolling, pivoting, contour friction, contour damping and air, each
+#: over m g R [1]; when the criterion was first broken [s], NaN if it was not; largest imbalance of the energy, over m g R
+#: [1]; estimated error of the extreme tilts [rad], and of the time [s].
+MEASURES = (
+    "tilt_min",
+    "tilt_max",
+    "end_time",
+    "end_tilt",
+    "heading_turned",
+    "path_length",
+    "rolling_loss",
+    "pivoting_loss",
+    "contour_loss",
+    "damping_loss",
+    "air_loss",
+    "breach_time",
+    "energy_imbalance",
+    "tilt_error",
+    "time_error",
+)
+(
+    TILT_MIN,
+    TILT_MAX,
+    END_TIME,
+    END_TILT,
+    HEADING_TURNED,
+    PATH_LENGTH,
+    ROLLING_LOSS,
+    PIVOTING_LOSS,
+    CONTOUR_LOSS,
+    DAMPING_LOSS,
+    AIR_LOSS,
+    BREACH_TIME,
+    ENERGY_IMBALANCE,
+    TILT_ERROR,
+    TIME_ERROR,
+) = range(len(MEASURES))
+
+#: Counts of a cell: code of `kernels.lossy_disk.endings`; steps of the accepted integration; reductions of the step;
+#: how often dry friction changed its sense, held or let go.
+COUNTS = ("ending", "steps", "refinements", "switches")
+ENDING, STEPS, REFINEMENTS, SWITCHES = range(len(COUNTS))
+
+#: Losses of the ledger, in the order of `MEASURES` and of the trajectory.
+LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
+
+#: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: that of the atlases),
+#: flat_tilt [rad].
+TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt")
+
+#: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g R;
+#: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held by
+#: contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by rolling friction).
+SAMPLES = (
+    *STATE,
+    "heading",
+    "roll_angle",
+    "contact_x",
+    "contact_y",
+    *LOSSES,
+    "normal_force",
+    "friction_across",
+    "friction_along",
+    "held",
+)
