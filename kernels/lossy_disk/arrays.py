@@ -1,6 +1,6 @@
 """What stands in the arrays that Python and the kernels with losses hand to each other; as `kernels.disk.arrays`.
 
-Units are SI, angles in rad. A torque of dry friction is its lever arm times m g.
+Units are SI, angles in rad. A torque of dry friction is its lever arm times the normal force of the moment.
 """
 
 from kernels.disk.arrays import PARAMETERS as DISK_PARAMETERS
@@ -41,8 +41,8 @@ DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START = range(len(SET
 
 #: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; length of
 #: the path of the contact point [m]; energy taken by rolling, pivoting, contour friction, contour damping and air, each
-#: over m g R [1]; when the criterion was first broken [s], NaN if it was not; largest imbalance of the energy, over m g R
-#: [1]; estimated error of the extreme tilts [rad], and of the time [s].
+#: over m g R [1]; when the criterion was first broken [s], NaN if it was not; largest imbalance of the energy, over
+#: m g R [1]; estimated error of the extreme tilts [rad], and of the time [s].
 MEASURES = (
     "tilt_min",
     "tilt_max",
@@ -91,8 +91,9 @@ LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
 TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt")
 
 #: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g R;
-#: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held by
-#: contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by rolling friction).
+#: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held
+#: by contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by rolling
+#: friction).
 SAMPLES = (
     *STATE,
     "heading",

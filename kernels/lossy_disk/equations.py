@@ -1,9 +1,9 @@
 """Equations of motion of the disk with losses, in a scaled form without trigonometry.
 
-As in `kernels.disk.equations`, with two differences. K = 1/C is carried in place of T = tan(tilt) = S K: near flat, where
-everything happens, precession rate, drag and friction need it. And torques act, given as generalised forces (over
-m g R) on the three rates that losses oppose: the tilt rate w, the roll rate f = s - o T, and the turning rate about the
-vertical v = o C + s S, which are the sliding or turning of the contact across, along and about itself.
+As in `kernels.disk.equations`, with two differences. K = 1/C is carried in place of T = tan(tilt) = S K: near flat,
+where everything happens, precession rate, drag and friction need it. And torques act, given as generalised forces
+(over m g R) on the three rates that losses oppose: the tilt rate w, the roll rate f = s - o T, and the turning rate
+about the vertical v = o C + s S. They are the rates at which the contact moves across, along and about itself.
 """
 
 from kernels.jit import simd, simd_kernel
