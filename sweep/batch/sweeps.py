@@ -10,7 +10,8 @@ from typing import Any
 
 from sweep.errors import RequestError, shown
 from sweep.model import registry
-from sweep.request.spec import SweepSpec, beside, changed_words
+from sweep.request.spec import SweepSpec
+from sweep.request.spec_changes import beside, changed_words
 from sweep.request.words import SWEEP_TABLES, find_spec_file, read_file
 
 #: What the name of a sweep may be: that of its files.

@@ -136,7 +136,8 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
     source : Path or None
         An atlas whose run is to be repeated.
     """
-    from sweep.request.spec import SweepSpec, split_changes
+    from sweep.request.spec import SweepSpec
+    from sweep.request.spec_changes import split_changes
 
     if source is None:
         if spec is None:

@@ -12,7 +12,6 @@ import json
 import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
@@ -24,8 +23,17 @@ from sweep.model.quantity import Input, Quantity, Word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.distributions import Distribution
+from sweep.request.spec_changes import (
+    changed_words,
+    elsewhere,
+    known_changes,
+    split_changes,
+    with_table,
+    without_columns,
+)
+from sweep.request.spec_text import from_json, to_json, toml_value
 from sweep.request.start_list import START, WORDS, implied, with_list
-from sweep.request.start_table import Column, StartTable, read_table
+from sweep.request.start_table import Column, StartTable
 from sweep.request.substitutes import changed, parameter_of, resolved
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import Value, read_value
@@ -39,7 +47,6 @@ from sweep.request.words import (
     place,
     read_file,
     read_word,
-    split_words,
 )
 
 #: Beyond this no disk holds the atlas.
@@ -120,8 +127,8 @@ class SweepSpec:
         known = known_words(model)
         for name in words:
             if name not in known:
-                unknown_word(name, known, model, _elsewhere())
-        words = resolved(_with_table(words, model), model)
+                unknown_word(name, known, model, elsewhere())
+        words = resolved(with_table(words, model), model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
@@ -232,7 +239,7 @@ class SweepSpec:
         RequestError
             If there is no such preset, or the result is not a request.
         """
-        return cls._changed_file(find_spec_file(name), lambda model: _known_changes(changes, model))
+        return cls._changed_file(find_spec_file(name), lambda model: known_changes(changes, model))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -288,7 +295,7 @@ class SweepSpec:
                 f"{'a dataset' if hasattr(spec, 'data_vars') else shown(spec)}.",
                 hint='Write "rolling", for instance; the spec of an atlas is atlas.eulerdisk.spec.',
             )
-        return cls._changed_file(find_spec_file(spec), lambda model: _known_changes(changes, model))
+        return cls._changed_file(find_spec_file(spec), lambda model: known_changes(changes, model))
 
     @classmethod
     def _changed_file(cls, path: Path, changes_of: Callable[[Model], Mapping[str, Any]]) -> Self:
@@ -305,7 +312,7 @@ class SweepSpec:
             model = registry.named(str(held.get("model", registry.DEFAULT)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
-        changes = _with_table(changes_of(model), model)
+        changes = with_table(changes_of(model), model)
         theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
             return cls(**changed_words(held, path, changes, model))
@@ -325,8 +332,8 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        changes = _with_table(changes, self.model)
-        words = _without_columns(self.words(), changes, self.model)
+        changes = with_table(changes, self.model)
+        words = without_columns(self.words(), changes, self.model)
         given = {parameter_of(name, self.model) for name in changes}
         kept = {name: words[name] for name in words if name in self.axes or name not in given}
         return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
@@ -370,17 +377,17 @@ class SweepSpec:
                 where="starts",
             )
         quantities = {**self.model.parameters, **self.model.settings}
-        lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml(self.model.name)}"]
+        lines = [] if self.model.name == registry.DEFAULT else [f"model = {toml_value(self.model.name)}"]
         for name, value in self.words().items():
             units = quantities[name].units if name in quantities else "1"
-            lines.append(f"{name} = {_toml(value)}" + (f"  # {units}" if units != "1" else ""))
+            lines.append(f"{name} = {toml_value(value)}" + (f"  # {units}" if units != "1" else ""))
         return "\n".join(lines) + "\n"
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
         rows = _rows(self.model)
         words = {
-            name: _to_json(value)
+            name: to_json(value)
             for name, value in self._values.items()
             # older atlases do not mention what was added later: so their texts and fingerprints stay
             if not (rows[name].added_later and value == read_word(name, rows[name].default, self.model))
@@ -406,7 +413,7 @@ class SweepSpec:
             If the text is not that of a spec.
         """
         try:
-            words = {name: _from_json(value) for name, value in json.loads(text).items()}
+            words = {name: from_json(value) for name, value in json.loads(text).items()}
             rows = _rows(registry.named(str(words.get("model", registry.DEFAULT))))
             # a word that a later version brought is not in an older atlas: it has its default there
             needed = ["axes", *(name for name, row in rows.items() if not row.added_later)]
@@ -425,78 +432,6 @@ def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
     spec = SweepSpec.from_canonical(text)
     # the text has not the values of a table
     return spec.replace(starts=starts) if starts else spec
-
-
-def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
-    """Return the names and values of ``NAME=VALUE`` words that change a spec.
-
-    Raises
-    ------
-    RequestError
-    """
-    return split_words(words, known_words(model), model, _elsewhere())
-
-
-def _known_changes(changes: Mapping[str, Any], model: Model) -> Mapping[str, Any]:
-    """Return changes of a spec file, of which every name has to be one that the command line knows too."""
-    known = known_words(model)
-    for name in changes:
-        if name not in known and name != "axes":
-            unknown_word(name, known, model, _elsewhere())
-    return changes
-
-
-def changed_words(
-    held: Mapping[str, Any], path: Path, changes: Mapping[str, Any], model: Model
-) -> dict[str, Any]:
-    """Return the words of a spec file with changes.
-
-    Parameters
-    ----------
-    held : mapping of str to anything
-        The words in the file.
-    path : Path
-        The file: the path of a table that it names begins at its folder.
-    changes : mapping of str to anything
-        Words that replace them. Columns of a table among them take the place of words of the file too.
-    model : Model
-
-    Raises
-    ------
-    RequestError
-        If a table cannot be read, or the changes give a parameter in two ways.
-    """
-    changes = _with_table(changes, model)
-    if "starts" not in changes:
-        held = _with_table(beside(path, held), model)
-    return changed(_without_columns(held, changes, model), changes, model)
-
-
-def beside(path: Path, words: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return words of a spec file; the path of the table that they name begins at the folder of the file."""
-    named = words.get("starts")
-    return {**words, "starts": path.parent / named} if isinstance(named, str) and named.strip() else words
-
-
-def _with_table(words: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return words of which the table of starts, if one is given, has been read."""
-    raw = words.get("starts", "")
-    # arrays and data frames have no truth value
-    none = isinstance(raw, str) and not raw.strip()
-    return {**words} if none else {**words, "starts": read_table(raw, model)}
-
-
-def _without_columns(words: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return words of a preset, a file or a spec without those for which a table among changes of them has columns."""
-    table = changes.get("starts")
-    gone = (*table.names, *WORDS) if isinstance(table, StartTable) else ()
-    return {name: value for name, value in words.items() if parameter_of(name, model) not in gone}
-
-
-def _elsewhere() -> Mapping[str, str]:
-    """Words that stand elsewhere, and where, for suggestions."""
-    elsewhere = dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
-    return elsewhere | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}
 
 
 def _defaults(model: Model) -> dict[str, Any]:
@@ -563,34 +498,3 @@ def _check_size(counts: Sequence[int]) -> None:
             hint="Lower the counts of the axes.",
             where="grid",
         )
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, Values):
-        return "[" + ", ".join(map(repr, value.values)) + "]"
-    # JSON's strings are TOML's, as long as nothing outside ASCII is escaped in pairs.
-    return repr(value) if isinstance(value, float | int) else json.dumps(str(value), ensure_ascii=False)
-
-
-def _to_json(value: Any) -> Any:
-    if isinstance(value, Criterion):
-        return value.kept()
-    if isinstance(value, Distribution):
-        return str(value)
-    if isinstance(value, StartTable):
-        return value.to_json()
-    if isinstance(value, Column):
-        return {"column": value.name}
-    return asdict(value) if isinstance(value, Range | Values) else value
-
-
-def _from_json(value: Any) -> object:
-    if not isinstance(value, dict):
-        return value
-    if "sha256" in value:
-        return StartTable.from_json(value)
-    if "column" in value:
-        return Column(str(value["column"]))
-    if "kind" in value:
-        return Criterion(**value)
-    return Range(**value) if "count" in value else Values(**value)
