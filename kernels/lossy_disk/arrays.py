@@ -86,9 +86,15 @@ ENDING, STEPS, REFINEMENTS, SWITCHES = range(len(COUNTS))
 #: Losses of the ledger, in the order of `MEASURES` and of the trajectory.
 LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
 
+#: Laws of the drag of air: the settings of a single motion name one by its number.
+NO_AIR, MOFFATT, BILDSTEN = range(3)
+
 #: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: that of the atlases),
-#: flat_tilt [rad].
-TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt")
+#: flat_tilt [rad], law of the air.
+TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt", "air_law")
+TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FLAT_TILT, TRAJECTORY_AIR_LAW = range(
+    len(TRAJECTORY_SETTINGS)
+)
 
 #: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g R;
 #: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held
@@ -106,3 +112,18 @@ SAMPLES = (
     "friction_along",
     "held",
 )
+(
+    SAMPLE_HEADING,
+    SAMPLE_ROLL_ANGLE,
+    SAMPLE_CONTACT_X,
+    SAMPLE_CONTACT_Y,
+    SAMPLE_ROLLING_LOSS,
+    SAMPLE_PIVOTING_LOSS,
+    SAMPLE_CONTOUR_LOSS,
+    SAMPLE_DAMPING_LOSS,
+    SAMPLE_AIR_LOSS,
+    SAMPLE_NORMAL_FORCE,
+    SAMPLE_FRICTION_ACROSS,
+    SAMPLE_FRICTION_ALONG,
+    SAMPLE_HELD,
+) = range(len(STATE), len(SAMPLES))
