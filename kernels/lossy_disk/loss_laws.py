@@ -1,0 +1,190 @@
+"""The laws of friction and drag, each as a generalised force of the scaled form (`kernels.lossy_disk.equations`).
+
+A dry law's torque is its arm times the normal force n = N/mg of the same instant, which follows from the acceleration
+of the centre of mass: n = 1 - (w' S + w^2 C). Viscous friction and drag do not depend on it.
+
+Here dry friction slides: it acts against the signs that the motion had when its mode began. What happens where a rate
+vanishes is decided in `kernels.lossy_disk.dry_friction`.
+
+The functions with an alternative (`rolling_friction` and `no_rolling_friction`, ...) are parts of a variant of the
+integrator: what a request has no law for is not computed (`kernels.lossy_disk.integrate`).
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.jit import kernel, simd
+
+#: Codes of the laws of the drag of air.
+NO_AIR, MOFFATT, BILDSTEN = range(3)
+
+#: Least square of the horizontal turning rate that rolling friction is computed for: below it friction holds the disk.
+_LEAST_SQUARE = 1.0e-200
+
+
+class Losses(NamedTuple):
+    """Coefficients of the laws in scaled form.
+
+    Attributes
+    ----------
+    contour, rolling, pivoting : float
+        Lever arms of dry friction over the radius.
+    damping : float
+        Viscous contour friction: torque over m g R per unit of the scaled roll rate.
+    film : float
+        Moffatt's drag: torque over m g R per unit of the roll rate over the cosine of the tilt.
+    layer : float
+        Bildsten's drag: torque over m g R per unit of the roll rate to the power 3/2.
+    """
+
+    contour: float
+    damping: float
+    rolling: float
+    pivoting: float
+    film: float
+    layer: float
+
+
+@kernel
+def scaled_losses(arms, damping, air, disk, law):
+    """Return the `Losses` of a cell.
+
+    Parameters
+    ----------
+    arms : tuple of 3 floats
+        Lever arms of rolling, pivoting and contour friction [m].
+    damping : float
+        Viscous contour friction [N m s].
+    air : tuple of 2 floats
+        Viscosity [Pa s] and density [kg m^-3] of the air.
+    disk : tuple of 4 floats
+        mass [kg], radius [m], gravity [m s^-2], alpha.
+    law : int
+        Code of the law of the drag of air.
+
+    Notes
+    -----
+    Moffatt, Nature 404 (2000) 833: power pi mu g R^2 / a^2 at the inclination a. Bildsten, Phys. Rev. E 66 (2002)
+    056309: power 4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). Both on the steady wobble, where the roll rate is
+    f^2 = 2/(alpha a): so the power is that of a torque which is a smooth function of f.
+    """
+    rolling, pivoting, contour = arms
+    viscosity, density = air
+    mass, radius, gravity, alpha = disk
+    unit = math.sqrt(radius / gravity)
+    film = 0.5 * alpha * math.pi * viscosity * radius * unit / mass if law == MOFFATT else 0.0
+    power = 4.0 * math.sqrt(viscosity * density) * radius * radius * math.sqrt(unit) / mass
+    layer = power * (0.5 * alpha) ** 1.25 if law == BILDSTEN else 0.0
+    # without viscous friction the mass may be unknown
+    viscous = damping * unit / (mass * radius * radius) if damping > 0.0 else 0.0
+    return Losses(contour / radius, viscous, rolling / radius, pivoting / radius, film, layer)
+
+
+@simd
+def contour_friction(f, sense, normal, losses):
+    """Force along the rim that dry and viscous contour friction take from the roll rate f, of the sign `sense`."""
+    return losses.contour * sense * normal + losses.damping * f
+
+
+@simd
+def rolling_friction(motion, pull, weight, i_tilt, arm):
+    """What rolling friction does to the tilt and to the roll rate.
+
+    Parameters
+    ----------
+    motion : tuple of 4 floats
+        S, C, w, f.
+    pull, weight : float
+        Acceleration of the tilt times 1 + alpha/2, and the normal force, both without rolling friction.
+    i_tilt, arm : float
+        1/(1 + alpha/2), lever arm over the radius.
+
+    Returns
+    -------
+    (normal, pull, resistance, power)
+        Normal force, acceleration of the tilt times 1 + alpha/2, force that the roll rate loses, power that is lost.
+
+    Notes
+    -----
+    The torque opposes the horizontal turning rate (w, C f). By its part along w it changes the acceleration of the
+    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = weight.
+    """
+    S, C, w, f = motion
+    across = C * f
+    square = w * w + across * across
+    rate = math.sqrt(square if square > _LEAST_SQUARE else _LEAST_SQUARE)  # max() is a call
+    share = weight / (rate - i_tilt * S * arm * w)
+    taken = arm * share
+    return share * rate, pull - taken * w, taken * (C * across), taken * square
+
+
+@simd
+def no_rolling_friction(motion, pull, weight, i_tilt, arm):
+    """`rolling_friction` of a disk without it."""
+    return weight, pull, 0.0, 0.0
+
+
+@simd
+def drag(f, K, losses):
+    """Force that the drag of air takes from the roll rate f, by either law; K is 1/cos(tilt)."""
+    return (losses.film * K + losses.layer * math.sqrt(abs(f))) * f
+
+
+@simd
+def film_drag(f, K, losses):
+    """`drag` by Moffatt's law."""
+    return losses.film * K * f
+
+
+@simd
+def layer_drag(f, K, losses):
+    """`drag` by Bildsten's law."""
+    return losses.layer * math.sqrt(abs(f)) * f
+
+
+@simd
+def no_drag(f, K, losses):
+    """`drag` without air."""
+    return 0.0
+
+
+@simd
+def pivoting_friction(state, changes, normal, sense, inertia, arm):
+    """What pivoting friction does to o and p.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+        S, C, K, w, o, p.
+    changes : tuple of 2 floats
+        o' and p' without it.
+    normal : float
+    sense : float
+        Sign of the turning rate about the vertical v = o C + s S, or 0 where friction holds it at zero.
+    inertia : kernels.lossy_disk.rk4.Inertia
+    arm : float
+        Lever arm over the radius.
+
+    Returns
+    -------
+    (do, dp, force, power)
+        o' and p' with it; the force on v; the power that is lost.
+
+    Notes
+    -----
+    Where friction holds, its force is what keeps v' = 0.
+    """
+    S, C, _, w, o, p = state
+    do, dp = changes
+    s, inverse = inertia.i_inverse * p, inertia.i_inverse * S
+    free = do * C + dp * inverse + w * (s * C - o * S)
+    turned = inertia.inverse_spin * C
+    held = -free / (turned * C + inverse * S)
+    force = held if sense == 0.0 else -arm * normal * sense
+    return do + turned * force, dp + S * force, force, -force * (o * C + s * S) * abs(sense)
+
+
+@simd
+def no_pivoting_friction(state, changes, normal, sense, inertia, arm):
+    """`pivoting_friction` of a disk without it."""
+    return changes[0], changes[1], 0.0, 0.0
