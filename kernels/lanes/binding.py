@@ -3,12 +3,15 @@
 The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions
 that use such a global, and the copies see the model's functions under these names. A copy bears the name of its model,
 too: Numba names machine code after the function and a number that counts in each process.
+
+A variant of a model has other `parts`: they take the place of functions wherever a function of the model calls them. So
+each variant is an entry point of its own, which computes nothing that it does not need.
 """
 
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
-_FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout"))
+_FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout", "parts"))
 
 
 def bind(model):
@@ -29,19 +32,19 @@ def bind(model):
 
 
 def replacements(model):
-    """What the names of `kernels.lanes.interface` stand for in a model: name -> number or function."""
+    """What takes the place of names of `kernels.lanes.interface` (str), and of functions, in a model: a dict."""
     numbers = {name: getattr(model.layout, name) for name in _LAYOUT}
-    return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
+    return numbers | {name: getattr(model, name) for name in _FUNCTIONS} | dict(model.parts)
 
 
 def rebound(kernel, replaced, recompiled, made):
-    """Return a copy of a kernel, and of the kernels that it calls, in which names of the interface are replaced.
+    """Return a copy of a kernel, and of the kernels that it calls, in which names and functions are replaced.
 
     Parameters
     ----------
     kernel : compiled function
     replaced : dict
-        Name -> what it stands for, in functions of `kernels.lanes`.
+        Name -> what it stands for, in functions of `kernels.lanes`; function -> the one that takes its place anywhere.
     recompiled : callable
         Called with a kernel and the globals that differ for its copy; returns what takes its place.
     made : dict, written
@@ -59,6 +62,7 @@ def rebound(kernel, replaced, recompiled, made):
             given = source.__globals__.get(name)
             found = names.get(name, given)
             if _is_kernel(found):
+                found = replaced.get(found, found)
                 found = rebound(found, replaced, recompiled, made)
             if found is not given:
                 different[name] = found

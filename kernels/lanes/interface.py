@@ -138,6 +138,8 @@ class LaneModel(NamedTuple):
         Unlike that of any other model: the machine code of the copies of the machinery is named after it.
     layout : module
         Has STEPPING, RETURNED, STEPS and SIZE.
+    parts : tuple of pairs of functions, optional
+        Functions that the model's functions call, each with the one that takes its place in this variant of the model.
     """
 
     name: str
@@ -151,3 +153,4 @@ class LaneModel(NamedTuple):
     advance: Any
     land: Any
     finish_leg: Any
+    parts: tuple[tuple[Any, Any], ...] = ()

@@ -32,12 +32,16 @@ TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, ALPHA, RADIUS, GRAVITY = range(len(
     FRICTION,
 ) = range(len(DISK_PARAMETERS), len(PARAMETERS))
 
+#: Laws of the drag of air: settings name one by its number.
+NO_AIR, MOFFATT, BILDSTEN = range(3)
+
 #: Settings of an integration: duration [s], longest step [s] (0: as the motion asks), flat_tilt [rad], tolerance of the
 #: energy balance over m g R [1]; the criterion whose first breach is looked
 #: for: its kind (0: none; 1: a distance from the undisturbed tilt [rad]; 2: that distance over the size of the
-#: perturbation), its limit, and whether the undisturbed tilt is that of the start (1) or upright (0).
-SETTINGS = ("duration", "step", "flat_tilt", "tolerance", "limited", "limit", "from_start")
-DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START = range(len(SETTINGS))
+#: perturbation), its limit, and whether the undisturbed tilt is that of the start (1) or upright (0); the law of the
+#: drag of air, by its number.
+SETTINGS = ("duration", "step", "flat_tilt", "tolerance", "limited", "limit", "from_start", "air_law")
+DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START, AIR_LAW = range(len(SETTINGS))
 
 #: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; length of
 #: the path of the contact point [m]; energy taken by rolling, pivoting, contour friction, contour damping and air, each
@@ -85,9 +89,6 @@ ENDING, STEPS, REFINEMENTS, SWITCHES = range(len(COUNTS))
 
 #: Losses of the ledger, in the order of `MEASURES` and of the trajectory.
 LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
-
-#: Laws of the drag of air: the settings of a single motion name one by its number.
-NO_AIR, MOFFATT, BILDSTEN = range(3)
 
 #: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: that of the atlases),
 #: flat_tilt [rad], law of the air.

@@ -14,9 +14,7 @@ import math
 from typing import NamedTuple
 
 from kernels.jit import kernel, simd
-
-#: Codes of the laws of the drag of air.
-NO_AIR, MOFFATT, BILDSTEN = range(3)
+from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
 
 #: Least square of the horizontal turning rate that rolling friction is computed for: below it friction holds the disk.
 _LEAST_SQUARE = 1.0e-200
@@ -59,8 +57,8 @@ def scaled_losses(arms, damping, air, disk, law):
         Viscosity [Pa s] and density [kg m^-3] of the air.
     disk : tuple of 4 floats
         mass [kg], radius [m], gravity [m s^-2], alpha.
-    law : int
-        Code of the law of the drag of air.
+    law : float
+        Law of the drag of air (`kernels.lossy_disk.arrays`).
 
     Notes
     -----
