@@ -8,7 +8,8 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require
 from sweep.errors import plain_text, printable
 from sweep.files.atlas_file import AtlasFile
-from sweep.motion.request import MOTION_INPUTS, TIME, TRAJECTORY
+from sweep.motion.disk_tables import MOTION_INPUTS, TRAJECTORY
+from sweep.motion.kind import TIME
 
 #: What a motion starts from: the parameters of which each sample has a value.
 _START = tuple(name for name in MOTION_INPUTS if name in TRAJECTORY)

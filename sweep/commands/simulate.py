@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from sweep.atlas.contents import Atlas
     from sweep.figures.disk.film_options import FilmOptions
-    from sweep.motion.request import TrajectorySpec
+    from sweep.motion.request import MotionRequest
 
 
 def simulate(
@@ -140,14 +140,14 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
         say(f"rolling becomes impossible: the disk {limit.words(0.0, float(dataset['friction']))}")
 
 
-def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
+def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
-    from sweep.motion.request import TrajectorySpec, check_names
+    from sweep.motion.request import MotionRequest, check_names
     from sweep.request.start_list import START
     from sweep.request.words import pairs
 
     if source is None:
-        return TrajectorySpec.from_words(words)
+        return MotionRequest.from_words(words)
     given = pairs(words)
     # a cell of a list of starts has a number; whether the atlas is one is known when it is open
     check_names({name: text for name, text in given.items() if name != START.name})
@@ -160,7 +160,7 @@ def _request(words: Sequence[str], source: Path | None) -> "TrajectorySpec":
     return request
 
 
-def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["TrajectorySpec", str]:
+def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["MotionRequest", str]:
     """Return the request for the motion of the nearest cell, and its values that are not those given."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.nearest import nearest_cell, other_values

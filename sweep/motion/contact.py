@@ -9,7 +9,7 @@ import numpy as np
 from kernels.disk.endings import BOUNDED, FELL, HORIZON
 from kernels.disk.motion_arrays import CONTACT
 from sweep.errors import RequestError
-from sweep.motion.request import TrajectorySpec
+from sweep.motion.request import MotionRequest, TrajectorySpec
 from sweep.motion.trajectory import simulate
 from sweep.request.spec import SweepSpec
 
@@ -86,7 +86,7 @@ def _duration(spec: SweepSpec, stored: Mapping[str, float]) -> float:
 
 def _request(
     spec: SweepSpec, start: Mapping[str, float], time: float, samples: int = _SAMPLES
-) -> TrajectorySpec:
+) -> MotionRequest:
     return TrajectorySpec.read(
         **{**start, "duration": time, "interval": time / samples, "fall_tilt": spec.fall_tilt}
     )

@@ -9,16 +9,13 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import spec_of
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
-from sweep.model.disk.model import DISK
-from sweep.motion.request import MOTION_INPUTS, TrajectorySpec, check_names
+from sweep.motion.request import REQUESTS, MotionRequest, check_names
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.values import read_number
 
 #: Nutation periods that a motion lasts if no duration is given: as many as `explain --plot` draws.
 _PERIODS = 3.0
-
-_DEFAULT_DURATION = float(MOTION_INPUTS["duration"].default)
 
 
 def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -37,10 +34,11 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     RequestError
         If the atlas is not one of the disk, or a word is not known.
     """
-    if spec.model.name != DISK.name:
+    if spec.model.name not in REQUESTS:
         raise RequestError(
-            f"A single motion is one of the model {DISK.name}; got an atlas of the model {spec.model.name}.",
-            hint="Give an atlas of the disk.",
+            f"A single motion is one of the model {' or '.join(REQUESTS)}; got an atlas of the model "
+            f"{spec.model.name}.",
+            hint="Give an atlas of a disk.",
         )
     # of a list of starts a cell is named by its number
     check_names({name: raw for name, raw in words.items() if name not in spec.axes})
@@ -52,7 +50,7 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     return cell, {name: raw for name, raw in found.items() if name not in cell}
 
 
-def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> TrajectorySpec:
+def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> MotionRequest:
     """Return the request for the motion of a cell: its start, its disk, and the settings of the atlas.
 
     The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
@@ -82,12 +80,15 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
             hint=f"Name another cell, or give a rate, as in {none[0]}=2.",
             where=none[0],
         )
-    settings = {name: getattr(spec, name) for name in spec.model.settings if name in MOTION_INPUTS}
+    kind = REQUESTS[spec.model.name].kind
+    settings = {name: getattr(spec, name) for name in spec.model.settings if name in kind.inputs}
     # another start or another disk has another period
     same = spec.model.parameters.keys().isdisjoint(changes)
     shown = _PERIODS * _period(atlas, place) if same else np.nan
-    settings["duration"] = min(shown if np.isfinite(shown) else _DEFAULT_DURATION, spec.duration)
-    return TrajectorySpec.read(**{**start, **settings, **changes})
+    settings["duration"] = min(
+        shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration
+    )
+    return MotionRequest.read(**{**start, **settings, **changes})
 
 
 def _period(atlas: Atlas, place: Mapping[str, int]) -> float:

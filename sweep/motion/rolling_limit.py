@@ -1,7 +1,7 @@
 """When rolling without slipping becomes impossible: the disk would slip, or lift off the plane."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +9,9 @@ import numpy as np
 from kernels.disk import arrays
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Truths
-from sweep.motion.request import LIFTS, TIME, TrajectorySpec
+from sweep.motion.disk_tables import LIFTS
+from sweep.motion.kind import TIME
+from sweep.motion.request import TrajectorySpec
 from sweep.motion.sampling import closely_sampled, request_of
 from sweep.motion.trajectory import simulate
 
@@ -132,5 +134,5 @@ def _excess(motion: "xr.Dataset", friction: float) -> Array:
 
 def _between(motion: "xr.Dataset", at: int, time: float) -> "xr.Dataset":
     """Return the motion from one of its samples on, for a time [s], with close samples."""
-    words = asdict(request_of(motion)) | {name: float(motion[name][at]) for name in arrays.STATE}
+    words = request_of(motion).words() | {name: float(motion[name][at]) for name in arrays.STATE}
     return simulate(TrajectorySpec.read(**words | {"duration": time, "interval": time / _BETWEEN}))

@@ -2,13 +2,13 @@
 
 import json
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.motion.request import TIME, TRAJECTORY, TrajectorySpec
+from sweep.motion.kind import TIME, MotionKind
+from sweep.motion.request import REQUESTS, MotionRequest, TrajectorySpec
 from sweep.request.words import AUTOMATIC
 
 if TYPE_CHECKING:
@@ -29,6 +29,11 @@ def is_motion(dataset: "xr.Dataset") -> bool:
     return "eulerdisk_trajectory_format" in dataset.attrs
 
 
+def kind_of(dataset: "xr.Dataset") -> MotionKind:
+    """Return of which model a motion is: a file that names none is one of the disk without losses."""
+    return REQUESTS[str(dataset.attrs.get("model", TrajectorySpec.kind.model.name))].kind
+
+
 def check_motion(dataset: "xr.Dataset") -> None:
     """Refuse what is no motion, or only so little of one that it cannot be drawn.
 
@@ -43,8 +48,8 @@ def check_motion(dataset: "xr.Dataset") -> None:
             f"got a dataset of {given}.",
             hint="Keep its attributes (xarray.set_options(keep_attrs=True)).",
         )
-    coordinates = ("alpha", "radius", "gravity", "mass", "friction")
-    missing = [name for name in (*TRAJECTORY, *coordinates) if name not in dataset]
+    kind = kind_of(dataset)
+    missing = [name for name in (*kind.variables, *kind.fixed) if name not in dataset]
     if missing:
         raise RequestError(
             f"A part of this motion is missing, and a figure or film needs it: {', '.join(missing)}.",
@@ -85,14 +90,14 @@ def closely_sampled(dataset: "xr.Dataset") -> "xr.Dataset":
     request = request_of(dataset)
     if _is_close(dataset, request):
         return dataset
-    whole = simulate(TrajectorySpec.read(**asdict(request) | {"interval": AUTOMATIC}))
+    whole = simulate(TrajectorySpec.read(**request.words() | {"interval": AUTOMATIC}))
     times = dataset[TIME.name].values
     inside = (whole[TIME.name] >= times[0]) & (whole[TIME.name] <= times[-1])
     found = whole.isel({TIME.name: inside.values})
     return found if found.sizes[TIME.name] > times.size else dataset
 
 
-def request_of(dataset: "xr.Dataset") -> TrajectorySpec:
+def request_of(dataset: "xr.Dataset") -> MotionRequest:
     """Return the request that a motion was made from; it is refused if its attribute cannot be read."""
     try:
         words = json.loads(str(dataset.attrs[_REQUEST]))
@@ -105,9 +110,9 @@ def request_of(dataset: "xr.Dataset") -> TrajectorySpec:
         ) from None
 
 
-def _is_close(dataset: "xr.Dataset", request: TrajectorySpec) -> bool:
+def _is_close(dataset: "xr.Dataset", request: MotionRequest) -> bool:
     times = dataset[TIME.name].values
-    fall_time = float(dataset["fall_time"])
-    length = request.duration if math.isnan(fall_time) else fall_time
+    ended = float(dataset[request.kind.ending_time])
+    length = request.duration if math.isnan(ended) else ended
     turns = [np.abs(np.diff(dataset[name].values)).max() for name in ("tilt", "heading", "roll_angle")]
     return bool(_LEAST * np.diff(times).max() <= length and max(turns) <= _TURN)

@@ -7,7 +7,8 @@ import pytest
 
 from kernels.disk import simd_stages, trajectory
 from sweep import RequestError, TrajectorySpec
-from sweep.motion.request import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
+from sweep.motion.disk_tables import MOTION_INPUTS, MOTION_WORDS, TRAJECTORY
+from sweep.motion.kind import TIME
 from sweep.request.spec import MOST_STEPS
 
 

@@ -21,7 +21,7 @@ from sweep.figures.drawing import styled
 from sweep.figures.texts import fitted
 from sweep.files.publish import published
 from sweep.model.quantity import Array
-from sweep.motion.request import TIME
+from sweep.motion.kind import TIME
 from sweep.motion.rolling_limit import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sweep.model.disk.tables import PARAMETERS
-from sweep.motion.request import TIME
+from sweep.motion.kind import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

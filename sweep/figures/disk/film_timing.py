@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.model.quantity import Array
-from sweep.motion.request import TIME
+from sweep.motion.kind import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,7 +28,8 @@ from sweep.figures.scales import thin_ticks
 from sweep.figures.texts import fitted
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
-from sweep.motion.request import TIME, TRAJECTORY
+from sweep.motion.disk_tables import TRAJECTORY
+from sweep.motion.kind import TIME
 from sweep.motion.rolling_limit import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled
 from sweep.motion.small_oscillations import LinearMotion, linear_motion
