@@ -60,6 +60,30 @@ def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
         return product / large, large / ((2.0 + alpha) * S)
 
 
+def wobble_precession_rate(tilt, alpha, radius, gravity):
+    """Precession rate [rad/s] of the wobble: circling at a constant tilt with the centre at rest; above 0.
+
+    Parameters
+    ----------
+    tilt, alpha, radius, gravity : float or array
+
+    Notes
+    -----
+    The tilt equation with zero acceleration and s = 0: p^2 = 2g / (alpha R cos(tilt)).
+    """
+    return np.sqrt(2.0 * gravity / (alpha * radius * np.cos(tilt)))
+
+
+def centred_roll_rate(tilt, precession_rate):
+    """Roll rate [rad/s] with which the centre of a disk with constant tilt is at rest: s = 0.
+
+    Parameters
+    ----------
+    tilt, precession_rate : float or array
+    """
+    return -precession_rate * np.sin(tilt)
+
+
 def stability_coefficient(tilt, precession_rate, roll_rate, alpha, radius, gravity):
     """Coefficient k [rad^2/s^2] of small oscillations about a steady motion: stable where k > 0.
 

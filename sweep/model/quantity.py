@@ -141,9 +141,9 @@ class Input(Quantity):
 
     `allows` takes an array of values in `units` and returns an array of bool. Every rule is an interval, so a
     range is allowed if both its ends are. `words` may be given instead of a number; `meaning` says of several what each
-    asks for. The boundary of stability is sought along every axis that is a `control`. `added_later` marks what older
-    atlases do not mention: the canonical text of a spec leaves it out while it has its default, which therefore must
-    never change.
+    asks for; `constants` has those that stand for a number, which no request can write. The boundary of stability is
+    sought along every axis that is a `control`. `added_later` marks what older atlases do not mention: the canonical
+    text of a spec leaves it out while it has its default, which therefore must never change.
     """
 
     default: float | str
@@ -153,20 +153,22 @@ class Input(Quantity):
     meaning: str = ""
     control: bool = False
     added_later: bool = False
+    constants: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Substitute(Quantity):
-    """A quantity that may be given instead of a parameter, which follows from it: a scaled rate, or a speed.
+    """A quantity that may be given instead of a parameter, which follows from it: a scaled rate, speed or angle.
 
-    substitute = parameter * scale(values): `scale` takes a mapping with the values [SI] of the parameters `needs`, for
-    which a request gives no words, and returns a number above zero. Requests alone know substitutes: specs and files
-    hold the parameter.
+    substitute = (parameter - offset) * scale(values): `scale` takes a mapping with the values [SI] of the parameters
+    `needs`, for which a request gives no words, and returns a number that is not zero; of a substitute that grows while
+    the parameter falls it is negative. Requests alone know substitutes: specs and files hold the parameter.
     """
 
     parameter: str
     needs: tuple[str, ...]
     scale: Callable[[Mapping[str, float]], float] = field(hash=False)
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from sweep.errors import RequestError
-from sweep.model.disk.initial_conditions import complete, computed_rate
+from sweep.model.disk.initial_conditions import complete, computed_rates
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.disk_tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
@@ -66,8 +66,8 @@ def follow(spec: MotionRequest) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
 def _start(spec: MotionRequest) -> Array:
     """Return the start, shape (len(PARAMETERS),), with the rate that keeps the tilt where the request asks for it."""
     values = complete(spec, {name: getattr(spec, name) for name in arrays.PARAMETERS})
-    rate = computed_rate(spec)
-    if rate is not None and not np.isfinite(values[rate]):
+    rate = next((name for name in computed_rates(spec) if not np.isfinite(values[name])), None)
+    if rate is not None:
         given = "precession_rate" if rate == "roll_rate" else "roll_rate"
         raise RequestError(
             f"No {rate} keeps this tilt constant; got {rate}={getattr(spec, rate)} with {given}="

@@ -1,4 +1,4 @@
-"""What may be given instead of a parameter: rates in units of sqrt(gravity/radius), the speed of the contact point.
+"""What may be given instead of a parameter: rates in units of sqrt(gravity/radius), a speed, an angle from flat.
 
 A request that gives a substitute becomes one that gives the parameter, before anything else is read: specs,
 fingerprints and files know parameters only, in SI.
@@ -28,6 +28,9 @@ from sweep.request.values import Value, read_value
 from sweep.request.words import allowed, read_input
 
 _NOTHING: Mapping[str, object] = MappingProxyType({})
+
+#: Values of a list that stands for a logarithmic range at most.
+_MOST_LISTED = 10_000
 
 
 def parameter_of(name: str, model: Model) -> str:
@@ -62,7 +65,8 @@ def resolved(
 ) -> dict[str, Any]:
     """Return words in which every substitute has become its parameter, in SI and in its place.
 
-    The ends of a range become the ends of a range with as many values, spaced alike.
+    The ends of a range become the ends of a range with as many values, spaced alike. Where the parameter is not a
+    multiple of its substitute, a logarithmic range becomes a list.
 
     Parameters
     ----------
@@ -155,25 +159,66 @@ def _parameter(
     """Return the value of the parameter that a value of a substitute stands for; `raw` is what was given."""
     try:
         if isinstance(value, Distribution):
-            first, second = (_divided(each, substitute, disk) for each in (value.first, value.second))
-            found_one = Distribution(value.kind, first, second)
+            found_one = _distribution(value, substitute, disk)
             return read_distribution(found_one, model.parameters[substitute.parameter])
         if isinstance(value, Range):
-            start, stop = (_divided(end, substitute, disk) for end in (value.start, value.stop))
-            found: Value = replace(value, start=start, stop=stop)
+            found: Value = _range(value, substitute, disk)
         elif isinstance(value, Values):
-            found = Values(tuple(_divided(each, substitute, disk) for each in value.values))
+            found = _values(value, substitute, disk)
         else:
-            found = _divided(value, substitute, disk)
-        return allowed(found, model.parameters[substitute.parameter], raw)
+            found = _converted(value, substitute, disk)
+        return _allowed(found, substitute, raw, model.parameters[substitute.parameter])
     except RequestError as error:
         raise error.at(f"{substitute.name}={shown(raw)}") from None
 
 
-def _divided(value: float, substitute: Substitute, disk: Mapping[str, float]) -> float:
+def _converted(value: float, substitute: Substitute, disk: Mapping[str, float]) -> float:
     # a scale may be too small or too large for a float: what is not finite is refused as a value
     with np.errstate(all="ignore"):
-        return float(np.divide(value, substitute.scale(disk))) + 0.0
+        return float(np.divide(value, substitute.scale(disk))) + substitute.offset + 0.0
+
+
+def _allowed(value: Value, substitute: Substitute, raw: object, parameter: Input) -> Value:
+    """Return the value of a parameter that its rule allows; `raw` is what was given for the substitute."""
+    if not substitute.offset:
+        return allowed(value, parameter, raw)
+    ends = np.array([value]) if isinstance(value, float) else value.ends()
+    if parameter.allows(ends).all():
+        return value
+    outside = ends[~parameter.allows(ends)][0]
+    raise RequestError(
+        f"That is a {parameter.name} of {parameter.spell(outside)}, which is not possible: {parameter.rule}.",
+        hint=f"Choose values with {parameter.rule}; a bare number is in {substitute.units}.",
+    )
+
+
+def _values(values: Values, substitute: Substitute, disk: Mapping[str, float]) -> Values:
+    return Values(tuple(sorted(_converted(each, substitute, disk) for each in values.values)))
+
+
+def _range(value: Range, substitute: Substitute, disk: Mapping[str, float]) -> Range | Values:
+    if value.spacing == "log" and substitute.offset:
+        if len(value) > _MOST_LISTED:
+            raise RequestError(
+                f"A logarithmic range of {substitute.name} becomes a list of {substitute.parameter}, of at most "
+                f"{_MOST_LISTED} values; got {len(value)}.",
+                hint="Give a smaller count, or leave out :log.",
+            )
+        return _values(Values(tuple(value.array().tolist())), substitute, disk)
+    start, stop = sorted(_converted(end, substitute, disk) for end in (value.start, value.stop))
+    return replace(value, start=start, stop=stop)
+
+
+def _distribution(value: Distribution, substitute: Substitute, disk: Mapping[str, float]) -> Distribution:
+    first, second = (_converted(each, substitute, disk) for each in (value.first, value.second))
+    if value.kind == "normal":
+        return Distribution(value.kind, first, abs(second - substitute.offset))
+    if value.kind != "uniform" and substitute.offset:
+        raise RequestError(
+            f"{substitute.parameter} is no multiple of {substitute.name}: {value.kind} makes no distribution of it.",
+            hint=f"Write uniform, or give {substitute.parameter}.",
+        )
+    return Distribution(value.kind, *sorted((first, second)))
 
 
 def _refuse_varying(
@@ -216,7 +261,7 @@ def _for_all(
     ]
 
     def among(number: float) -> tuple[float, float, float]:
-        found = [_divided(number, substitute, disk) for disk in disks]
+        found = [_converted(number, substitute, disk) for disk in disks]
         low, high = min(found), max(found)
         return low, math.copysign(math.sqrt(low * high), low), high
 

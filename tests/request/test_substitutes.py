@@ -73,7 +73,7 @@ def test_it_means_the_same_in_words_files_and_python(spec_file):
 
 
 @given(
-    st.sampled_from(sorted(DISK.substitutes)),
+    st.sampled_from(sorted(name for name, each in DISK.substitutes.items() if not each.offset)),
     st.floats(-1e3, 1e3),
     st.floats(1e-3, 1e3),
     st.floats(1e-3, 1e3),
@@ -84,6 +84,62 @@ def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, grav
     substitute = DISK.substitutes[name]
     back = getattr(spec, substitute.parameter) * substitute.scale({"radius": radius, "gravity": gravity})
     assert back == pytest.approx(value, rel=1e-15, abs=1e-300)
+
+
+@pytest.mark.parametrize(
+    ("raw", "expected"),
+    [
+        ("30deg", math.radians(60.0)),
+        ("100deg", math.radians(-10.0)),
+        ("1deg,4deg,10deg", [80.0, 86.0, 89.0]),
+        ("1deg:10deg:4", [80.0, 83.0, 86.0, 89.0]),
+        ("0.1deg:10deg:3:log", [80.0, 89.0, 89.9]),
+    ],
+)
+def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle(raw, expected):
+    """Values turn round, so that the tilt increases; a range stays one, a logarithmic one becomes a list."""
+    found = SweepSpec(inclination=raw).tilt
+    if isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-15)
+        return
+    assert isinstance(found, Range if raw.count(":") == 2 else Values)
+    np.testing.assert_allclose(np.degrees(found.array()), expected, rtol=1e-14)
+
+
+def test_the_inclination_of_random_starts():
+    """A uniform distribution turns round, a normal one keeps its deviation; of a logarithmic one there is none."""
+    random = {"samples": 3, "roll_rate": 3.0}
+    uniform = SweepSpec(inclination="uniform:1deg:10deg", **random).tilt
+    assert np.degrees([uniform.first, uniform.second]) == pytest.approx([80.0, 89.0], rel=1e-14)
+    normal = SweepSpec(inclination="normal:10deg:2deg", **random).tilt
+    assert np.degrees([normal.first, normal.second]) == pytest.approx([80.0, 2.0], rel=1e-14)
+    with pytest.raises(RequestError, match="tilt is no multiple of inclination"):
+        SweepSpec(inclination="loguniform:1deg:10deg", **random)
+
+
+@pytest.mark.parametrize("raw", ["0", "-3deg", "180deg", 10, "1deg:200deg:5", "uniform:-1deg:3deg"])
+def test_an_inclination_of_no_tilt_is_refused_by_its_name(raw):
+    """Flat and below, and degrees taken for radians: the message names what was given, and the rule of the tilt."""
+    random = {"samples": 3} if "uniform" in str(raw) else {}
+    with pytest.raises(RequestError, match=r"\|tilt\| < 90 deg") as caught:
+        SweepSpec(inclination=raw, **random)
+    assert str(caught.value.where).startswith("inclination=")
+
+
+def test_a_logarithmic_range_of_the_inclination_is_no_longer_than_a_list():
+    """It would be written out: more than ten thousand values are refused, before they are made."""
+    with pytest.raises(RequestError, match="at most 10000 values; got 1000000000000") as caught:
+        SweepSpec(inclination="0.1deg:1deg:1000000000000:log")
+    assert caught.value.where.startswith("inclination=")
+
+
+def test_tilt_and_inclination_are_one_word():
+    """Both at once are refused; a change of one replaces the other, in its place."""
+    with pytest.raises(RequestError, match="tilt is given once"):
+        SweepSpec(tilt=0.1, inclination=0.2)
+    spec = SweepSpec.preset("rolling", inclination="1deg:10deg:4")
+    assert spec.axes == ("roll_rate", "tilt")
+    assert SweepSpec.from_canonical(spec.canonical()) == spec
 
 
 @pytest.mark.parametrize(

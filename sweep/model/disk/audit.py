@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
 from sweep.model.disk.cell_checks import Facts, cell_checks, ended, same
-from sweep.model.disk.initial_conditions import computed_rate
+from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.quantity import DECISION, UNDECIDED, Array, Quantity, Tolerance, Truths, table
 from sweep.model.stated_error import stated_error
@@ -214,7 +214,7 @@ def _numbers_follow(
         & (np.isfinite(stored["nutation_period"]) == has_period)
         & ((peak >= spec.fall_tilt) == fell)
     )
-    if (name := computed_rate(spec)) is not None:
+    for name in computed_rates(spec):
         rate = np.where(np.isfinite(starts[name]), starts[name], np.nan)
         follows &= same(stored[name], rate, _ROUNDING * np.abs(rate))
     return follows

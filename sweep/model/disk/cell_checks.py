@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.description import CellCheck, Columns, Request, Starts
-from sweep.model.disk.initial_conditions import computed_rate
+from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.quantity import PROMISED, Array, Truths
 
@@ -196,7 +196,7 @@ def _following(spec: Request, starts: Starts, facts: Facts) -> Iterator[CellChec
             np.where(np.isfinite(facts.rounding), facts.rounding, 0.0),
         ),
     ]
-    if (rate := computed_rate(spec)) is not None:
+    for rate in computed_rates(spec):
         known = np.isfinite(starts[rate]) & ~ended(facts.stored, "not_computed")
         values = np.where(known, starts[rate], np.nan)
         expected.append(

@@ -9,7 +9,7 @@ from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
 from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk import audit
-from sweep.model.disk.initial_conditions import computed_rate
+from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
@@ -83,8 +83,7 @@ class ExactReduction:
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
-        rate = computed_rate(spec)
-        needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *((rate,) if rate else ()))
+        needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
     def truth(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:

@@ -5,22 +5,28 @@ from typing import Any
 
 import numpy as np
 
-from kernels.disk.steady import steady_precession_rates, steady_roll_rate
+from kernels.disk.steady import (
+    centred_roll_rate,
+    steady_precession_rates,
+    steady_roll_rate,
+    wobble_precession_rate,
+)
 from sweep.errors import RequestError
 from sweep.model.description import Request, Starts
-from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL
+from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 
 
-def computed_rate(spec: Request) -> str | None:
-    """Return the rate that each cell computes so that its tilt stays constant; None if all rates are given."""
-    if spec.roll_rate == STEADY_ROLL:
-        return "roll_rate"
-    return "precession_rate" if spec.precession_rate in STEADY_PRECESSION else None
+def computed_rates(spec: Request) -> tuple[str, ...]:
+    """Return the rates that each cell computes for itself, from its tilt and the other rate; none if all are given."""
+    return tuple(name for name in ("precession_rate", "roll_rate") if isinstance(getattr(spec, name), str))
 
 
 def circling(spec: Request) -> bool:
-    """Whether each cell has the rates that keep its tilt: then it disturbs circling at its tilt, otherwise upright."""
-    return computed_rate(spec) is not None
+    """Whether each cell has the rates that keep its tilt: then it disturbs circling at its tilt, otherwise upright.
+
+    A disk whose centre rests keeps its tilt at one precession rate only: at any other it nutates.
+    """
+    return isinstance(spec.precession_rate, str) or spec.roll_rate == STEADY_ROLL
 
 
 def check_steady_rates(values: Mapping[str, Any]) -> None:
@@ -31,6 +37,19 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
     RequestError
     """
     roll, precession = values["roll_rate"], values["precession_rate"]
+    if precession == WOBBLE and roll != WOBBLE:
+        raise RequestError(
+            f"precession_rate=wobble is the rate at which a disk keeps its tilt while its centre rests: then it rolls "
+            f"with roll_rate=wobble; got roll_rate={roll}.",
+            hint="Add roll_rate=wobble, or give a number for precession_rate.",
+            where="precession_rate",
+        )
+    if roll == WOBBLE and precession in STEADY_PRECESSION:
+        raise RequestError(
+            f"precession_rate={precession} follows from a given roll_rate; got roll_rate=wobble.",
+            hint="Say precession_rate=wobble, or give a number for one of them.",
+            where="precession_rate",
+        )
     if roll == STEADY_ROLL and precession in STEADY_PRECESSION:
         raise RequestError(
             f"roll_rate=steady and precession_rate={precession} leave both rates open: one of them has to be given.",
@@ -50,20 +69,24 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
 
 
 def complete(spec: Request, starts: Starts) -> Starts:
-    """Return starts with the rate that the spec leaves to the cell, not finite where no such rate exists.
+    """Return starts with the rates that the spec leaves to the cell, not finite where no such rate exists.
 
     Parameters
     ----------
     spec : Request
     starts : mapping of str to array, shape (n,)
-        Every parameter but the computed rate, in SI; a value that it has for that one is not looked at.
+        Every parameter but the computed rates, in SI; a value that it has for those is not looked at.
     """
-    disk = [starts[name] for name in ("alpha", "radius", "gravity")]
-    rate = computed_rate(spec)
+    tilt, disk = starts["tilt"], [starts[name] for name in ("alpha", "radius", "gravity")]
+    found = dict(starts)
     with np.errstate(divide="ignore", invalid="ignore"):
-        if rate == "roll_rate":
-            return {**starts, rate: steady_roll_rate(starts["tilt"], starts["precession_rate"], *disk)}
-        if rate == "precession_rate":
-            both = steady_precession_rates(starts["tilt"], starts["roll_rate"], *disk)
-            return {**starts, rate: both[STEADY_PRECESSION.index(str(spec.precession_rate))]}
-    return starts
+        if spec.precession_rate == WOBBLE:
+            found["precession_rate"] = wobble_precession_rate(tilt, *disk)
+        elif isinstance(spec.precession_rate, str):
+            both = steady_precession_rates(tilt, starts["roll_rate"], *disk)
+            found["precession_rate"] = both[STEADY_PRECESSION.index(spec.precession_rate)]
+        if spec.roll_rate == WOBBLE:
+            found["roll_rate"] = centred_roll_rate(tilt, found["precession_rate"])
+        elif isinstance(spec.roll_rate, str):
+            found["roll_rate"] = steady_roll_rate(tilt, starts["precession_rate"], *disk)
+    return found

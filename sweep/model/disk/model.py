@@ -12,7 +12,7 @@ from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
 from sweep.model.disk.exact import EXTREMES, ExactReduction
-from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rate
+from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
@@ -73,6 +73,8 @@ class Disk(Model):
         """Return what is looked at, which follows from the rates."""
         if circling(spec):
             return "Circling at constant tilt: stability of the steady motion"
+        if computed_rates(spec):
+            return "Wobbling about a centre at rest: stability of the upright disk"
         rolls, turns = (getattr(spec, name) != 0.0 for name in ("roll_rate", "precession_rate"))
         return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
 
@@ -124,7 +126,7 @@ class Disk(Model):
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
         code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
-        code += ["kernels.disk.steady", complete, computed_rate] if circling(spec) else []
+        code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
         code += [ExactReduction.measures] if spec.method == "exact" else []
         return code + ([contact_columns] if spec.contact == "yes" else [])
 

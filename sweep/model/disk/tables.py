@@ -51,7 +51,14 @@ STEADY_ROLL = "steady"
 STEADY_PRECESSION = ("steady-slow", "steady-fast")
 _TWO_RATES = (
     "two precession rates keep the tilt constant at a given roll_rate; steady-slow asks for the slower one, "
-    "steady-fast for the faster one"
+    "steady-fast for the faster one; wobble, beside roll_rate=wobble, for the rate that keeps it while the centre rests"
+)
+
+#: The word that asks for the rates of the wobble, circling with the centre of the disk at rest.
+WOBBLE = "wobble"
+_CENTRED = (
+    "steady asks for the rate that keeps the tilt constant at a given precession_rate, wobble for the one with which "
+    "the centre of the disk is at rest"
 )
 
 _TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
@@ -163,10 +170,10 @@ PARAMETERS: Mapping[str, Input] = table(
            description="0 upright; positive: it leans to the right of where a positive roll_rate takes it"),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
     _rate("precession_rate", r"\dot\psi_0", "initial rate of the heading about the vertical",
-          STEADY_PRECESSION, _TWO_RATES, control=True,
+          (*STEADY_PRECESSION, WOBBLE), _TWO_RATES, control=True,
           description="positive: to the left, counterclockwise seen from above"),
     _rate("roll_rate", r"\dot\phi_0", "initial rate of roll about the axis of the disk, in the precessing frame",
-          (STEADY_ROLL,), control=True,
+          (STEADY_ROLL, WOBBLE), _CENTRED, control=True,
           description="times the radius, the speed of the contact point along its path; positive: forwards"),
     _input("alpha", r"\alpha", "1", "axial moment of inertia over mass times radius squared (0.5 disk, 1 hoop)",
            0.5, "0 < alpha <= 1", lambda alpha: (alpha > 0.0) & (alpha <= 1.0)),
@@ -181,6 +188,8 @@ SUBSTITUTES: Mapping[str, Substitute] = table(
     # equal arcs on the rim and on the plane: that is rolling without slipping
     Substitute("speed", "v", "m s-1", "speed of the contact point along its path", GRID,
                parameter="roll_rate", needs=("radius",), scale=lambda disk: disk["radius"]),
+    Substitute("inclination", "a", "rad", "angle of the plane of the disk from the table: 90 deg less the tilt", GRID,
+               parameter="tilt", needs=(), scale=lambda _: -1.0, offset=math.pi / 2),
 )
 
 SETTINGS: Mapping[str, Input] = table(

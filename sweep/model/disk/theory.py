@@ -18,7 +18,7 @@ from kernels.disk.steady import (
     steady_roll_rate,
 )
 from sweep.model.description import Request, Starts
-from sweep.model.disk.initial_conditions import circling
+from sweep.model.disk.initial_conditions import circling, computed_rates
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 
@@ -47,6 +47,9 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
         two arrays [rad/s], shape (n,).
     """
     along = getattr(spec, axis).ends()
+    if computed_rates(spec) and not circling(spec):
+        # a start whose centre rests rolls and precesses at once
+        return {}
     if circling(spec):
         slow, fast = _circling_edges(spec, starts) if axis == "precession_rate" else (None, None)
     else:

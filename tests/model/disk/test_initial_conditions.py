@@ -16,7 +16,7 @@ from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.disk.initial_conditions import (
     circling,
-    computed_rate,
+    computed_rates,
 )
 from sweep.request.spec import SweepSpec
 
@@ -31,7 +31,7 @@ WORDS = {
 def test_a_computed_rate_makes_a_disk_circle(rate):
     """Either rate may follow from the other one and the tilt: then the disk circles at its tilt."""
     spec = SweepSpec(tilt="10deg", **WORDS[rate])
-    assert computed_rate(spec) == rate
+    assert computed_rates(spec) == ((rate,) if rate else ())
     assert circling(spec) == (rate is not None)
     assert spec.computed == ((rate,) if rate else ())
 
@@ -68,6 +68,51 @@ def test_a_rate_that_does_not_exist_is_not_finite():
     """Without precession no roll rate keeps the tilt: that cell, and only that one, has none."""
     found = whole(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate="-1:1:3"))
     assert np.isfinite(found["roll_rate"]).tolist() == [True, False, True]
+
+
+@pytest.mark.parametrize("alpha", [0.3, 0.5, 1.0])
+def test_the_wobble_keeps_its_tilt_while_its_centre_rests(alpha):
+    """By the equations of motion the tilt has no acceleration, and the centre of mass no velocity."""
+    found = whole(
+        SweepSpec(tilt="-60deg,20deg,89.9deg", precession_rate="wobble", roll_rate="wobble", alpha=alpha)
+    )
+    for tilt, precession, roll in zip(
+        *(found[name] for name in ("tilt", "precession_rate", "roll_rate")), strict=True
+    ):
+        push = 9.81 / 0.5 + precession**2
+        assert referee.accelerations((tilt, 0.0, precession, roll), alpha, 0.5, 9.81)[0] == pytest.approx(
+            0.0, abs=1e-13 * push
+        )
+        # the contact point moves by -R f (sin, -cos)(heading), the centre stands R sin(tilt) (cos, sin) beside it
+        assert 0.5 * (roll + precession * np.sin(tilt)) == pytest.approx(0.0, abs=1e-13 * abs(precession))
+
+
+def test_a_centre_at_rest_with_another_precession_rate_is_a_nutating_start():
+    """The roll rate follows from the precession rate; the tilt is accelerated, and upright is what is disturbed."""
+    spec = SweepSpec(tilt="60deg", precession_rate="5,20", roll_rate="wobble")
+    found = whole(spec)
+    assert (spec.axes, spec.computed) == (("precession_rate",), ("roll_rate",))
+    np.testing.assert_allclose(
+        found["roll_rate"], -found["precession_rate"] * np.sin(np.radians(60.0)), rtol=1e-15
+    )
+    assert not circling(spec)
+    assert not spec.model.undisturbed(spec, found).any()
+    assert spec.model.lines(spec, "precession_rate", found) == {}
+    slow, fast = (
+        referee.accelerations((math.radians(60.0), 0.0, p, f), 0.5, 0.5, 9.81)[0]
+        for p, f in zip(found["precession_rate"], found["roll_rate"], strict=True)
+    )
+    assert slow > 0.0 > fast
+
+
+@pytest.mark.compiled
+def test_an_atlas_of_wobbles_is_verified():
+    """Both computed rates are stored and held against the equations of the wobble; a wrong one is found."""
+    spec = SweepSpec(tilt="20deg:70deg:6", tilt_rate=1e-3, precession_rate="wobble", roll_rate="wobble")
+    atlas = sweep.run(spec)
+    assert findings(verify(atlas)).passed
+    atlas["roll_rate"][2] += 1e-6
+    assert [each.name for each in findings(verify(atlas)).wrong] == ["roll_rate"]
 
 
 def perturbation(spec):
