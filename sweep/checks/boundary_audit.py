@@ -221,6 +221,7 @@ def _point_starts(spec: SweepSpec, stored: _Columns, count: int) -> Starts:
     """Return the starts at some points of the curves."""
     points = {name: stored[f"curve_{name}"] for name in spec.axes}
     fixed = {name: np.full(count, getattr(spec, name)) for name in spec.fixed}
+    fixed |= {name: np.full(count, value) for name, value in spec.constants.items()}
     computed = {name: np.full(count, np.nan) for name in spec.computed}
     return {name: {**points, **fixed, **computed}[name] for name in spec.model.parameters}
 

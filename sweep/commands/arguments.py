@@ -137,7 +137,8 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         An atlas whose run is to be repeated.
     """
     from sweep.request.spec import SweepSpec
-    from sweep.request.spec_changes import split_changes
+    from sweep.request.spec_changes import given_in, split_changes
+    from sweep.request.words import model_for, pairs
 
     if source is None:
         if spec is None:
@@ -163,7 +164,8 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
             f"{source} was made by other kernels than these: the digits may differ, eulerdisk compare says whether "
             "they matter"
         )
-    changes = split_changes([spec, *words] if spec else words, made_from.model)
+    given = [spec, *words] if spec else words
+    changes = split_changes(given, model_for(None, given_in(pairs(given)), made_from.model.name))
     return made_from.replace(**changes)
 
 

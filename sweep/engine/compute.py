@@ -12,14 +12,13 @@ import numpy.typing as npt
 from sweep.engine.grid import BLOCK_CELLS, Span, blocks, completed, starts_at, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
-from sweep.model.kernel import code_hash
+from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import Quantity
 from sweep.platforms import most_threads, usual_threads
 from sweep.request.axes import Range, Values
 from sweep.request.distributions import Distribution, philox
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import Column
-from sweep.request.words import AUTOMATIC
 
 #: The thread loop of an NVIDIA device.
 _CUDA = "kernels.lanes.cuda"
@@ -160,11 +159,10 @@ def reach_and_scale(
 def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     model = spec.model
     rows = np.stack([starts[name] for name in model.parameters])
-    values = (getattr(spec, name) for name in model.settings)
-    settings = np.array([0.0 if value == AUTOMATIC else value for value in values])
+    settings = model.kernel_settings(spec)
     n = rows.shape[1]
     measures, counts = np.empty((len(model.measures), n)), np.zeros((len(model.counts), n), np.int32)
-    _integrator(model, spec.device)(rows, settings, measures, counts)
+    _integrator(model.integrator(spec), spec.device)(rows, settings, measures, counts)
     return dict(zip((*model.measures, *model.counts), (*measures, *counts), strict=True))
 
 
@@ -174,7 +172,16 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     kernels = [kernel.module for kernel in model.kernels(spec)]
     device = [_CUDA] if spec.device == "cuda" else []
     axes = (Range.at, Range.array, Values.at, Values.array)
-    engine: list[Callable[..., Any]] = [measure, _integrated, starts_of, starts_at, completed, *axes]
+    settings = Model.kernel_settings
+    engine: list[Callable[..., Any]] = [
+        measure,
+        _integrated,
+        settings,
+        starts_of,
+        starts_at,
+        completed,
+        *axes,
+    ]
     engine += [Distribution.at, Distribution._quantile, philox] if spec.samples else []
     engine += [Column.at] if spec.starts else []
     arithmetic = [_ELEMENTARY] if spec.samples else []
@@ -191,13 +198,13 @@ def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:
 
 
 @lru_cache
-def _integrator(model: Model, device: str) -> Any:
+def _integrator(kernel: Kernel, device: str) -> Any:
     """Return the kernel that integrates cells on a device: the processor, or an NVIDIA device."""
     if device == "cpu":
-        return model.integrate.load()
+        return kernel.load()
     # cells of a file are computed too, which another machine has made
     _check_cuda()
-    return import_module(_CUDA).bind(import_module(model.integrate.module).LANE_MODEL)
+    return import_module(_CUDA).bind(import_module(kernel.module).LANE_MODEL)
 
 
 def check_device(spec: SweepSpec) -> None:

@@ -263,8 +263,8 @@ class Model(ABC):
         Settings that are text, beside the engine's own.
     substitutes : mapping of str to Substitute
         What a request may give instead of a parameter.
-    methods : tuple of str
-        How cells can be computed, the default first; ``exact`` needs `exact`.
+    methods, devices : tuple of str
+        How cells can be computed, the default first; ``exact`` needs `exact`. On what they can be integrated.
     endings : Endings
     variables : mapping of str to Quantity
         What an atlas holds of every cell, in the order of the file: ``ending``, ``stability``, all of `measures` and
@@ -277,6 +277,10 @@ class Model(ABC):
         The measures with the smallest and the largest value of that coordinate.
     error_name : str
         The measure with the estimated error of the extremes.
+    lost_time : str
+        The measure with the time of a motion that was lost; empty if none can be.
+    chosen_by : tuple of str
+        Words that choose the model in a request which names none, and which the model that it would have does not know.
     peak : str
         The variable that gives maps their colour.
     lost_name : str
@@ -310,6 +314,7 @@ class Model(ABC):
     options: Mapping[str, Word] = MappingProxyType({})
     substitutes: Mapping[str, Substitute] = MappingProxyType({})
     methods: tuple[str, ...] = ("rk4",)
+    devices: tuple[str, ...] = ("cpu", "cuda")
     endings: Endings
     variables: Mapping[str, Quantity]
     measures: tuple[str, ...]
@@ -319,6 +324,8 @@ class Model(ABC):
     error_name: str
     peak: str
     lost_name: str = ""
+    lost_time: str = ""
+    chosen_by: tuple[str, ...] = ()
     presets: Path
     integrate: Kernel
     words: Words
@@ -370,9 +377,18 @@ class Model(ABC):
         """The extremes, and the variables that follow from them and the start."""
         return frozenset(self.extremes) | (self.variables.keys() - {*self.measures, *self.counts})
 
+    def integrator(self, spec: Request) -> Kernel:
+        """Return the kernel that integrates the cells of a spec: `integrate`, or a variant of it."""
+        return self.integrate
+
+    def kernel_settings(self, spec: Request) -> Array:
+        """Return the array of settings that it is called with."""
+        values = (getattr(spec, name) for name in self.settings)
+        return np.array([0.0 if isinstance(value, str) else value for value in values])
+
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the compiled functions that compute the cells of a spec: their code decides the bits."""
-        return (self.integrate,)
+        return (self.integrator(spec),)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return the code outside of the kernels that decides the bits of what is measured: modules and functions.
@@ -434,6 +450,10 @@ class Model(ABC):
     def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
         """Return how a motion was lost, for a cell with these stored values."""
         return self.endings.of(stored["ending"]).reason
+
+    def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return what ended a motion that may yet go further, for a cell with these stored values."""
+        return f"the duration of {spec.duration:g} s {self.endings.of(stored['ending']).reason}"
 
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]

@@ -175,7 +175,8 @@ class Substitute(Quantity):
 class Word:
     """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`.
 
-    `decides` says whether it changes the cells of an atlas: one that only adds variables to them does not.
+    `decides` says whether it changes the cells of an atlas: one that only adds variables does not. `remark` says why there
+    are no other choices, where that helps.
     """
 
     name: str
@@ -184,6 +185,7 @@ class Word:
     choices: tuple[str, ...] = ()
     added_later: bool = False
     decides: bool = True
+    remark: str = ""
 
 
 _Row = TypeVar("_Row", Quantity, Input, Substitute, Word)

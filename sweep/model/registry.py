@@ -1,18 +1,26 @@
-"""The models that a request may name: the disk, and those that installed distributions register.
+"""The models of a request: the disk without and with losses, and those that installed distributions register.
 
 A distribution registers a model as an entry point of the group ``eulerdisk.models``; the name of the entry point is the
 name of the model. A spec or a file can only name a registered model: nothing in it is ever imported.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 
-#: The model of a request that names none.
+#: The model of a request that names none, and has no word that chooses another one.
 DEFAULT = "disk"
+
+#: Model that comes with this distribution -> the module and the object.
+_OWN: Mapping[str, tuple[str, str]] = MappingProxyType({
+    DEFAULT: ("sweep.model.disk.model", "DISK"),
+    "lossy_disk": ("sweep.model.lossy_disk.model", "LOSSY_DISK"),
+})  # fmt: skip
 
 #: Group of the entry points.
 GROUP = "eulerdisk.models"
@@ -20,7 +28,7 @@ GROUP = "eulerdisk.models"
 
 def names() -> tuple[str, ...]:
     """Return the names of all models, the default first."""
-    return (DEFAULT, *sorted(each.name for each in _registered() if each.name != DEFAULT))
+    return (*_OWN, *sorted(each.name for each in _registered()))
 
 
 @lru_cache
@@ -32,10 +40,10 @@ def named(name: str) -> Model:
     RequestError
         If there is none, or what is registered cannot be imported, for whatever reason, or is no model of that name.
     """
-    if name == DEFAULT:
-        from sweep.model.disk.model import DISK
-
-        return DISK
+    if name in _OWN:
+        module, found = _OWN[name]
+        own: Model = getattr(import_module(module), found)
+        return own
     for each in _registered():
         if each.name == name:
             return _load(each)
@@ -55,6 +63,19 @@ def every() -> Iterator[Model]:
             # a request that does not name a broken model must not fail because of it
             continue
         yield model
+
+
+def chosen(strange: Iterable[str]) -> Model | None:
+    """Return the model that one of some words chooses (`sweep.model.description.Model.chosen_by`); None if none does.
+
+    Parameters
+    ----------
+    strange : iterable of str
+        The words of a request that its model does not know.
+    """
+    words = {*strange}
+    found = (model for model in every() if not words.isdisjoint(model.chosen_by))
+    return next(found, None) if words else None
 
 
 def _load(registered: EntryPoint) -> Model:
@@ -77,4 +98,4 @@ def _refused(registered: EntryPoint, problem: str) -> RequestError:
 
 
 def _registered() -> list[EntryPoint]:
-    return [each for each in entry_points(group=GROUP) if each.name != DEFAULT]
+    return [each for each in entry_points(group=GROUP) if each.name not in _OWN]

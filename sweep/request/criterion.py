@@ -99,10 +99,7 @@ class Limit(Criterion):
             return f"the {name} left its steady value by {far}, more than {limit}"
         if cell["stability"] == STABLE:
             return f"the {name} never leaves its steady value by more than {far}, at most {limit}; {ending.reason}"
-        return (
-            f"the {name} has left its steady value by {far}, at most {limit}, but the duration of "
-            f"{spec.duration:g} s {ending.reason}"
-        )
+        return f"the {name} has left its steady value by {far}, at most {limit}, but {model.open_in_words(spec, cell)}"
 
     def needs(self, model: Model) -> tuple[str, ...]:
         """Return the ending and both extremes."""

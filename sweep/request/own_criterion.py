@@ -106,7 +106,7 @@ class Expression(Criterion):
         """Return which comparisons are true, with the values."""
         told, ending = "; ".join(self._told(spec, cell)), spec.model.endings.of(cell["ending"])
         if ending.role == OPEN and cell["stability"] != UNSTABLE:
-            return f"{told}; but the duration of {spec.duration:g} s {ending.reason}"
+            return f"{told}; but {spec.model.open_in_words(spec, cell)}"
         return told if cell["stability"] == UNSTABLE else f"{told}; the ending, {ending.name}, is final"
 
     def _told(self, spec: Request, cell: Mapping[str, float]) -> list[str]:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
@@ -24,8 +24,10 @@ from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.distributions import Distribution
 from sweep.request.spec_changes import (
+    beside,
     changed_words,
     elsewhere,
+    given_in,
     known_changes,
     split_changes,
     with_table,
@@ -42,8 +44,10 @@ from sweep.request.words import (
     SWEEP_TABLES,
     find_spec_file,
     known_words,
+    model_for,
     names,
     options,
+    pairs,
     place,
     read_file,
     read_word,
@@ -93,7 +97,8 @@ class SweepSpec:
         ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
     model : str
-        The registered model that is integrated; the disk if not given.
+        The registered model that is integrated; if not given the one that a word chooses, the disk with losses by any
+        of its own (docs/words.md), else the disk.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
 
@@ -122,7 +127,7 @@ class SweepSpec:
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
-        model = registry.named(str(words.pop("model", registry.DEFAULT)))
+        model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         known = known_words(model)
         for name in words:
@@ -195,7 +200,17 @@ class SweepSpec:
     @property
     def computed(self) -> tuple[str, ...]:
         """Parameters that each cell computes for itself, because the request gives a word instead of a number."""
-        return tuple(name for name in self.model.parameters if isinstance(self._values[name], str))
+        return tuple(
+            name
+            for name, row in self.model.parameters.items()
+            if isinstance(self._values[name], str) and self._values[name] not in row.constants
+        )
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """Parameters with a word that stands for a number which no request can write, and that number."""
+        words = ((name, row.constants, self._values[name]) for name, row in self.model.parameters.items())
+        return {name: known[word] for name, known, word in words if isinstance(word, str) and word in known}
 
     @property
     def fixed(self) -> tuple[str, ...]:
@@ -239,7 +254,9 @@ class SweepSpec:
         RequestError
             If there is no such preset, or the result is not a request.
         """
-        return cls._changed_file(find_spec_file(name), lambda model: known_changes(changes, model))
+        return cls._changed_file(
+            find_spec_file(name), given_in(changes), lambda model: known_changes(changes, model)
+        )
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -269,7 +286,8 @@ class SweepSpec:
         RequestError
             If the file or a word cannot be read, or the result is not a request.
         """
-        return cls._changed_file(find_spec_file(spec), lambda model: split_changes(words, model))
+        given = given_in(pairs(words))
+        return cls._changed_file(find_spec_file(spec), given, lambda model: split_changes(words, model))
 
     @classmethod
     def read(cls, spec: "SweepSpec | str | Path", /, **changes: Any) -> "SweepSpec":
@@ -295,11 +313,15 @@ class SweepSpec:
                 f"{'a dataset' if hasattr(spec, 'data_vars') else shown(spec)}.",
                 hint='Write "rolling", for instance; the spec of an atlas is atlas.eulerdisk.spec.',
             )
-        return cls._changed_file(find_spec_file(spec), lambda model: known_changes(changes, model))
+        return cls._changed_file(
+            find_spec_file(spec), given_in(changes), lambda model: known_changes(changes, model)
+        )
 
     @classmethod
-    def _changed_file(cls, path: Path, changes_of: Callable[[Model], Mapping[str, Any]]) -> Self:
-        """Return the spec in a file with the changes that a function gives for its model."""
+    def _changed_file(
+        cls, path: Path, given: Iterable[str], changes_of: Callable[[Model], Mapping[str, Any]]
+    ) -> Self:
+        """Return the spec in a file with the changes that a function gives for its model, whose names are `given`."""
         held = read_file(path)
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
@@ -309,7 +331,7 @@ class SweepSpec:
                 where=place(path),
             )
         try:
-            model = registry.named(str(held.get("model", registry.DEFAULT)))
+            model = model_for(held.get("model"), (*given_in(beside(path, held)), *given))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
         changes = with_table(changes_of(model), model)
@@ -324,7 +346,8 @@ class SweepSpec:
     def replace(self, /, **changes: Any) -> Self:
         """Return this spec with other values; its axes keep their places, new ones follow in the order given.
 
-        With another `radius` or `gravity` the rates stay as they are, in rad/s: a spec does not know whether they were
+        A word that chooses another model, such as one of losses, makes a spec of that model. With another `radius` or
+        `gravity` the rates stay as they are, in rad/s: a spec does not know whether they were
         scaled when they were given.
 
         Raises
@@ -332,11 +355,19 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        changes = with_table(changes, self.model)
-        words = without_columns(self.words(), changes, self.model)
-        given = {parameter_of(name, self.model) for name in changes}
+        model = model_for(changes.get("model"), given_in(changes), self.model.name)
+        changes = with_table(changes, model)
+        words = without_columns(self._words_for(model), changes, model)
+        given = {parameter_of(name, model) for name in changes}
         kept = {name: words[name] for name in words if name in self.axes or name not in given}
-        return type(self)(**{"model": self.model.name, **changed(kept, changes, self.model)})
+        return type(self)(**{"model": model.name, **changed(kept, changes, model)})
+
+    def _words_for(self, model: Model) -> dict[str, Any]:
+        """Return every word with its value; for another model those that have not their defaults."""
+        if model is self.model:
+            return self.words()
+        defaults = _defaults(self.model)
+        return {name: value for name, value in self.words().items() if value != defaults[name]}
 
     def resolve(
         self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value

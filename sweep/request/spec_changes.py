@@ -7,10 +7,18 @@ from typing import Any
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.request.start_list import WORDS
-from sweep.request.start_table import StartTable, read_table
+from sweep.request.start_table import StartTable, names_in, read_table
 from sweep.request.substitutes import changed, parameter_of
 from sweep.request.suggestions import unknown_word
-from sweep.request.words import known_words, split_words
+from sweep.request.words import known_words, pairs
+
+
+def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the words that a request has, and the columns of the table that it names: they choose its model."""
+    table = words.get("starts")
+    # arrays and data frames have no truth value
+    none = table is None or (isinstance(table, str) and not table.strip())
+    return (*words, *(() if none else names_in(table)))
 
 
 def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
@@ -20,16 +28,20 @@ def split_changes(words: Sequence[str], model: Model) -> dict[str, str]:
     ------
     RequestError
     """
-    return split_words(words, known_words(model), model, elsewhere())
+    return dict(_known(pairs(words), model))
 
 
 def known_changes(changes: Mapping[str, Any], model: Model) -> Mapping[str, Any]:
     """Return changes of a spec file, of which every name has to be one that the command line knows too."""
+    return _known(changes, model, ("axes",))
+
+
+def _known(words: Mapping[str, Any], model: Model, others: Sequence[str] = ()) -> Mapping[str, Any]:
     known = known_words(model)
-    for name in changes:
-        if name not in known and name != "axes":
+    for name in words:
+        if name not in known and name not in others:
             unknown_word(name, known, model, elsewhere())
-    return changes
+    return words
 
 
 def changed_words(
@@ -81,5 +93,10 @@ def without_columns(words: Mapping[str, Any], changes: Mapping[str, Any], model:
 
 def elsewhere() -> Mapping[str, str]:
     """Words that stand elsewhere, and where, for suggestions."""
-    words = dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
+    words = {
+        name: f"it is a word of the model {model.name}, which it chooses where the request names no model"
+        for model in registry.every()
+        for name in model.chosen_by
+    }
+    words |= dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
     return words | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}

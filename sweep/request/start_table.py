@@ -198,6 +198,25 @@ def _digest(columns: Iterable[Array]) -> str:
     return digest.hexdigest()
 
 
+def names_in(raw: object) -> tuple[str, ...]:
+    """Return what the columns of starts are called, without their units; none of what cannot be read.
+
+    Parameters
+    ----------
+    raw : StartTable, str, Path, or mapping of str to array
+        As for `read_table`, which says what is wrong with it.
+    """
+    if isinstance(raw, StartTable):
+        return raw.names
+    heads = list(raw.keys()) if hasattr(raw, "keys") else []
+    if isinstance(raw, str | Path):
+        with contextlib.suppress(OSError, ValueError, csv.Error):
+            content = read_regular(Path(raw), _MOST_BYTES).decode("utf-8-sig").splitlines()
+            heads = _first_row(next(iter(_Lines(content)), ""))
+    found = (_HEAD.fullmatch(str(head)) for head in heads)
+    return tuple(each[1] for each in found if each)
+
+
 def read_table(raw: object, model: Model) -> StartTable:
     """Return the starts that were given.
 
@@ -386,8 +405,8 @@ def _parse(text: Iterable[str], path: Path, model: Model) -> StartTable:
     lines = _Lines(text)
     kept = iter(lines)
     first = next(kept, "")
-    separator = next((each for each in ",;\t" if each in first), ",")
-    heads = _read_heads(next(csv.reader([first], delimiter=separator, strict=True), []), model, str(path))
+    separator = _separator(first)
+    heads = _read_heads(_first_row(first), model, str(path))
     rows, parts, numbers = csv.reader(kept, delimiter=separator, strict=True), list[Array](), list[int]()
     values: list[list[float]] = []
     for row in rows:
@@ -401,6 +420,15 @@ def _parse(text: Iterable[str], path: Path, model: Model) -> StartTable:
         parts.append(_converted(values, heads, numbers, path))
     _check_count(sum(part.shape[1] for part in parts), str(path))
     return _in_order(heads, list(np.concatenate(parts, axis=1)), model)
+
+
+def _separator(line: str) -> str:
+    return next((each for each in ",;\t" if each in line), ",")
+
+
+def _first_row(line: str) -> list[str]:
+    """Return the cells of the first line of a file."""
+    return next(csv.reader([line], delimiter=_separator(line), strict=True), [])
 
 
 def _numbers_of(row: list[str], heads: list[_Head], lines: _Lines, path: Path) -> list[float]:

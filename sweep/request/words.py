@@ -31,19 +31,17 @@ _MOST_BYTES, _MOST_DOTS = 2**20, 50
 #: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
 SWEEP_TABLES = ("sweep", "sweeps")
 
-#: Where the cells are computed.
-DEVICES = ("cpu", "cuda")
-
 
 def options(model: Model) -> Mapping[str, Word]:
     """Return the settings of a request that are text, those of the model among them."""
+    no_exact = "" if model.exact is not None else f"the model {model.name} has no exact reduction"
     return table(
         Word("title", "what the atlas is about, in one line", ""),
         Word("criterion", "what counts as unstable", "departure:5deg"),
-        Word("method", "how the motion is integrated", model.methods[0], model.methods),
+        Word("method", "how the motion is integrated", model.methods[0], model.methods, remark=no_exact),
         *model.options.values(),
         Word("boundary", "how closely the boundary is sought", GRID, added_later=True),
-        Word("device", "what the cells are computed on", DEVICES[0], DEVICES, added_later=True),
+        Word("device", "what the cells are computed on", model.devices[0], model.devices, added_later=True),
     )
 
 
@@ -55,6 +53,30 @@ def names(model: Model) -> tuple[str, ...]:
 def known_words(model: Model) -> tuple[str, ...]:
     """Return all words that a request for a model may give: `names`, and what stands for a parameter."""
     return (*names(model), *model.substitutes)
+
+
+def model_for(named: object, given: Iterable[str], otherwise: str = registry.DEFAULT) -> Model:
+    """Return the model of a request.
+
+    Parameters
+    ----------
+    named : object
+        What the request says of its model; None if it says nothing.
+    given : iterable of str
+        The words that it has: one of them may choose the model.
+    otherwise : str
+        The model if none does.
+
+    Raises
+    ------
+    RequestError
+        If there is no model of that name.
+    """
+    if named is not None:
+        return registry.named(str(named))
+    model = registry.named(otherwise)
+    known = known_words(model)
+    return registry.chosen(name for name in given if name not in known) or model
 
 
 def presets(model: Model) -> tuple[str, ...]:
@@ -319,7 +341,7 @@ def one_of(word: Word, raw: object) -> str:
     if text in word.choices:
         return text
     raise RequestError(
-        f"{word.name} is {' or '.join(word.choices)}; got {shown(text)}.",
+        f"{word.name} is {' or '.join(word.choices)}{word.remark and f' ({word.remark})'}; got {shown(text)}.",
         hint="Write " + " or ".join(f"{word.name}={choice}" for choice in word.choices) + ".",
         where=word.name,
     )

@@ -11,6 +11,7 @@ import pytest
 from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.disk.model import DISK, Disk
+from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 
 
@@ -50,17 +51,17 @@ def installed(monkeypatch):
 
 def test_the_disk_needs_no_registration(installed):
     """It is the model of a request that names none, and no other distribution can take its name."""
-    installed(disk="installed_models:COIN")
+    installed(disk="installed_models:COIN", lossy_disk="installed_models:COIN")
     assert registry.named("disk") is DISK
     assert SweepSpec().model is DISK
-    assert registry.names() == ("disk",)
-    assert list(registry.every()) == [DISK]
+    assert registry.names() == ("disk", "lossy_disk")
+    assert list(registry.every()) == [DISK, LOSSY_DISK]
 
 
 def test_a_registered_model_is_named_in_a_request(installed):
     """A spec, its text and its TOML file name the model, and it is loaded once."""
     installed(zebra="installed_models:WITH_PRESET", coin="installed_models:COIN")
-    assert registry.names() == ("disk", "coin", "zebra")
+    assert registry.names() == ("disk", "lossy_disk", "coin", "zebra")
     assert registry.named("coin") is registry.named("coin") is COIN
     spec = SweepSpec(model="coin", tilt="0.1,0.2")
     assert spec.model is COIN
@@ -70,6 +71,23 @@ def test_a_registered_model_is_named_in_a_request(installed):
     assert '"model":"coin"' in spec.canonical()
     assert spec != SweepSpec(tilt="0.1,0.2")
     assert spec.fingerprint() != SweepSpec(tilt="0.1,0.2").fingerprint()
+
+
+class Braked(Disk):
+    """A model that some of its words choose."""
+
+    name, chosen_by = "braked", ("brake", "drum")
+
+
+BRAKED = Braked()
+
+
+def test_a_word_chooses_a_registered_model(installed):
+    """One of its words is enough; a request without any has the default, and what no model knows chooses none."""
+    installed(braked="installed_models:BRAKED", coin="installed_models:COIN")
+    assert registry.chosen(["drum", "spin"]) is BRAKED
+    assert registry.chosen(["spin"]) is None
+    assert registry.chosen([]) is None
 
 
 def test_a_preset_of_a_registered_model_is_found(installed, tmp_path, monkeypatch):
@@ -89,7 +107,7 @@ def test_an_unknown_model_is_refused(installed):
     """The message has the models that there are; what is named is not looked for anywhere else."""
     installed(coin="installed_models:COIN")
     for name in ("sphere", "installed_models:COIN", "os", ""):
-        with pytest.raises(RequestError, match="disk, coin") as caught:
+        with pytest.raises(RequestError, match="disk, lossy_disk, coin") as caught:
             registry.named(name)
         assert caught.value.where == "model"
         assert caught.value.hint
@@ -130,7 +148,7 @@ def test_a_model_that_fails_when_it_is_imported_is_refused_by_name():
         registry.named("wrecked")
     assert caught.value.where == "model=wrecked"
     assert "\n" not in str(caught.value)
-    assert list(registry.every()) == [DISK, COIN]
+    assert list(registry.every()) == [DISK, LOSSY_DISK, COIN]
 
 
 @pytest.mark.usefixtures("broken")
@@ -164,4 +182,4 @@ def test_the_models_are_those_of_the_entry_points(tmp_path):
         text=True,
         check=True,
     )
-    assert done.stdout.split("\n")[:3] == ["('disk', 'wheel')", "loaded", "wheel"]
+    assert done.stdout.split("\n")[:3] == ["('disk', 'lossy_disk', 'wheel')", "loaded", "wheel"]

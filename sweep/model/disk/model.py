@@ -35,7 +35,7 @@ class Disk(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "peak_tilt"
-    lost_name = "the disk falls"
+    lost_name, lost_time = "the disk falls", "fall_time"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate", seconds=5.0)
     words = Words(
@@ -58,7 +58,8 @@ class Disk(Model):
     }
     # a disk spins about the vertical, and about its own axis
     ambiguous = {  # noqa: RUF012 - likewise
-        "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical."
+        "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical.",
+        "flat_tilt": "Say fall_tilt; flat_tilt is a word of the disk with losses, as with rolling_friction=0.1mm.",
     }
     exact: ExactReduction = ExactReduction()
     additions = {  # noqa: RUF012 - likewise

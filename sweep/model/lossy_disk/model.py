@@ -1,0 +1,145 @@
+"""The disk with losses: the model of a request that has a word for one of them."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.lossy_disk import arrays
+from sweep.model.description import Columns, Model, Request, Starts, Words
+from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
+from sweep.model.disk.model import DISK
+from sweep.model.kernel import Kernel
+from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk.requirements import check_losses
+from sweep.model.lossy_disk.variants import integrator
+from sweep.model.quantity import Array
+
+#: Kinds of a criterion whose first breach the kernels look for -> their numbers (`kernels.lossy_disk.arrays`).
+_LIMITED = {"departure": 1.0, "amplification": 2.0}
+
+
+class LossyDisk(Model):
+    """The thin disk that rolls without slipping, against friction of its contact and drag of the air."""
+
+    name = "lossy_disk"
+    parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
+    substitutes = tables.SUBSTITUTES
+    devices = ("cpu",)
+    chosen_by = (*tables.LOSS_PARAMETERS, "air_law")
+    endings, variables = tables.ENDINGS, tables.VARIABLES
+    measures, counts = arrays.MEASURES, arrays.COUNTS
+    coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "end_time"
+    lost_name, lost_time = "the disk falls flat", "end_time"
+    presets = Path(__file__).with_name("presets")
+    integrate = integrator(rolling=False, pivoting=False, air=tables.NO_AIR, slips=False)
+    words = Words(
+        summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
+        "energy by friction of its contact and drag of the air: for every start of a grid how long the disk stays "
+        "aloft, what each loss takes and the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        keywords="rolling disk, Euler's disk, dissipation, dry friction, air drag, finite-time singularity, parameter "
+        "sweep",
+        references="equations: McDonald and McDonald, arXiv:physics/0008227; friction: Leine, Arch. Appl. Mech. 79 "
+        "(2009) 1063; Le Saux, Leine and Glocker, J. Nonlinear Sci. 15 (2005) 27; air: Moffatt, Nature 404 (2000) 833; "
+        "Bildsten, Phys. Rev. E 66 (2002) 056309",
+    )
+    synonyms = DISK.synonyms
+    ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
+        **DISK.ambiguous,
+        "fall_tilt": "With losses say flat_tilt, the tilt at which the disk counts as flat.",
+    }
+
+    def headline(self, spec: Request) -> str:
+        """Return what is looked at, and which losses there are."""
+        losses = [
+            name.replace("_", " ")
+            for name, (given, _) in tables.LOSSES.items()
+            if tables.some(getattr(spec, given))
+        ]
+        told = f", with {', '.join(losses)}" if losses else ", without any loss"
+        return DISK.headline(spec) + told
+
+    def undisturbed(self, spec: Request, starts: Starts) -> Array:
+        """Return the tilt [rad] of the motion that each start disturbs, as of the disk without losses."""
+        return DISK.undisturbed(spec, starts)
+
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
+        """Return the size [rad] of the perturbation in each start, as of the disk without losses."""
+        return DISK.perturbation(spec, starts)
+
+    def disturbed_motion(self, spec: Request) -> str:
+        """Return what the starts disturb."""
+        return DISK.disturbed_motion(spec)
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse rates that do not follow from the others, and a law without what it needs."""
+        check_steady_rates(values)
+        check_losses(values)
+
+    def complete(self, spec: Request, starts: Starts) -> Starts:
+        """Return starts with the rates that cells compute, and the numbers of words that stand for one."""
+        named = {
+            name: self.parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")
+        }
+        size = starts["tilt"].shape
+        constants = {name: np.full(size, value) for name, value in named.items() if value is not None}
+        return complete(spec, {**starts, **constants})
+
+    def integrator(self, spec: Request) -> Kernel:
+        """Return the kernel with the laws that the cells of a spec need, and no others."""
+        return integrator(
+            rolling=tables.some(spec.rolling_friction),
+            pivoting=tables.some(spec.pivoting_friction),
+            air=spec.air_law,
+            slips=spec.friction != tables.UNLIMITED,
+        )
+
+    def kernel_settings(self, spec: Request) -> Array:
+        """Return the settings, what the criterion limits, and the law of the air."""
+        limited = _LIMITED.get(spec.criterion.word, 0.0)
+        limit = spec.criterion.limit if limited else 0.0
+        judged = [limited, limit, float(circling(spec)), float(tables.AIR_LAWS.index(spec.air_law))]
+        return np.concatenate([super().kernel_settings(spec), judged])
+
+    def kernels(self, spec: Request) -> tuple[Kernel, ...]:
+        """Return the kernel of a spec."""
+        return (self.integrator(spec),)
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return what completes starts and states settings."""
+        return [LossyDisk.complete, LossyDisk.kernel_settings, "kernels.disk.steady", complete]
+
+    def derive(self, starts: Starts, measured: Columns) -> Columns:
+        """Return the peak tilt, and which loss took most."""
+        least, greatest = measured["tilt_min"], measured["tilt_max"]
+        lost = np.stack([np.nan_to_num(measured[measure]) for _, measure in tables.LOSSES.values()])
+        largest: npt.NDArray[np.int64] = np.where(lost.max(axis=0) > 0.0, 1 + lost.argmax(axis=0), 0)
+        return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest)), "largest_loss": largest}
+
+    def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> npt.NDArray[np.bool_]:
+        """Return which cells come so near to flat_tilt that they could have been flat within the error."""
+        low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
+        return np.asarray(np.maximum(high, -low) + error >= spec.flat_tilt)
+
+    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return when the disk fell flat."""
+        tilt = tables.SETTINGS["flat_tilt"].spell(spec.flat_tilt, 6)
+        return (
+            f"the tilt reached flat_tilt, {tilt}, after {stored['end_time']:.6g} s, and a disk that lies flat is "
+            "unstable by this criterion"
+        )
+
+    def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return what ended a motion that may go further than the model knows."""
+        return f"{self.endings.of(stored['ending']).reason} after {stored['end_time']:.6g} s: it may yet go further"
+
+    def linear_prediction(
+        self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+    ) -> Iterable[str]:
+        """Return none: see `lines` for what theory says of losses."""
+        return ()
+
+
+LOSSY_DISK = LossyDisk()

@@ -1,0 +1,216 @@
+"""The tables of the disk with losses: parameters, settings, options, endings and variables.
+
+Their order is the order of the rows of the kernels' arrays (`kernels.lossy_disk.arrays`) and of the file. What the disk
+without losses has too is taken from its tables.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from kernels.lossy_disk import endings as code
+from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
+from sweep.model.disk import tables as disk
+from sweep.model.quantity import (
+    AMPLIFIED,
+    DECISION,
+    DURATION,
+    ERROR_GAUGE,
+    EXTREME,
+    GRID,
+    STABILITY,
+    STEP,
+    STEP_COUNT,
+    Array,
+    Input,
+    Quantity,
+    Tolerance,
+    Truths,
+    Word,
+    positive,
+    table,
+)
+
+#: The words of a mass that no law needs, and of a friction coefficient without a limit.
+UNKNOWN, UNLIMITED = "unknown", "unlimited"
+
+#: The laws of the air, in the order of their codes (`kernels.lossy_disk.arrays`).
+NO_AIR, MOFFATT, BILDSTEN = AIR_LAWS = ("none", "moffatt", "bildsten")
+
+
+def some(value: Any) -> bool:
+    """Return whether any cell has a value other than 0 of a parameter, from its value in a request."""
+    return bool(value.ends().any()) if hasattr(value, "ends") else value != 0.0
+
+
+def _not_negative(values: Array) -> Truths:
+    return values >= 0.0
+
+
+def _loss(name: str, symbol: str, units: str, long_name: str, description: str = "") -> Input:
+    """Return a coefficient of a loss, 0 unless it is given."""
+    return Input(
+        name, symbol, units, long_name, GRID, description,
+        default=0.0, rule=f"{name} >= 0", allows=_not_negative,
+    )  # fmt: skip
+
+
+def _setting(
+    name: str,
+    symbol: str,
+    units: str,
+    long_name: str,
+    default: float,
+    rule: str,
+    allows: Callable[[Array], Truths],
+) -> Input:
+    return Input(name, symbol, units, long_name, GRID, default=default, rule=rule, allows=allows)
+
+
+_ARM = "its torque is this arm times the normal force, against the sense of that turning"
+
+# fmt: off
+PARAMETERS: Mapping[str, Input] = table(
+    *disk.PARAMETERS.values(),
+    Input("mass", "m", "kg", "mass of the disk", GRID,
+          f"{UNKNOWN}: no law of the request needs it",
+          default=UNKNOWN, rule="mass > 0", allows=positive, words=(UNKNOWN,), constants={UNKNOWN: 1.0}),
+    _loss("rolling_friction", "c_r", "m", "lever arm of dry rolling friction, against turning about the horizontal",
+          _ARM),
+    _loss("pivoting_friction", "c_p", "m", "lever arm of dry pivoting friction, against turning about the vertical",
+          _ARM),
+    _loss("contour_friction", "c_c", "m", "lever arm of dry contour friction, against rolling along the rim", _ARM),
+    _loss("contour_damping", "k_c", "N m s", "viscous contour friction: torque against rolling along the rim, over "
+          "roll_rate"),
+    _loss("air_viscosity", r"\mu", "Pa s", "dynamic viscosity of the air", "used by the law that air_law names"),
+    _loss("air_density", r"\rho", "kg m-3", "density of the air", "used by air_law=bildsten alone"),
+    Input("friction", r"\mu_s", "1", "friction coefficient of disk and plane", GRID,
+          f"the disk slips where more is needed; {UNLIMITED}: it never slips",
+          default=UNLIMITED, rule="friction > 0", allows=positive, words=(UNLIMITED,), constants={UNLIMITED: math.inf}),
+)
+
+SUBSTITUTES = disk.SUBSTITUTES
+
+#: Lever arms of dry friction.
+ARMS = ("rolling_friction", "pivoting_friction", "contour_friction")
+
+#: The parameters that no disk without losses has.
+LOSS_PARAMETERS = (*ARMS, "contour_damping", "air_viscosity", "air_density")
+
+SETTINGS: Mapping[str, Input] = table(
+    DURATION,
+    STEP,
+    _setting("flat_tilt", r"\theta_f", "rad", "tilt at which the disk counts as flat",
+             math.radians(89.9), "0 deg < flat_tilt < 90 deg", lambda tilt: (tilt > 0.0) & (tilt < math.pi / 2)),
+    _setting("tolerance", r"\epsilon", "1", "largest imbalance of the energy of a cell, over m g R, before its step is "
+             "reduced", 1e-8, "1e-12 <= tolerance <= 0.1", lambda error: (error >= 1e-12) & (error <= 0.1)),
+)
+
+OPTIONS: Mapping[str, Word] = table(
+    Word("air_law", "which law the drag of the air obeys", NO_AIR, AIR_LAWS),
+)
+
+ENDINGS = Endings(
+    Ending(
+        code.NOT_COMPUTED, "not_computed", "the cell has not been integrated", MISSING,
+        "the cell has not been integrated",
+    ),
+    Ending(
+        code.FLAT, "flat", "the tilt reached flat_tilt", LOST,
+        "the tilt reached flat_tilt, and a disk that lies flat is unstable by this criterion",
+    ),
+    Ending(
+        code.REST, "rest", "dry friction holds the disk at rest, at a tilt below flat_tilt", FINAL,
+        "dry friction holds it at rest, so that this holds for all time",
+    ),
+    Ending(
+        code.HORIZON, "horizon", "the duration was over; what is stated of the motion holds within it", FINAL,
+        "the duration was over, and within it this holds",
+    ),
+    Ending(
+        code.LIFT_OFF, "lift_off", "the normal force vanished: the disk leaves the table, and the model ends", OPEN,
+        "the disk left the table",
+    ),
+    Ending(
+        code.SLIP, "slip", "rolling needed more than the friction coefficient: the disk slips, and the model ends",
+        OPEN, "the disk slipped",
+    ),
+    Ending(
+        code.UNDISTURBED, "undisturbed", "upright with nothing to disturb it: there is nothing to measure",
+        UNDISTURBED,
+        "it stands exactly upright and nothing disturbs it: whether it is stable cannot be measured from it",
+    ),
+    Ending(
+        code.UNRESOLVED, "unresolved",
+        "the imbalance of the energy stayed over the tolerance, or the steps were too many", FAILED,
+        "the error of the integration stayed over the tolerance even at the smallest step",
+    ),
+    Ending(
+        code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
+        "there is no such start: nothing was integrated",
+    ),
+)
+
+#: Laws of losses -> (parameter that gives the law its strength, measure of the energy lost to it), in the order of the
+#: ledger.
+LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
+    "rolling_friction": ("rolling_friction", "rolling_loss"),
+    "pivoting_friction": ("pivoting_friction", "pivoting_loss"),
+    "contour_friction": ("contour_friction", "contour_loss"),
+    "contour_damping": ("contour_damping", "damping_loss"),
+    "air": ("air_viscosity", "air_loss"),
+})
+
+_NO_NUMBERS = "missing where ending is not_computed, undisturbed, unresolved or invalid"
+_TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
+_AMPLIFICATION = Tolerance(0.0, 1e-12, "the errors of both extreme tilts, over the size of the perturbation", AMPLIFIED)
+_TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error states", "time_error")
+_STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
+_SUM = Tolerance(1e-7, 1e-5, "integrals along the motion, each to the order of the method")
+
+
+def _lost_to(law: str, measure: str) -> Quantity:
+    words = law.replace("_", " ")
+    return Quantity(measure, "W", "1", f"energy lost to {words}, over mass * gravity * radius", _SUM, _NO_NUMBERS)
+
+
+VARIABLES: Mapping[str, Quantity] = table(
+    ENDINGS.quantity,
+    Quantity("stability", "", "1", STABILITY.long_name, DECISION,
+             "within the duration; follows from ending, tilt_min and tilt_max; flat is unstable, an unresolved cell "
+             "undecided", "i1", STABILITY.flags),
+    Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT,
+             f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT,
+             f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
+             f"the larger of |tilt_min| and |tilt_max|; {_NO_NUMBERS}"),
+    Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
+             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity)); "
+                             f"missing where that is 0, and {_NO_NUMBERS.removeprefix('missing ')}"),
+    Quantity("end_time", "t_e", "s", "time until the ending", _TIME,
+             "where ending is flat the time aloft, where it is rest the time until the disk stood still, else how long "
+             f"the motion was followed; {_NO_NUMBERS}"),
+    Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _STATE, f"signed; {_NO_NUMBERS}"),
+    Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _STATE,
+             f"signed, as precession_rate; {_NO_NUMBERS}"),
+    Quantity("path_length", r"\ell", "m", "length of the path of the contact point on the plane", _SUM, _NO_NUMBERS),
+    *(_lost_to(law, measure) for law, (_, measure) in LOSSES.items()),
+    Quantity("largest_loss", "", "1", "the loss that took most energy", DECISION, "none where nothing was lost", "i1",
+             MappingProxyType(dict(enumerate(("none", *LOSSES))))),
+    Quantity("breach_time", "t_b", "s", "time until the criterion of the request was first broken", _STATE,
+             "missing where it was not, and for a criterion that limits no departure; another criterion, to which an "
+             "atlas is reclassified, does not change it"),
+    Quantity("energy_imbalance", r"|\Delta E|", "1",
+             "largest imbalance of the energy and all losses, over mass * gravity * radius", ERROR_GAUGE,
+             "the exact motion has none, so this is an error of the integration", "f4"),
+    Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,
+             "from the imbalance of the energy", "f4"),
+    Quantity("time_error", r"\delta t", "s", "estimated error of end_time", ERROR_GAUGE,
+             "from the imbalance of the energy and the power of the losses", "f4"),
+    Quantity("steps", "n", "1", "steps of the accepted integration", STEP_COUNT, "", "i4"),
+    Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", STEP_COUNT, "", "i1"),
+    Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", STEP_COUNT, "", "i4"),
+)
+# fmt: on

@@ -1,0 +1,27 @@
+"""The compiled variants of the integration with losses: a request pays for the laws that it has, and for no others."""
+
+from functools import lru_cache
+
+from sweep.model.kernel import Kernel
+from sweep.model.lossy_disk.tables import NO_AIR
+
+_MODULE = "kernels.lossy_disk.integrate"
+
+
+@lru_cache
+def integrator(*, rolling: bool, pivoting: bool, air: str, slips: bool) -> Kernel:
+    """Return the kernel with some laws (`kernels.lossy_disk.integrate.variant`); all have contour friction and damping.
+
+    Parameters
+    ----------
+    rolling, pivoting : bool
+        Whether there is rolling friction, and pivoting friction.
+    air : str
+        The law of the air.
+    slips : bool
+        Whether the friction that rolling needs is held against a friction coefficient.
+    """
+    # the kernels themselves, which would say the name, are not imported before they are used
+    drag = "" if air == NO_AIR else f"_{air}"
+    laws = ("_rolling" * rolling, drag, "_pivoting" * pivoting, "_slip" * slips)
+    return Kernel(_MODULE, "integrate_contour" + "".join(laws))
