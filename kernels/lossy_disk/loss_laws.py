@@ -55,24 +55,23 @@ def scaled_losses(arms, damping, air, disk, law):
         Viscous contour friction [N m s].
     air : tuple of 2 floats
         Viscosity [Pa s] and density [kg m^-3] of the air.
-    disk : tuple of 4 floats
-        mass [kg], radius [m], gravity [m s^-2], alpha.
+    disk : tuple of 3 floats
+        mass [kg], radius [m], gravity [m s^-2].
     law : float
         Law of the drag of air (`kernels.lossy_disk.arrays`).
 
     Notes
     -----
-    Moffatt, Nature 404 (2000) 833: power pi mu g R^2 / a^2 at the inclination a. Bildsten, Phys. Rev. E 66 (2002)
-    056309: power 4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). Both on the steady wobble, where the roll rate is
-    f^2 = 2/(alpha a): so the power is that of a torque which is a smooth function of f.
+    On the steady wobble of a uniform disk, where the roll rate at the inclination a is f^2 = 4/a, drag takes the powers
+    of Moffatt, Nature 404 (2000) 833: pi mu g R^2 / a^2, and of Bildsten, Phys. Rev. E 66 (2002) 056309:
+    4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). The air knows the motion of a disk and not how its mass is distributed.
     """
     rolling, pivoting, contour = arms
     viscosity, density = air
-    mass, radius, gravity, alpha = disk
+    mass, radius, gravity = disk
     unit = math.sqrt(radius / gravity)
-    film = 0.5 * alpha * math.pi * viscosity * radius * unit / mass if law == MOFFATT else 0.0
-    power = 4.0 * math.sqrt(viscosity * density) * radius * radius * math.sqrt(unit) / mass
-    layer = power * (0.5 * alpha) ** 1.25 if law == BILDSTEN else 0.0
+    film = 0.25 * math.pi * viscosity * radius * unit / mass if law == MOFFATT else 0.0
+    layer = math.sqrt(0.5 * viscosity * density * unit) * radius * radius / mass if law == BILDSTEN else 0.0
     # without viscous friction the mass may be unknown
     viscous = damping * unit / (mass * radius * radius) if damping > 0.0 else 0.0
     return Losses(contour / radius, viscous, rolling / radius, pivoting / radius, film, layer)
@@ -99,8 +98,9 @@ def rolling_friction(motion, pull, weight, i_tilt, arm):
 
     Returns
     -------
-    (normal, pull, resistance, power)
-        Normal force, acceleration of the tilt times 1 + alpha/2, force that the roll rate loses, power that is lost.
+    (normal, pull, force, slowed, power)
+        Normal force, acceleration of the tilt times 1 + alpha/2, force on the roll rate, torque over the horizontal
+        turning rate, power that is lost.
 
     Notes
     -----
@@ -113,37 +113,61 @@ def rolling_friction(motion, pull, weight, i_tilt, arm):
     rate = math.sqrt(square if square > _LEAST_SQUARE else _LEAST_SQUARE)  # max() is a call
     share = weight / (rate - i_tilt * S * arm * w)
     taken = arm * share
-    return share * rate, pull - taken * w, taken * (C * across), taken * square
+    return share * rate, pull - taken * w, -taken * (C * across), taken, taken * square
 
 
 @simd
 def no_rolling_friction(motion, pull, weight, i_tilt, arm):
     """`rolling_friction` of a disk without it."""
-    return weight, pull, 0.0, 0.0
+    return weight, pull, 0.0, 0.0, 0.0
 
 
 @simd
 def drag(f, K, losses):
-    """Force that the drag of air takes from the roll rate f, by either law; K is 1/cos(tilt)."""
-    return (losses.film * K + losses.layer * math.sqrt(abs(f))) * f
+    """Force of the drag of air on the roll rate f, by either law; K is 1/cos(tilt)."""
+    return -(losses.film * K + losses.layer * math.sqrt(abs(f))) * f
 
 
 @simd
 def film_drag(f, K, losses):
     """`drag` by Moffatt's law."""
-    return losses.film * K * f
+    return -losses.film * K * f
 
 
 @simd
 def layer_drag(f, K, losses):
     """`drag` by Bildsten's law."""
-    return losses.layer * math.sqrt(abs(f)) * f
+    return -losses.layer * math.sqrt(abs(f)) * f
 
 
 @simd
 def no_drag(f, K, losses):
     """`drag` without air."""
     return 0.0
+
+
+@simd
+def viscosity(f, K, losses):
+    """How the force that viscous friction and drag take from a roll rate f grows with it."""
+    return losses.damping + losses.film * K + 1.5 * losses.layer * math.sqrt(abs(f))
+
+
+@simd
+def film_viscosity(f, K, losses):
+    """`viscosity` with Moffatt's law alone."""
+    return losses.damping + losses.film * K
+
+
+@simd
+def layer_viscosity(f, K, losses):
+    """`viscosity` with Bildsten's law alone."""
+    return losses.damping + 1.5 * losses.layer * math.sqrt(abs(f))
+
+
+@simd
+def no_viscosity(f, K, losses):
+    """`viscosity` without air."""
+    return losses.damping
 
 
 @simd

@@ -26,6 +26,53 @@ def inertia(alpha):
     )
 
 
+class Forces(NamedTuple):
+    """What acts at one instant of a sliding motion.
+
+    Attributes
+    ----------
+    normal : float
+        Normal force over m g.
+    held : float
+        Force of pivoting friction on the turning rate.
+    along : float
+        Force that the roll rate loses.
+    slowed : float
+        Torque of rolling friction over the horizontal turning rate.
+    """
+
+    normal: float
+    held: float
+    along: float
+    slowed: float
+
+
+@simd
+def rates_and_forces(state, sense, inertia, losses):
+    """`rates`, with all `Forces` in the third place."""
+    S, C, K, w, o, p = state
+    T, turn = S * K, o * K
+    oT = turn * S
+    f = inertia.i_inverse * p - oT
+    pull = S + o * (p - inertia.i_spin * oT)
+    dS, minus_dC = C * w, S * w
+    weight = 1.0 - (inertia.i_tilt * pull * S + w * dS)
+    normal, pull, taken, slowed, rolled = rolling_friction(
+        (S, C, w, f), pull, weight, inertia.i_tilt, losses.rolling
+    )
+    blown = drag(f, K, losses)
+    # differences: adding the nothing of a law that a variant lacks would be computed
+    along = contour_friction(f, sense[0], normal, losses) - blown - taken
+    do = w * (oT - inertia.drag * p) + inertia.inverse_spin * along * T
+    do, dp, held, pivoted = pivoting_friction(
+        state, (do, -w * o - along), normal, sense[1], inertia, losses.pivoting
+    )
+    roll = sense[0] * f
+    changes = dS, -minus_dC, K * K * minus_dC, inertia.i_tilt * pull, do, dp
+    ledger = turn, roll, rolled, pivoted, losses.contour * normal * roll, losses.damping * f * f, -blown * f
+    return changes, ledger, Forces(normal, held, along, slowed)
+
+
 @simd
 def rates(state, sense, inertia, losses):
     """How a sliding motion and its ledger change in scaled time.
@@ -45,24 +92,8 @@ def rates(state, sense, inertia, losses):
         Derivatives of the state; of heading, path (over R) and of the losses (over m g R); the normal force over m g
         and the force of pivoting friction on the turning rate.
     """
-    S, C, K, w, o, p = state
-    T, turn = S * K, o * K
-    oT = turn * S
-    f = inertia.i_inverse * p - oT
-    pull = S + o * (p - inertia.i_spin * oT)
-    dS, minus_dC = C * w, S * w
-    weight = 1.0 - (inertia.i_tilt * pull * S + w * dS)
-    normal, pull, taken, rolled = rolling_friction((S, C, w, f), pull, weight, inertia.i_tilt, losses.rolling)
-    blown = drag(f, K, losses)
-    along = contour_friction(f, sense[0], normal, losses) + blown + taken
-    do = w * (oT - inertia.drag * p) + inertia.inverse_spin * along * T
-    do, dp, held, turned = pivoting_friction(
-        state, (do, -w * o - along), normal, sense[1], inertia, losses.pivoting
-    )
-    roll = sense[0] * f
-    changes = dS, -minus_dC, K * K * minus_dC, inertia.i_tilt * pull, do, dp
-    ledger = turn, roll, rolled, turned, losses.contour * normal * roll, losses.damping * f * f, blown * f
-    return changes, ledger, (normal, held)
+    changes, ledger, forces = rates_and_forces(state, sense, inertia, losses)
+    return changes, ledger, (forces.normal, forces.held)
 
 
 @simd
@@ -96,6 +127,13 @@ def lane_step(state, sense, inertia, losses, half):
     The classical method of order 4 (Kutta 1901); local error O(h^5).
     """
     total, gained, _ = rates(state, sense, inertia, losses)
+    return completed_step(state, (total, gained), sense, inertia, losses, half)
+
+
+@simd
+def completed_step(state, first, sense, inertia, losses, half):
+    """`lane_step` from `first`, the rates of the state and of its ledger."""
+    total, gained = first
     middle, more, _ = rates(_moved(state, half, total), sense, inertia, losses)
     total, gained = _moved(total, 2.0, middle), _entered(gained, 2.0, more)
     middle, more, _ = rates(_moved(state, half, middle), sense, inertia, losses)

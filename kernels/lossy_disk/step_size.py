@@ -1,0 +1,96 @@
+"""The settings of a run as the kernels use them, and how long a step of a motion with losses is."""
+
+import math
+from typing import NamedTuple
+
+from kernels.jit import kernel, simd
+from kernels.lossy_disk.loss_laws import viscosity
+from kernels.lossy_disk.arrays import (
+    AIR_LAW,
+    DURATION,
+    FLAT_TILT,
+    FROM_START,
+    LIMIT,
+    LIMITED,
+    STEP,
+    TOLERANCE,
+)
+
+#: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
+RELATIVE_STEP = 0.06
+
+
+class RunSettings(NamedTuple):
+    """Settings of a run (`kernels.lossy_disk.arrays.SETTINGS`), cos(flat_tilt), and the step over the time scale."""
+
+    duration: float
+    step: float
+    flat_tilt: float
+    tolerance: float
+    limited: float
+    limit: float
+    from_start: float
+    air_law: float
+    cos_flat_tilt: float
+    relative_step: float
+
+
+@kernel
+def prepared_settings(settings):
+    """Return the `RunSettings` of float64[len(SETTINGS)] settings.
+
+    The global error is of fourth order, hence the fourth root of the tolerance.
+    """
+    relative_step = RELATIVE_STEP * math.sqrt(math.sqrt(settings[TOLERANCE] * 1.0e8))
+    return RunSettings(
+        settings[DURATION], settings[STEP], settings[FLAT_TILT], settings[TOLERANCE],
+        settings[LIMITED], settings[LIMIT], settings[FROM_START], settings[AIR_LAW],
+        math.cos(settings[FLAT_TILT]), relative_step,
+    )  # fmt: skip
+
+
+@simd
+def hurry(state, f, along, inertia, losses):
+    """Square of the fastest rate of a motion, times cos(tilt)^2, without rolling friction.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+    f, along : float
+        Roll rate; force that friction and drag take from the roll rate.
+    inertia : kernels.lossy_disk.rk4.Inertia
+    losses : kernels.lossy_disk.loss_laws.Losses
+
+    Notes
+    -----
+    The rates of the linearised motion; near flat that is the precession. Where the force along the rim changes o
+    faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha. A roll rate relaxes with the rate
+    viscous * (2 T^2/alpha + ...).
+    """
+    S, C, K, w, o, p = state
+    rolling = 2.0 * inertia.i_tilt * inertia.i_inverse
+    viscous = viscosity(f, K, losses)
+    steep = inertia.inverse_spin * (S * K) * S
+    square = viscous * viscous
+    slow = C * C * (inertia.i_tilt + square + rolling * p * p)
+    return slow + (o * o + (w * w + steep * (along * along + steep * square)))
+
+
+@simd
+def hurry_by_rolling_friction(hurried, C, taken):
+    """`hurry` with rolling friction, which changes the direction of a slow motion fast; `taken` is of the order 1/time."""
+    fast = taken * C
+    return hurried + fast * fast
+
+
+@simd
+def no_hurry_by_rolling_friction(hurried, C, taken):
+    """`hurry_by_rolling_friction` without it."""
+    return hurried
+
+
+@simd
+def half_step(hurried, C, scale, longest):
+    """Half the next step: `scale` over the fastest rate, at most `longest`."""
+    half = scale * C / math.sqrt(hurried)
+    return half if half < longest else longest  # min() is a call
