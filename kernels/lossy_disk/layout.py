@@ -38,7 +38,8 @@ LEG_TURNED, LEG_PATH, LEG_ROLLED, LEG_PIVOTED, LEG_RUBBED, LEG_DAMPED, LEG_BLOWN
 #: sines of the extreme tilts.
 LEG_LEAST, LEG_GREATEST = offsets(67, 69)
 
-#: When the criterion was first broken, the largest imbalance, steps, switches, reductions of the step, what failed last,
+#: When the criterion was first broken, the largest imbalance, steps, switches, reductions of the step, the imbalance
+#: that was last found too large,
 BREACH, IMBALANCE, STEPS_KEPT, SWITCHES, REFINED, FAILED = offsets(69, 75)
 #: the steps of a leg.
 STEPS = offsets(75, 76)[0]

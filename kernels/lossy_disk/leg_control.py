@@ -49,9 +49,9 @@ from kernels.lossy_disk.arrays import (
     TILT_RATE,
     TIME_ERROR,
 )
-from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, LIFT_OFF, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
-from kernels.lossy_disk.rk4 import rates, step
+from kernels.lossy_disk.rk4 import step
 from kernels.lossy_disk.simd_stages import begin, inertia_of, losses_of, sense_of, set_off, state_of
 
 #: The motion slides again, and goes on in its lane.
@@ -352,6 +352,9 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     )
     error = max(lanes[at.IMBALANCE + lane], _imbalance(state, ledger, lane, lanes))
     lanes[at.IMBALANCE + lane] = error
+    if lanes[at.LAST + lane] == 0.0:
+        _write_unresolved(cell, lane, lanes, measures, counts)
+        return False
     if not error <= run.tolerance:
         if _refine(lane, error, run, lanes):
             return True

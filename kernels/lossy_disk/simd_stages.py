@@ -74,7 +74,8 @@ def prepare(lane, run, lanes):
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = o, of_disk.i_roll * s
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
-    lanes[at.SCALE + lane], lanes[at.LONGEST + lane] = 0.5 * run.relative_step, 0.5 * run.step / unit
+    longest = 0.5 * run.step / unit if run.step > 0.0 else math.inf
+    lanes[at.SCALE + lane], lanes[at.LONGEST + lane] = 0.5 * run.relative_step, longest
     lanes[at.END + lane] = run.duration / unit
     lanes[at.SHORTEST + lane] = _SHORTEST * (run.duration / unit)
     lanes[at.REFINED + lane], lanes[at.FAILED + lane] = 0.0, math.nan

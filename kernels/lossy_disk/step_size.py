@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 from kernels.jit import kernel, simd
-from kernels.lossy_disk.loss_laws import viscosity
 from kernels.lossy_disk.arrays import (
     AIR_LAW,
     DURATION,
@@ -15,6 +14,7 @@ from kernels.lossy_disk.arrays import (
     STEP,
     TOLERANCE,
 )
+from kernels.lossy_disk.loss_laws import viscosity
 
 #: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
@@ -78,7 +78,7 @@ def hurry(state, f, along, inertia, losses):
 
 @simd
 def hurry_by_rolling_friction(hurried, C, taken):
-    """`hurry` with rolling friction, which changes the direction of a slow motion fast; `taken` is of the order 1/time."""
+    """`hurry` with rolling friction, which changes the direction of a slow motion at the rate `taken`."""
     fast = taken * C
     return hurried + fast * fast
 
