@@ -69,7 +69,9 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
         return np.zeros(columns[quantity.name].shape)
     # rules that do not use the errors do without them
     errors = _extreme_errors(new) + _extreme_errors(reference) if quantity.tolerance.stated else 0.0
-    return stated_error(quantity, reference.spec, starts, columns, errors)
+    own = new.columns.get(quantity.tolerance.stated)
+    found = stated_error(quantity, reference.spec, starts, columns, errors)
+    return found if own is None else found + PROMISED * magnitude(own)
 
 
 def stated(pair: Pair) -> tuple[Stated, Stated]:

@@ -25,7 +25,7 @@ Starts = Mapping[str, Array]
 # Roles of endings: what an ending means for the verdict, whatever the model calls it.
 #: The cell has not been integrated.
 MISSING = "missing"
-#: The extremes that were reached hold for all time.
+#: The extremes that were reached hold for all time; of a model that judges within the duration, for that.
 FINAL = "final"
 #: Time ran out first: the motion may yet go further.
 OPEN = "open"
@@ -59,10 +59,13 @@ class Endings:
     ----------
     *endings : Ending
         The one whose role is MISSING has the code 0.
+    lost_time : str
+        The measure with the time at which a motion was lost; empty if there is none. Of another ending it has none, or
+        the time until that one.
     """
 
-    def __init__(self, *endings: Ending) -> None:
-        self._all = endings
+    def __init__(self, *endings: Ending, lost_time: str = "") -> None:
+        self._all, self.lost_time = endings, lost_time
         self._codes = {each.name: each.code for each in endings}
 
     def __iter__(self) -> Iterator[Ending]:
@@ -277,8 +280,6 @@ class Model(ABC):
         The measures with the smallest and the largest value of that coordinate.
     error_name : str
         The measure with the estimated error of the extremes.
-    lost_time : str
-        The measure with the time of a motion that was lost; empty if none can be.
     chosen_by : tuple of str
         Words that choose the model in a request which names none, and which the model that it would have does not know.
     peak : str
@@ -324,7 +325,6 @@ class Model(ABC):
     error_name: str
     peak: str
     lost_name: str = ""
-    lost_time: str = ""
     chosen_by: tuple[str, ...] = ()
     presets: Path
     integrate: Kernel

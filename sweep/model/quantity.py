@@ -31,6 +31,7 @@ _SHOWN: Mapping[str, tuple[str, float]] = {
     "rad": ("deg", math.degrees(1.0)),
     "rad s-1": (r"rad s$^{-1}$", 1.0),
     "m s-2": (r"m s$^{-2}$", 1.0),
+    "kg m-3": (r"kg m$^{-3}$", 1.0),
     "kg m2 s-1": (r"kg m$^2$ s$^{-1}$", 1.0),
     "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
 }
@@ -53,7 +54,8 @@ HALFWIDTH = "halfwidth"
 class Tolerance:
     """How far two atlases may differ in a quantity, and why: |new - old| <= absolute + relative * |old| + stated.
 
-    `stated` names what the two atlases themselves state, one of the words above; empty if that is nothing.
+    `stated` names what the two atlases themselves state, one of the words above, or the variable with the error of each
+    cell; empty if that is nothing.
     """
 
     absolute: float
@@ -175,8 +177,8 @@ class Substitute(Quantity):
 class Word:
     """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`.
 
-    `decides` says whether it changes the cells of an atlas: one that only adds variables does not. `remark` says why there
-    are no other choices, where that helps.
+    `decides` says whether it changes the cells of an atlas: one that only adds variables does not. `remark` says why
+    there are no other choices, where that helps.
     """
 
     name: str

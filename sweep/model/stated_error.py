@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.description import Columns, Request, Starts
-from sweep.model.quantity import AMPLIFIED, EXTREME, Array, Quantity
+from sweep.model.quantity import AMPLIFIED, EXTREME, PROMISED, Array, Quantity
 
 #: Share of a time that the errors of a small swing may come to: more would say nothing of it.
 _MOST_OF_A_TIME = 0.5
@@ -36,6 +36,9 @@ def stated_error(
     allowed = rule.absolute + rule.relative * size
     if not rule.stated:
         return np.asarray(allowed)
+    if rule.stated in columns:
+        # the cells state it themselves
+        return np.asarray(allowed + PROMISED * magnitude(columns[rule.stated]))
     if rule.stated == EXTREME:
         return np.asarray(allowed + error)
     scale = model.perturbation(spec, starts)

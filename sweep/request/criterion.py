@@ -1,7 +1,8 @@
 """What counts as unstable: the criteria of stability.
 
 ``departure:5deg``: the tilt leaves its steady value by more than 5 degrees. ``amplification:10``: it leaves it by
-more than ten times the scale of the perturbation that was put in. ``peak_tilt > 10deg or fall_time < 2s``: a criterion
+more than ten times the scale of the perturbation that was put in. ``aloft:10s``: the disk falls before 10 seconds are
+over (`sweep.request.aloft`). ``peak_tilt > 10deg or fall_time < 2s``: a criterion
 of one's own (`sweep.request.own_criterion`). A criterion is one class: how it is written, its verdict, the limit that
 theory and figures draw, if it has one, and its words.
 """
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from sweep.errors import RequestError
 from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model, Request, Starts
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
+from sweep.request.aloft import Aloft as Aloft
 from sweep.request.criterion_base import Criterion as Criterion
 from sweep.request.criterion_base import Errors
 from sweep.request.expression import spell_angle

@@ -24,10 +24,11 @@ class Criterion:
 
     Parameters
     ----------
-    kind : {"departure", "amplification"}
-        What is limited: the distance from the steady tilt, or that distance over the scale of the perturbation.
+    kind : {"departure", "amplification", "aloft"}
+        What is limited: the distance from the steady tilt, that distance over the scale of the perturbation, or the
+        time before which the motion must not be lost.
     limit : float
-        The largest stable value: rad, between 0 and pi (departure), or a positive number (amplification).
+        The largest stable value: rad, between 0 and pi (departure), or a positive number (amplification); the time, s.
 
     Raises
     ------
@@ -64,7 +65,8 @@ class Criterion:
         Parameters
         ----------
         text : str
-            ``departure:ANGLE``, ``amplification:NUMBER``, or an expression as `sweep.request.expression_text` reads it.
+            ``departure:ANGLE``, ``amplification:NUMBER``, ``aloft:TIME``, or an expression as
+            `sweep.request.expression_text` reads it.
         model : Model, optional
             Whose variables and parameters an expression may name; the default one, the disk, if not given.
 
@@ -149,6 +151,14 @@ class Criterion:
     def needs(self, model: Model) -> tuple[str, ...]:
         """Return the variables of an atlas from which the verdicts follow."""
         raise NotImplementedError
+
+    def check(self, spec: Request) -> None:
+        """Refuse a spec that the criterion cannot judge; most criteria judge any.
+
+        Raises
+        ------
+        RequestError
+        """
 
     def check_new_cells(self) -> None:
         """Refuse to judge cells that have not been computed yet; most criteria can.

@@ -82,8 +82,8 @@ class SweepSpec:
         of the contact point along its path, roll_rate * radius, m/s. The spec holds the rate, in rad/s. Not where
         gravity or radius varies.
     criterion : Criterion or str
-        What counts as unstable: ``departure:5deg``, ``amplification:10``, or an expression over the variables of a cell
-        such as ``peak_tilt > 10deg or fall_time < 2s`` (docs/atlas.md).
+        What counts as unstable: ``departure:5deg``, ``amplification:10``, ``aloft:10s``, or an expression over the
+        variables of a cell such as ``peak_tilt > 10deg or fall_time < 2s`` (docs/atlas.md).
     duration, step : float or str
         Longest time simulated for a cell, and time step, s; a step of ``"auto"`` is the engine's own.
     fall_tilt, tolerance : float or str
@@ -488,6 +488,7 @@ def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
 def _check_criterion(spec: SweepSpec) -> None:
     """Refuse a criterion that judges by variables that the atlas of a spec does not have."""
     model, method = spec.model, spec.method
+    spec.criterion.check(spec)
     needed, unknown = spec.criterion.needs(model), model.unknown_to.get(method, ())
     if without := [name for name in needed if name in unknown]:
         raise RequestError(

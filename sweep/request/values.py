@@ -76,6 +76,9 @@ _FITTING: Mapping[str, str] = {
     "m s-2": "m/s2, cm/s2, g_0",
     "s": "s, ms, min",
     "kg": "kg, g, pound",
+    "kg m-3": "kg/m3, g/cm3",
+    "Pa s": "Pa s, uPa s",
+    "N m s": "N m s",
 }
 
 #: Spelling in a request -> (units, factor). Any other spelling is looked up in pint, which takes a quarter of a second
@@ -87,6 +90,9 @@ _EVERYDAY: Mapping[str, tuple[str, float]] = {units: (units, 1.0) for units in _
     "deg/s": ("rad s-1", math.radians(1.0)),
     "m/s": ("m s-1", 1.0),
     "cm/s": ("m s-1", 0.01),
+    "mm": ("m", 0.001),
+    "um": ("m", 1e-6),
+    "g": ("kg", 0.001),
     "m/s2": ("m s-2", 1.0),
 }
 

@@ -213,7 +213,9 @@ def test_everyday_units_agree_with_pint(unit):
     """The units that are read without pint have pint's factors."""
     import pint
 
-    spelled = unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2")
+    spelled = (
+        unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2").replace("m-3", "m**-3")
+    )
     units, factor = _EVERYDAY[unit]
     si = {
         "rad": "rad",
@@ -223,6 +225,9 @@ def test_everyday_units_agree_with_pint(unit):
         "m s-2": "m/s**2",
         "s": "s",
         "kg": "kg",
+        "kg m-3": "kg/m**3",
+        "Pa s": "Pa*s",
+        "N m s": "N*m*s",
     }[units]
     # 1e-15: pint may round its own product once.
     assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)

@@ -35,7 +35,7 @@ class Disk(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "peak_tilt"
-    lost_name, lost_time = "the disk falls", "fall_time"
+    lost_name = "the disk falls"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate", seconds=5.0)
     words = Words(

@@ -161,6 +161,7 @@ ENDINGS = Endings(
         code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
         "there is no such start: nothing was integrated",
     ),
+    lost_time="fall_time",
 )  # fmt: skip
 
 # fmt: off

@@ -32,7 +32,7 @@ class LossyDisk(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "end_time"
-    lost_name, lost_time = "the disk falls flat", "end_time"
+    lost_name = "the disk falls flat"
     presets = Path(__file__).with_name("presets")
     integrate = integrator(rolling=False, pivoting=False, air=tables.NO_AIR, slips=False)
     words = Words(

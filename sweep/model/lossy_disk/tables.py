@@ -150,6 +150,7 @@ ENDINGS = Endings(
         code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
         "there is no such start: nothing was integrated",
     ),
+    lost_time="end_time",
 )
 
 #: Laws of losses -> (parameter that gives the law its strength, measure of the energy lost to it), in the order of the
