@@ -15,7 +15,7 @@ from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas, require_atlas
 from sweep.errors import RequestError, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.motion.sampling import check_motion, is_motion
+from sweep.motion.sampling import check_motion, end_of, is_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -218,7 +218,7 @@ class Eulerdisk:
     ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        See `sweep.figures.plots.figure` and `sweep.figures.disk.motion_plots.figure`, which takes none of these words.
+        See `sweep.figures.plots.figure` and `motion_figure` there, which takes none of these words.
 
         Parameters
         ----------
@@ -264,9 +264,9 @@ class Eulerdisk:
                 f"{' and '.join(given)} belong to the map of an atlas; this is a motion, whose figure takes no words.",
                 hint="Write motion.eulerdisk.plot().",
             )
-        from sweep.figures.disk import motion_plots
+        from sweep.figures import plots
 
-        return motion_plots.figure(self._dataset)
+        return plots.motion_figure(self._dataset)
 
     def animate(
         self,
@@ -414,9 +414,10 @@ def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     times = dataset["elapsed_time"].values
     yield "motion", shown(printable(plain_text(dataset.attrs.get("title", ""))))
     yield "disk", caption(dataset)
-    fell = float(dataset["fall_time"])
-    ending = f", fell at {fell:.6g} s" if fell <= times[-1] else ""
-    yield "time", f"{times.size} samples from {times[0]:g} to {times[-1]:g} s{ending}"
+    ending = ", ".join(
+        filter(None, (f"{times.size} samples from {times[0]:g} to {times[-1]:g} s", end_of(dataset)))
+    )
+    yield "time", ending
     limit = rolling_limit(dataset)
     friction = float(dataset["friction"])
     rolls = f"rolls all the time with friction {friction:g}; it needs {limit.needed:.4g}"

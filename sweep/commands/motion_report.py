@@ -8,14 +8,8 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require
 from sweep.errors import plain_text, printable
 from sweep.files.atlas_file import AtlasFile
-from sweep.motion.disk_tables import MOTION_INPUTS, TRAJECTORY
 from sweep.motion.kind import TIME
-
-#: What a motion starts from: the parameters of which each sample has a value.
-_START = tuple(name for name in MOTION_INPUTS if name in TRAJECTORY)
-
-#: Of the disk, in the order in which they are told.
-_DISK = ("alpha", "radius", "gravity", "mass", "friction")
+from sweep.motion.sampling import end_of, kind_of
 
 #: Characters of an attribute that are shown.
 _MOST_SHOWN = 300
@@ -30,19 +24,24 @@ def describe_motion(path: Path) -> str:
         If a variable is missing.
     """
     with AtlasFile(path) as file:
-        require(file, (*_START, *_DISK, TIME.name, "fall_time"), str(path))
+        kind = kind_of(file)
+        start_names = tuple(name for name in kind.inputs if name in kind.variables)
+        require(file, (*start_names, *kind.fixed, TIME.name, kind.ending_time, "ending"), str(path))
         title, made, source = (_text(file, name) for name in ("title", "history", "source"))
-        start = [TRAJECTORY[name].spell(float(file[name].values[0]), 6) for name in _START]
-        disk = [MOTION_INPUTS[name].spell(float(file[name].values), 6) for name in _DISK]
-        times, fell = file[TIME.name].values, float(file["fall_time"].values)
-        peak = TRAJECTORY["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
-    ending = f", fell at {fell:.6g} s" if np.isfinite(fell) else ""
+        start = [kind.variables[name].spell(float(file[name].values[0]), 6) for name in start_names]
+        values = {name: float(file[name].values) for name in kind.fixed}
+        # a loss that is not there, and a friction coefficient without a limit, say nothing
+        values = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
+        disk = [kind.inputs[name].spell(value, 6) for name, value in values.items()]
+        times, ending = file[TIME.name].values, end_of(file)
+        peak = kind.variables["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
+    ending = f", {ending}" if ending else ""
     lines = [
         "This file holds one motion in time, as eulerdisk simulate makes it; it is no stability atlas.",
         "",
         title,
-        f"start       {_pairs(_START, start)}",
-        f"disk        {_pairs(_DISK, disk)}",
+        f"start       {_pairs(start_names, start)}",
+        f"disk        {_pairs(tuple(values), disk)}",
         f"time        {times.size} samples from {times[0]:g} to {times[-1]:g} s{ending}",
         f"peak tilt   {peak}",
         f"made        {made}",

@@ -25,8 +25,8 @@ def simulate(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="NAME=VALUE",
-            help="Initial conditions and settings of the integration: one number each, with a unit if you like.",
+            metavar="[SPEC] NAME=VALUE",
+            help="A preset or a .toml file, if you like; initial conditions, losses and settings: one number each.",
             show_default=False,
         ),
     ] = None,
@@ -72,9 +72,11 @@ def simulate(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Compute one motion: its path, invariants and contact forces in time.
+    """Compute one motion: its path, invariants, losses and contact forces in time.
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
+
+    eulerdisk simulate toy tilt=80deg -o stop.nc --plot stop.png --animate stop.mp4
 
     eulerdisk simulate --from rolling.nc roll_rate=2.4 tilt=1deg -o path.nc
 
@@ -86,6 +88,7 @@ def simulate(
     request = _request(words or [], source)
     _check_outputs(output, plot, animate, overwrite, source)
     from sweep.files.netcdf import save
+    from sweep.motion.sampling import end_of
     from sweep.motion.trajectory import simulate as compute
 
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
@@ -93,13 +96,14 @@ def simulate(
         _save_film(dataset, animate, film)
     if plot is not None:
         from sweep.figures import plots
-        from sweep.figures.disk import motion_plots
 
-        plots.save(motion_plots.figure(dataset), plot)
+        plots.save(plots.motion_figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
-    fell = f", fell at {float(dataset['fall_time']):.6g} s" if dataset["fall_time"].notnull() else ""
-    peak = f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg"
-    say(f"{output}: {dataset['tilt'].size} samples, {peak}{fell}")
+    parts = [
+        f"{dataset['tilt'].size} samples",
+        f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg",
+    ]
+    say(f"{output}: {', '.join(filter(None, (*parts, end_of(dataset))))}")
     _say_impossible(dataset)
 
 
@@ -142,12 +146,21 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
-    from sweep.motion.request import MotionRequest, check_names
+    from sweep.motion.preset import is_preset
+    from sweep.motion.request import MotionRequest, check_names, split_motion_words
     from sweep.request.start_list import START
     from sweep.request.words import pairs
 
-    if source is None:
+    preset = words[0] if words and is_preset(words[0]) else ""
+    if source is None and not preset:
         return MotionRequest.from_words(words)
+    if source is None:
+        return _request_of_preset(preset, split_motion_words(words[1:]))
+    if preset:
+        raise RequestError(
+            f"A motion starts from a preset or from a cell of an atlas; got {preset} and --from {source}.",
+            "Leave one of them out.",
+        )
     given = pairs(words)
     # a cell of a list of starts has a number; whether the atlas is one is known when it is open
     check_names({name: text for name, text in given.items() if name != START.name})
@@ -157,6 +170,18 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
         request, taken = _request_of_cell(atlas, given)
     if taken:
         say(f"{source}: the nearest cell is the one at {taken}")
+    return request
+
+
+def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
+    """Return the request for the motion of a preset; say which rates are not given and follow from the tilt."""
+    from sweep.motion.preset import request_of_preset
+
+    request = request_of_preset(preset, given)
+    for name in ("precession_rate", "roll_rate"):
+        word = getattr(request, name)
+        if isinstance(word, str) and name not in given:
+            say(f"{preset}: {name}={word}")
     return request
 
 

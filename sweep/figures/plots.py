@@ -27,6 +27,7 @@ from sweep.figures.sizes import BAR, columns_of, inches, size_of
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
+from sweep.motion.sampling import check_motion, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -202,6 +203,19 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
         drawn.savefig(unfinished, format=ending, dpi=dpi, metadata=_METADATA[ending])
 
 
+def motion_figure(dataset: "xr.Dataset") -> Figure:
+    """Draw one motion in time, as its model does.
+
+    Raises
+    ------
+    RequestError
+        If the dataset is no motion.
+    """
+    check_motion(dataset)
+    drawn: Figure = _imported(kind_of(dataset).figure)(dataset)
+    return drawn
+
+
 def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw the kinds of motion of atlases, as the model of each does."""
     if any(spec_named(each).is_list for each in datasets):
@@ -220,8 +234,13 @@ def _refuse_lists(what: str) -> NoReturn:
 
 def of_the_model(model: Model, name: str, option: str) -> Callable[..., Figure]:
     """Return the function of a model that draws its ``trajectory`` or ``regimes``, or refuse the option by name."""
-    module, _, function = str(getattr(model, name)).partition(":")
-    if not module:
+    if not getattr(model, name):
         raise RequestError(f"The model {model.name} has no {name} to draw.", hint=f"Leave {option} out.")
+    return _imported(getattr(model, name))
+
+
+def _imported(place: str) -> Callable[..., Figure]:
+    """Return the function that a ``module:function`` names."""
+    module, _, function = place.partition(":")
     found: Callable[..., Figure] = getattr(import_module(module), function)
     return found

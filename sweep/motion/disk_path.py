@@ -9,7 +9,6 @@ import numpy.typing as npt
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from sweep.errors import RequestError
-from sweep.model.disk.initial_conditions import complete, computed_rates
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.disk_tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
@@ -39,15 +38,15 @@ _LATER = 1.1
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 
-def follow(spec: MotionRequest) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
-    """Return the times of the samples [s], shape (n,), and the variables of the file.
+def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
+    """Return the times of the samples [s], shape (n,), and the variables of the file; `start` is that of `start_of`.
 
     Raises
     ------
     RequestError
-        If the motion is too fast to be resolved, or no rate keeps its tilt constant that should.
+        If the motion is too fast to be resolved.
     """
-    start, times = _start(spec), spec.times
+    times = spec.times
     integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
     samples, fall_time = integrate(spec, start, times)
     if spec.interval == AUTOMATIC and (closer := _closer(times, samples, fall_time))[1] < times[1]:
@@ -61,21 +60,6 @@ def follow(spec: MotionRequest) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
     values["ending"] = np.array(HORIZON if fall_time is None else FELL, np.int8)
     values["fall_time"] = np.array(np.nan if fall_time is None else fall_time)
     return times, values
-
-
-def _start(spec: MotionRequest) -> Array:
-    """Return the start, shape (len(PARAMETERS),), with the rate that keeps the tilt where the request asks for it."""
-    values = complete(spec, {name: getattr(spec, name) for name in arrays.PARAMETERS})
-    rate = next((name for name in computed_rates(spec) if not np.isfinite(values[name])), None)
-    if rate is not None:
-        given = "precession_rate" if rate == "roll_rate" else "roll_rate"
-        raise RequestError(
-            f"No {rate} keeps this tilt constant; got {rate}={getattr(spec, rate)} with {given}="
-            f"{getattr(spec, given):.6g} tilt={math.degrees(spec.tilt):.6g}deg.",
-            hint=f"Give a larger {given}, a tilt other than 0, or a number for {rate}.",
-            where=rate,
-        )
-    return np.array([values[name] for name in arrays.PARAMETERS], dtype=np.float64)
 
 
 def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:

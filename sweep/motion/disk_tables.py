@@ -96,8 +96,10 @@ DISK_MOTION = MotionKind(
     fixed=("alpha", "radius", "gravity", "mass", "friction"),
     largest_tilt="fall_tilt",
     ending_time="fall_time",
+    endings={"fell": "fell"},
     headline="Motion of a rolling disk",
     summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path "
     "of the contact point, energy, vertical angular momentum with its balance law, and contact forces.",
     kernels="kernels.disk.trajectory",
+    figure="sweep.figures.disk.motion_plots:figure",
 )

@@ -9,7 +9,7 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import spec_of
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
-from sweep.motion.request import REQUESTS, MotionRequest, check_names
+from sweep.motion.request import REQUESTS, MotionRequest, check_names, request_class
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.values import read_number
@@ -55,6 +55,7 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
 
     The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
     a motion lasts three nutation periods of its cell; where the atlas knows none of this start, 10 s as any other one.
+    One with losses may take the duration of the atlas, to its end.
 
     Parameters
     ----------
@@ -72,18 +73,31 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
     """
     spec = spec_of(atlas)
     number = int(np.ravel_multi_index(tuple(place.values()), spec.shape)) if place else 0
-    start = {name: float(values[0]) for name, values in starts_of(spec, Span(number, number + 1)).items()}
-    none = [name for name, value in start.items() if not np.isfinite(value) and name not in changes]
+    start: dict[str, Any] = {
+        name: float(values[0]) for name, values in starts_of(spec, Span(number, number + 1)).items()
+    }
+    # a friction coefficient without a limit is no number that a request can say
+    start |= {name: getattr(spec, name) for name in spec.constants}
+    none = [
+        name
+        for name, value in start.items()
+        if name not in {*changes, *spec.constants} and not np.isfinite(value)
+    ]
     if none:
         raise RequestError(
             f"This cell has no motion: no {none[0]} keeps its tilt constant.",
             hint=f"Name another cell, or give a rate, as in {none[0]}=2.",
             where=none[0],
         )
-    kind = REQUESTS[spec.model.name].kind
-    settings = {name: getattr(spec, name) for name in spec.model.settings if name in kind.inputs}
-    # another start or another disk has another period
-    same = spec.model.parameters.keys().isdisjoint(changes)
+    # a cell without losses may be followed with losses
+    kind = request_class({**start, **changes}).kind
+    settings = {
+        name: getattr(spec, name)
+        for name in (*spec.model.settings, *spec.model.options)
+        if name in kind.names
+    }
+    # another start or another disk has another period, and a motion with losses is followed to its end
+    same = spec.model.parameters.keys().isdisjoint(changes) and not kind.stops
     shown = _PERIODS * _period(atlas, place) if same else np.nan
     settings["duration"] = min(
         shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration

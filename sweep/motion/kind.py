@@ -29,12 +29,19 @@ class MotionKind:
         The input that every tilt of a motion stays below.
     ending_time : str
         The variable with the moment [s] at which the motion came to its end before its duration.
+    endings : mapping of str to str
+        Flag of the variable ending -> what the disk did then, in words.
     headline : str
         The title of a motion without one.
     summary : str
         What the file holds, for its attributes.
     kernels : str
         The module of the compiled functions that integrate it.
+    figure : str
+        ``module:function`` that draws one motion.
+    stops : bool
+        Whether a motion comes to an end of its own: its samples are closer towards it, and a film that cannot show all
+        of a motion shows its end.
     """
 
     model: Model
@@ -44,9 +51,12 @@ class MotionKind:
     fixed: tuple[str, ...]
     largest_tilt: str
     ending_time: str
+    endings: Mapping[str, str]
     headline: str
     summary: str
     kernels: str
+    figure: str
+    stops: bool = False
 
     @property
     def rows(self) -> tuple[Input | Word, ...]:

@@ -19,6 +19,7 @@ from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
 from sweep.motion.disk_tables import DISK_MOTION
 from sweep.motion.kind import MotionKind
+from sweep.motion.lossy_tables import LOSSY_MOTION
 from sweep.request.spec import MOST_STEPS
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
@@ -58,9 +59,10 @@ class MotionRequest:
         RequestError
             If a word is not known, a value is not possible, or values do not go together.
         """
-        made = _class_of(words)
-        kind = made.kind
         check_names(words)
+        made = request_class(words)
+        kind = made.kind
+        _check_kind(words, kind)
         words = resolved(words, kind.model, read=read_number)
         given: dict[str, Any] = {row.name: row.default for row in kind.rows}
         values = {name: _read_word(kind, name, raw) for name, raw in (given | words).items()}
@@ -113,18 +115,28 @@ class TrajectorySpec(_fields(DISK_MOTION), MotionRequest):  # type: ignore[misc]
     kind = DISK_MOTION
 
 
+@dataclass(frozen=True, kw_only=True)
+class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore[misc]  # likewise
+    """The request for a motion of the disk with losses; see `MotionRequest`."""
+
+    kind = LOSSY_MOTION
+
+
 #: Model -> the request for one of its motions.
-REQUESTS: Mapping[str, type[MotionRequest]] = {each.kind.model.name: each for each in (TrajectorySpec,)}
+REQUESTS: Mapping[str, type[MotionRequest]] = {
+    each.kind.model.name: each for each in (TrajectorySpec, LossyTrajectorySpec)
+}
 
 #: Words of a sweep only, for suggestions.
-_NAMES = DISK_MOTION.names
+_NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
     "model": "eulerdisk simulate follows the disk, and no other model"
 }
 
 
-def _class_of(words: Iterable[str]) -> type[MotionRequest]:
-    return TrajectorySpec
+def request_class(words: Iterable[str]) -> type[MotionRequest]:
+    """Return the kind of request that words make: one of those that choose the model with losses says it."""
+    return TrajectorySpec if {*LOSSY_MOTION.model.chosen_by}.isdisjoint(words) else LossyTrajectorySpec
 
 
 def split_motion_words(words: Sequence[str]) -> dict[str, str]:
@@ -138,6 +150,11 @@ def split_motion_words(words: Sequence[str]) -> dict[str, str]:
     return split_words(words, _NAMES, DISK, _ELSEWHERE)
 
 
+def known_names() -> tuple[str, ...]:
+    """Return all words of a request for one motion, of whatever disk."""
+    return _NAMES
+
+
 def check_names(words: Iterable[str]) -> None:
     """Refuse a name that is no word of a request for one motion.
 
@@ -148,6 +165,18 @@ def check_names(words: Iterable[str]) -> None:
     for name in words:
         if name not in _NAMES:
             unknown_word(name, _NAMES, DISK, _ELSEWHERE)
+
+
+def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
+    """Refuse a word of the other kind of motion: only the tilt at which a disk has fallen has two names."""
+    for name in words:
+        if name not in kind.names:
+            which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
+            raise RequestError(
+                f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",
+                hint=f"Write {kind.largest_tilt} instead of {name}, or leave it out.",
+                where=name,
+            )
 
 
 def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:

@@ -12,7 +12,7 @@ from sweep.model.quantity import Array, Truths
 from sweep.motion.disk_tables import LIFTS
 from sweep.motion.kind import TIME
 from sweep.motion.request import TrajectorySpec
-from sweep.motion.sampling import closely_sampled, request_of
+from sweep.motion.sampling import closely_sampled, kind_of, request_of
 from sweep.motion.trajectory import simulate
 
 if TYPE_CHECKING:
@@ -82,11 +82,14 @@ def rolling_limit(dataset: "xr.Dataset") -> RollingLimit:
 
     Notes
     -----
-    The moments are sought among close samples, and then between two of them in a motion that begins at the first.
+    The moments are sought among close samples, and then between two of them in a motion that begins at the first. A
+    motion with losses ends where the disk slips or lifts off: all of it is possible.
     """
     motion = closely_sampled(dataset)
-    friction = float(motion["friction"])
     needed = motion["friction_needed"].values
+    if "contact" not in kind_of(motion).variables:
+        return RollingLimit(None, None, float(np.nanmax(needed, initial=0.0)))
+    friction = float(motion["friction"])
     lifted = motion["contact"].values == LIFTS
     slips = _moment(motion, lifted | (needed > friction), friction)
     lifts_off = _moment(motion, lifted, math.inf)

@@ -1,6 +1,7 @@
 """One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,10 +19,13 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
-from sweep.motion import disk_path
+from sweep.motion import disk_path, lossy_path
 from sweep.motion.disk_tables import DISK_MOTION
 from sweep.motion.kind import TIME, MotionKind
+from sweep.motion.lossy_tables import LOSSY_MOTION
+from sweep.motion.preset import request_of_preset
 from sweep.motion.request import MotionRequest, TrajectorySpec
+from sweep.motion.start import start_of
 from sweep.version import __version__
 
 if TYPE_CHECKING:
@@ -31,18 +35,19 @@ if TYPE_CHECKING:
 FORMAT = 1
 
 #: Model -> the module that integrates its motions.
-_PATHS = {DISK_MOTION.model.name: disk_path}
+_PATHS = {DISK_MOTION.model.name: disk_path, LOSSY_MOTION.model.name: lossy_path}
 
 
 def simulate(
-    spec: MotionRequest | None = None, *, command: str = "sweep.simulate", **words: Any
+    spec: MotionRequest | str | Path | None = None, *, command: str = "sweep.simulate", **words: Any
 ) -> "xr.Dataset":
     """Compute one motion.
 
     Parameters
     ----------
-    spec : TrajectorySpec, optional
-        The request; if not given, it is read from `words`.
+    spec : TrajectorySpec, str or Path, optional
+        The request, which stands alone; or the name of a preset or the path of a TOML file, to which `words` give one
+        number for each of its axes. If not given, the request is read from `words`.
     command : str
         The command of the user, for the attribute history.
     **words
@@ -59,20 +64,25 @@ def simulate(
     RequestError
         If the request cannot be read or carried out, or the motion is too fast to be resolved.
     """
-    spec = TrajectorySpec.read(**words) if spec is None else spec
-    times, values = _PATHS[spec.kind.model.name].follow(spec)
-    return _dataset(spec, times, values, command)
+    if isinstance(spec, str | Path):
+        spec = request_of_preset(spec, words)
+    elif spec is None:
+        spec = TrajectorySpec.read(**words)
+    start = start_of(spec)
+    times, values = _PATHS[spec.kind.model.name].follow(spec, start)
+    return _dataset(spec, start, times, values, command)
 
 
 def _dataset(
-    spec: MotionRequest, times: Array, values: dict[str, npt.NDArray[Any]], command: str
+    spec: MotionRequest, start: Array, times: Array, values: dict[str, npt.NDArray[Any]], command: str
 ) -> "xr.Dataset":
     import xarray as xr
 
     kind = spec.kind
+    # a parameter for which the request has a word is a number in the start
+    known = spec.words() | dict(zip(kind.model.parameters, start.tolist(), strict=True))
     fixed = {
-        name: _variable(kind, kind.inputs[name], getattr(spec, name), (), coordinate=True)
-        for name in kind.fixed
+        name: _variable(kind, kind.inputs[name], known[name], (), coordinate=True) for name in kind.fixed
     }
     variables = {
         name: _variable(kind, kind.variables[name], value, (TIME.name,) if value.ndim else ())
@@ -106,12 +116,15 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
     from importlib.metadata import version
 
     now = created()
+    kind = spec.kind
+    # a file without the name of a model is one of the disk without losses
+    model = {} if kind is DISK_MOTION else {"model": kind.model.name}
     return {
         "Conventions": CONVENTIONS,
-        "title": ascii_text(spec.title or spec.kind.headline),
-        "summary": spec.kind.summary,
+        "title": ascii_text(spec.title or kind.headline),
+        "summary": kind.summary,
         "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
-        "references": spec.kind.model.words.references,
+        "references": kind.model.words.references,
         "source": f"eulerdisk {__version__}, method {spec.method}",
         "software": SOFTWARE,
         "license": LICENSE,
@@ -119,9 +132,10 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
         "history": ascii_text(f"{now} {command}"),
         "date_created": now,
         "eulerdisk_trajectory_format": np.int32(FORMAT),
+        **model,
         "trajectory_request": spec.canonical(),
         "method": spec.method,
-        "kernel_hash": code_hash([spec.kind.kernels]),
+        "kernel_hash": code_hash([kind.kernels]),
         "versions": json.dumps(
             {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")},
             sort_keys=True,

@@ -9,6 +9,7 @@ import numpy as np
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.model.quantity import Array
 from sweep.motion.kind import TIME
+from sweep.motion.sampling import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +41,8 @@ class Timing:
 
     `moments` are the times of the frames [s], shape (n,), `speed` is the time of the motion over that of the film,
     `turn` is the angle [rad] by which the disk turns from one frame to the next, but for its fastest fiftieth, and
-    `shown` and `length` are how much of the motion is in the film, and its whole duration [s].
+    `shown` and `length` are how much of the motion is in the film, and its whole duration [s]; `to_its_end` says that a
+    part is the last one, not the first.
     """
 
     moments: Array
@@ -49,6 +51,7 @@ class Timing:
     turn: float
     shown: float
     length: float
+    to_its_end: bool = False
 
     @property
     def whole(self) -> bool:
@@ -65,7 +68,7 @@ class Timing:
         speed = "in real time" if self.speed == 1.0 else f"at {self.speed:g} times real time"
         text = f"{self.moments.size} frames, {self.moments.size / self.fps:.3g} s {speed}"
         if not self.whole:
-            text += f"; it shows the first {self.shown:.4g} s of {self.length:.4g} s"
+            text += f"; it shows the {'last' if self.to_its_end else 'first'} {self.shown:.4g} s of {self.length:.4g} s"
         if self.aliased:
             text += (
                 f"; the disk turns by {math.degrees(self.turn):.0f} deg from one frame to the next, more than "
@@ -99,15 +102,22 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
     count = max(2, min(count, longest))
     # the last frame shows the end, although it may be nearer than the others
     moments = np.minimum(times[0] + step * np.arange(count), times[-1])
+    stops = kind_of(dataset).stops
+    if stops and moments[-1] < times[-1]:
+        moments = times[-1] - step * np.arange(count)[::-1]
     shown = float(moments[-1] - times[0])
     turn = float(np.quantile(rates, max(_TURNS))) * step
-    return Timing(moments, speed, options.fps, turn, shown, length)
+    return Timing(moments, speed, options.fps, turn, shown, length, stops)
 
 
 def _turning(dataset: "xr.Dataset") -> Array:
-    """Return how fast the disk turns [rad/s], shape (n,)."""
+    """Return how fast the disk turns [rad/s] at moments evenly spaced in time, shape (n,)."""
     tilt, precession, roll = (dataset[name].values for name in ("tilt", "precession_rate", "roll_rate"))
-    return np.asarray(np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt))))
+    rates = np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt)))
+    if not kind_of(dataset).stops:
+        return np.asarray(rates)
+    times = dataset[TIME.name].values
+    return np.asarray(np.interp(np.linspace(times[0], times[-1], times.size), times, rates))
 
 
 def _speed(length: float, rates: Array, fps: int) -> float:

@@ -107,7 +107,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
         for axes, draw in zip(panels, (draw_tilt, draw_path, draw_contact), strict=True):
             draw(axes, motion)
         write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
-        _thin(panels)
+        thin_panels(panels)
     return drawn
 
 
@@ -122,7 +122,7 @@ def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dat
             title = fitted(plain_text(dataset.attrs["title"]), 8.5, 3.2)
             legend.set_title(title, FontProperties(size=8.5, weight="bold"))
             legend.get_title().set_parse_math(False)
-        _thin(panels)
+        thin_panels(panels)
     return drawn
 
 
@@ -133,7 +133,7 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
     axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
     _shade(axes, dataset)
-    _label(axes, TIME.plot_label, TRAJECTORY["tilt"].plot_label)
+    label_axes(axes, TIME.plot_label, TRAJECTORY["tilt"].plot_label)
 
 
 def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -163,7 +163,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
         narrow(factor * (middle - radius), factor * (middle + radius))
     note = "stays in its place" if stays else "" if axes.get_aspect() == 1.0 else "scales differ"
     axes.text(0.97, 0.03, note, transform=axes.transAxes, ha="right", fontsize=7.0, style="italic")
-    _label(axes, f"contact x ({unit})", f"contact y ({unit})")
+    label_axes(axes, f"contact x ({unit})", f"contact y ({unit})")
 
 
 def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -180,7 +180,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
         label = r"to first order $m R^2\dot\phi_0\,(\theta-\theta_0)$"
         axes.plot(times, momentum[0] + gain * (tilt - tilt[0]), label=label, **_OTHER)
     _shade(axes, dataset)
-    _label(axes, TIME.plot_label, TRAJECTORY["vertical_momentum"].plot_label)
+    label_axes(axes, TIME.plot_label, TRAJECTORY["vertical_momentum"].plot_label)
 
 
 def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -201,7 +201,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     _shade(axes, dataset, limit)
     highest = _highest(normal, needed, friction, _UNBOUNDED if unbounded else _IN_VIEW)
     axes.set_ylim(min(0.0, 1.1 * float(normal.min())), 1.08 * highest)
-    _label(axes, TIME.plot_label, "contact (1)")
+    label_axes(axes, TIME.plot_label, "contact (1)")
 
 
 def _highest(normal: Array, needed: Array, friction: float, times: float) -> float:
@@ -213,12 +213,18 @@ def _highest(normal: Array, needed: Array, friction: float, times: float) -> flo
     return max(others, min(float(known.max()), times * max(others, float(np.median(known)))))
 
 
-def draw_picture(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the disk in perspective at moments evenly spaced in time, with the trace of the contact point."""
+def draw_picture(axes: "Axes", dataset: "xr.Dataset", moments: Array | None = None) -> None:
+    """Draw the disk in perspective, with the trace of the contact point.
+
+    At given moments [s], increasing; by default at some that are evenly spaced in time and do not cover each other.
+    """
     x, y, times = (dataset[name].values for name in ("contact_x", "contact_y", TIME.name))
     radius = float(dataset["radius"])
     limit = rolling_limit(dataset).time
-    poses = _snapshots(dataset)
+    if moments is None:
+        poses = _snapshots(dataset)
+    else:
+        poses = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
     camera = Camera.on(centre, reach + radius, azimuth_at_start(dataset))
@@ -313,7 +319,7 @@ def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = Non
         axes.axvspan(start, axes.get_xlim()[1], color=SHADE, linewidth=0.0, zorder=0)
 
 
-def _thin(panels: "Sequence[Axes]") -> None:
+def thin_panels(panels: "Sequence[Axes]") -> None:
     """Keep numbers that do not touch, in the sizes that the layout gives the panels."""
     for axes in panels:
         figure = axes.get_figure(root=True)
@@ -332,13 +338,18 @@ def _frequency(linear: LinearMotion) -> str:
     return rf"$\sqrt{{{'-' if linear.coefficient < 0.0 else ''}k}} = {root:.3g}$ s$^{{-1}}$"
 
 
-def _label(axes: "Axes", xlabel: str, ylabel: str) -> None:
-    """Name the axes, and put the legend above them, where it covers nothing."""
+def label_axes(axes: "Axes", xlabel: str, ylabel: str) -> None:
+    """Name linear axes, and put the legend above them."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(_TICKS, steps=_STEPS))
     # small numbers with an exponent beside the axis: their digits have no room below it
     axes.ticklabel_format(axis="x", scilimits=(-3, 5))
+    legend_above(axes)
+
+
+def legend_above(axes: "Axes") -> None:
+    """Put the legend above a panel, where it covers nothing."""
     axes.legend(
         loc="lower left", alignment="left", bbox_to_anchor=(0.0, 1.0), frameon=False,
         borderaxespad=0.1, handlelength=1.8, labelspacing=0.15, fontsize=7.0,

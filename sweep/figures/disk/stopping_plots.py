@@ -1,0 +1,221 @@
+"""Figures of a motion that loses energy: how it comes to its end, and which law of loss takes the energy when."""
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sweep.errors import plain_text
+from sweep.figures.disk.captions import caption, spell_length
+from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
+from sweep.figures.drawing import sheet
+from sweep.figures.scales import set_log_ticks
+from sweep.model.quantity import Array
+from sweep.motion.kind import TIME
+from sweep.motion.lossy_tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY
+from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
+from sweep.motion.wobble_decay import WobbleLoss, flat_time, wobble_losses, wobbles
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Loss -> its colour, of Okabe and Ito's palette: the colour-blind can tell them apart.
+COLOURS: Mapping[str, str] = {
+    "rolling_loss": "#E69F00",
+    "pivoting_loss": "#CC79A7",
+    "contour_loss": "#0072B2",
+    "damping_loss": "#56B4E9",
+    "air_loss": "#009E73",
+}
+
+#: Energy that is left.
+_LEFT = "0.9"
+
+_MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.0}
+_OTHER: dict[str, Any] = {"color": "#c8380a", "linewidth": 1.0}
+
+#: A law that took less than this share of the energy is not in the figure.
+_LEAST_SHARE = 1e-3
+
+#: A disk whose centre stays within so many radii is shown at its start and at its end.
+_NEAR = 1.0
+
+#: Powers of ten of the time that is left on an axis at most.
+_DECADES = 6.0
+
+#: Length of a guide on either side of the place where its law takes most [decades], its distance from the curve as a
+#: factor, and the place of its words.
+_REACH, _BESIDE = 0.55, 1.25
+
+
+def figure(dataset: "xr.Dataset") -> Figure:
+    """Draw one motion with losses: the disk, tilt and rates in time, where its energy went, and how it came to its end.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A motion with losses, as `sweep.simulate` returns it, or a stretch of it in time.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On an Agg canvas, not registered with pyplot. A motion that did not come to an end has no panels of its end.
+
+    Raises
+    ------
+    RequestError
+        If the dataset is no motion.
+    """
+    motion = closely_sampled(dataset)
+    ends = ending_of(motion) in ("flat", "rest")
+    with sheet(7.2, 7.6 if ends else 5.4) as drawn:
+        grid = drawn.add_gridspec(3 if ends else 2, 2)
+        picture = drawn.add_subplot(grid[0, 0])
+        draw_picture(picture, motion, _moments(motion))
+        draws = [
+            draw_inclination,
+            draw_rates,
+            draw_ledger,
+            *([draw_approach, draw_speeding_up] if ends else []),
+        ]
+        places = [grid[0, 1], grid[1, 0], grid[1, 1], *([grid[2, 0], grid[2, 1]] if ends else [])]
+        panels = [drawn.add_subplot(place) for place in places]
+        for axes, draw in zip(panels, draws, strict=True):
+            draw(axes, motion)
+        write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
+        thin_panels(panels)
+    return drawn
+
+
+def _moments(dataset: "xr.Dataset") -> Array | None:
+    """Return the start and the end of a motion that stays in its place; None where the disk goes about."""
+    radius, times = float(dataset["radius"]), dataset[TIME.name].values
+    spread = max(float(np.ptp(dataset[name].values)) for name in ("centre_x", "centre_y"))
+    return times[[0, -1]] if spread < _NEAR * radius else None
+
+
+def laws_of(dataset: "xr.Dataset") -> list[str]:
+    """Return the losses of a motion that took energy, in the order of the ledger."""
+    lost = {name: float(dataset[name][-1] - dataset[name][0]) for name in LAWS}
+    return [name for name, energy in lost.items() if energy > _LEAST_SHARE * max(sum(lost.values()), 0.0)]
+
+
+def draw_inclination(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the inclination in time; the tilt, which has a sign, of a disk that does not become flat."""
+    quantity = LOSSY_TRAJECTORY["inclination" if ending_of(dataset) == "flat" else "tilt"]
+    values = dataset[quantity.name].values * quantity.plot_scale
+    axes.plot(dataset[TIME.name].values, values, label=end_of(dataset) or "not yet at its end", **_MOTION)
+    if quantity.name == "inclination":
+        axes.set_ylim(bottom=0.0)
+    label_axes(axes, TIME.plot_label, quantity.plot_label)
+
+
+def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the rates in time: of a disk that becomes flat how fast its wobble goes round and how fast it turns itself.
+
+    Near flat the roll rate is the precession rate, with the other sign, and what both leave is the turn of the disk.
+    """
+    times = dataset[TIME.name].values
+    tilt, precession, roll = (dataset[name].values for name in ("tilt", "precession_rate", "roll_rate"))
+    axes.plot(
+        times, precession, label=rf"precession ${LOSSY_TRAJECTORY['precession_rate'].symbol}$", **_MOTION
+    )
+    if ending_of(dataset) == "flat":
+        label = "turn of the disk itself about the vertical"
+        axes.plot(times, precession + roll * np.sin(tilt), label=label, **_OTHER)
+    else:
+        axes.plot(times, roll, label=rf"roll ${LOSSY_TRAJECTORY['roll_rate'].symbol}$", **_OTHER)
+    label_axes(axes, TIME.plot_label, r"rate (rad s$^{-1}$)")
+
+
+def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw what each law has taken in time, one upon the other, and the energy that is left: their sum is constant."""
+    times, laws = dataset[TIME.name].values, laws_of(dataset)
+    lost = [dataset[name].values - dataset[name].values[0] for name in laws]
+    energy = dataset["energy"].values
+    unit, factor = _energy_unit(float(energy[0]))
+    total = max(sum(each[-1] for each in lost), 1e-300)
+    labels = [f"{_law(dataset, name)}: {each[-1] / total:.0%}" for name, each in zip(laws, lost, strict=True)]
+    axes.stackplot(
+        times, [factor * each for each in (*lost, energy)], labels=[*labels, "left"],
+        colors=[*(COLOURS[name] for name in laws), _LEFT], linewidth=0.0,
+    )  # fmt: skip
+    axes.axhline(factor * energy[0], label="energy and losses together", color="black", linewidth=1.0)
+    axes.set(xlim=(times[0], times[-1]), ylim=(0.0, 1.06 * factor * float(energy[0])))
+    label_axes(axes, TIME.plot_label, f"energy ({unit})")
+
+
+def draw_approach(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the inclination against the time that is left, with the slope of each law."""
+    _draw_end(axes, dataset, "inclination", Fraction(1))
+
+
+def draw_speeding_up(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Draw the precession rate against the time that is left, with the slope of each law."""
+    _draw_end(axes, dataset, "precession_rate", Fraction(-1, 2))
+
+
+def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
+    quantity = LOSSY_TRAJECTORY[name]
+    end = flat_time(dataset)
+    left = end - dataset[TIME.name].values
+    values = np.abs(dataset[name].values) * quantity.plot_scale
+    shown = (left > max(left[0] * 10.0**-_DECADES, 0.0)) & (values > 0.0)
+    axes.plot(left[shown], values[shown], label="motion", **_MOTION)
+    axes.set(
+        xscale="log", yscale="log", xlabel=r"time that is left $t_f - t$ (s)", ylabel=quantity.plot_label
+    )
+    if wobbles(dataset):
+        for loss in wobble_losses(dataset):
+            if loss.name in laws_of(dataset):
+                _draw_guide(axes, dataset, loss, left[shown], values[shown], share)
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        set_log_ticks(axis, high / low)
+    legend_above(axes)
+
+
+def _draw_guide(
+    axes: "Axes", dataset: "xr.Dataset", loss: WobbleLoss, left: Array, values: Array, share: Fraction
+) -> None:
+    """Draw the slope of a law beside the curve, where it takes its largest part of the power."""
+    at = _strongest(dataset, loss, left)
+    slope = loss.exponent * share
+    ends = (at * 10.0 ** np.array([-_REACH, _REACH])).clip(left.min(), left.max())
+    near = (left >= ends[0]) & (left <= ends[1])
+    # above all swings of the curve
+    level = float((values[near] / (left[near] / at) ** float(slope)).max())
+    words = f"slope {slope} of {LAWS[loss.name]}".replace("-", "\u2212")
+    beside = _BESIDE * level * (ends / at) ** float(slope)
+    axes.plot(ends, beside, color=COLOURS[loss.name], linewidth=1.6, linestyle=(0, (4, 1.5)), label=words)
+
+
+def _strongest(dataset: "xr.Dataset", loss: WobbleLoss, left: Array) -> float:
+    """Return the time that is left [s] where a loss has its largest part of the power of all, by the closed forms."""
+    inclination = np.interp(
+        left, flat_time(dataset) - dataset[TIME.name].values[::-1], dataset["inclination"].values[::-1]
+    )
+    powers = {
+        each.name: each.coefficient * inclination ** -float(each.power) for each in wobble_losses(dataset)
+    }
+    parts = powers[loss.name] / sum(powers.values())
+    best = np.flatnonzero(parts >= 0.999 * parts.max())
+    # the middle, on the axis, of where it is about as strong
+    return math.sqrt(left[best[0]] * left[best[-1]])
+
+
+def _energy_unit(energy: float) -> tuple[str, float]:
+    """Return the unit in which energies of this size [J] are read, and the factor to it."""
+    return ("J", 1.0) if energy >= 1.0 else ("mJ", 1e3) if energy >= 1e-3 else ("\u00b5J", 1e6)
+
+
+def _law(dataset: "xr.Dataset", name: str) -> str:
+    """Return a law of loss with its coefficient, in words."""
+    if name == "air_loss":
+        return f"{LAWS[name]} ({request_of(dataset).air_law.capitalize()})"
+    parameter, unit = COEFFICIENTS[name]
+    value = float(dataset[parameter])
+    return f"{LAWS[name]} {spell_length(value) if unit == 'm' else f'{value:.4g} {unit}'}"
