@@ -1,0 +1,231 @@
+"""Steps that end at the first event: where a rate vanishes, a hold lets go, or the motion ends.
+
+Each event has a margin, a function of the state that is positive before it. Where the margin is negative after a step,
+the step is done again from its beginning, as long as the margin allows: its root over the length of the step, by the
+Illinois variant of the rule of false position (Dowell and Jarratt, BIT 11 (1971) 168). A step of any length has the
+error of the method only, so the state there is as good as any other.
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.jit import internal
+from kernels.lossy_disk.contact import contact_forces
+from kernels.lossy_disk.dry_friction import HOLDS_ON, force_that_holds_roll
+from kernels.lossy_disk.equations import roll_rate, turning_rate
+from kernels.lossy_disk.held_roll import held_step
+from kernels.lossy_disk.loss_laws import Losses
+from kernels.lossy_disk.rk4 import Inertia, rates, step
+
+#: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
+#: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
+#: the criterion is broken. Without a margin: all rates that rolling friction opposes have vanished; all rates have; a
+#: number is not finite.
+(
+    TURNS,
+    ROLL_VANISHES,
+    TURN_VANISHES,
+    ROLL_LET_GO,
+    TURN_LET_GO,
+    TILTING_VANISHES,
+    FLATTENS,
+    LIFTS,
+    SLIPS,
+    BREACHES,
+) = range(10)
+CONTACT_RESTS, RESTS, FAILS, NO_EVENT = 10, 11, 12, -1
+
+#: Scaled horizontal turning rate below which, while it falls, it counts as vanished; over 1 + |precession part|.
+_REST = 1.0e-10
+
+_MOST_TRIALS, _MOST_HALVINGS = 80, 40
+
+#: Share of a step to which its event is found.
+_SHARP = 1.0e-14
+
+
+class Case(NamedTuple):
+    """What does not change along a motion.
+
+    Attributes
+    ----------
+    inertia : kernels.lossy_disk.rk4.Inertia
+    losses : kernels.lossy_disk.loss_laws.Losses
+    cos_flat : float
+        Cosine of flat_tilt.
+    friction : float
+        Coefficient of friction; infinite where the disk cannot slip.
+    reference : float
+        Tilt from which the criterion measures [rad].
+    relative_step : float
+        Step over the time scale of the motion.
+    longest : float
+        Longest step in scaled time.
+    """
+
+    inertia: Inertia
+    losses: Losses
+    cos_flat: float
+    friction: float
+    reference: float
+    relative_step: float
+    longest: float
+
+
+@internal
+def moved(state, senses, case, h):
+    """State and gain of the ledger after one step of scaled length h, with the senses of friction as they are."""
+    if senses.roll == 0.0:
+        return held_step(state, (senses.tilt, senses.turn), case.inertia, case.losses, h)
+    return step(state, (senses.roll, senses.turn), case.inertia, case.losses, h)
+
+
+@internal
+def _margins(state, senses, heading, case, reach):
+    """Margins of all events; infinite where there can be none.
+
+    `heading` is the sign of the tilt rate before; the criterion is broken where the tilt is farther than `reach` [rad]
+    from its reference.
+    """
+    inertia, losses, none = case.inertia, case.losses, math.inf
+    S, C, _, w, _, _ = state
+    normal, across, along = contact_forces(state, senses, inertia, losses)
+    rolls, lets_roll, lets_turn, tilts = none, none, none, none
+    if senses.roll == 0.0:
+        needed = force_that_holds_roll(state, senses.turn, normal, inertia, losses)
+        lets_roll = HOLDS_ON * losses.contour * normal - abs(needed)
+        tilts = senses.tilt * w if losses.rolling > 0.0 else none
+    else:
+        rolls = senses.roll * roll_rate(state, inertia.i_inverse)
+        if senses.turn == 0.0:
+            _, _, (_, needed) = rates(state, (senses.roll, 0.0), inertia, losses)
+            lets_turn = HOLDS_ON * losses.pivoting * normal - abs(needed)
+    turns = none
+    if senses.turn != 0.0 and losses.pivoting > 0.0:
+        turns = senses.turn * turning_rate(state, inertia.i_inverse)
+    slips = none
+    if case.friction < math.inf:
+        slips = case.friction * normal - math.sqrt(across * across + along * along)
+    breaches = none
+    if reach < math.inf:
+        breaches = reach - abs(math.atan2(S, C) - case.reference)
+    return (
+        heading * w if heading != 0.0 else none,
+        rolls, turns, lets_roll, lets_turn, tilts, C - case.cos_flat, normal, slips, breaches,
+    )  # fmt: skip
+
+
+@internal
+def beyond(state, senses, case, reach):
+    """Return an ending or breach that the state itself is beyond: FLATTENS, LIFTS, SLIPS, BREACHES, or NO_EVENT."""
+    margins = _margins(state, senses, 0.0, case, reach)
+    for event in (FLATTENS, LIFTS, SLIPS, BREACHES):
+        if margins[event] <= 0.0:
+            return event
+    return NO_EVENT
+
+
+@internal
+def _time_of(event, state, senses, heading, case, reach, h):
+    """Length of the step, at most h, at whose end the margin of an event is just negative; after h it is negative.
+
+    Zero if no shorter step leaves a positive margin.
+    """
+    before, after, side = 0.0, h, 0
+    low = _margins(state, senses, heading, case, reach)[event]
+    there, _ = moved(state, senses, case, h)
+    high = _margins(there, senses, heading, case, reach)[event]
+    for _ in range(_MOST_HALVINGS):
+        if low > _SHARP * -high:
+            break
+        # a rate that has just begun
+        before = 0.5 * after
+        there, _ = moved(state, senses, case, before)
+        low = _margins(there, senses, heading, case, reach)[event]
+        if low < 0.0:
+            after, high = before, low
+    if not low > 0.0:
+        return 0.0
+    for _ in range(_MOST_TRIALS):
+        trial = after - high * (after - before) / (high - low)
+        if not before < trial < after:
+            trial = 0.5 * (before + after)
+        there, _ = moved(state, senses, case, trial)
+        margin = _margins(there, senses, heading, case, reach)[event]
+        if margin > 0.0:
+            before, low = trial, margin
+            high = 0.5 * high if side == 1 else high
+            side = 1
+        else:
+            after, high = trial, margin
+            low = 0.5 * low if side == -1 else low
+            side = -1
+        if after - before <= _SHARP * h:
+            break
+    return after
+
+
+@internal
+def _contact_rests(state, senses, case):
+    """Whether the horizontal turning rate has all but vanished, and still falls."""
+    if senses.roll == 0.0 or not case.losses.rolling > 0.0:
+        return False
+    size, change, _ = horizontal_rate(state, senses, case)
+    _, _, K, _, o, _ = state
+    return size < _REST * (1.0 + abs(o * K)) and change < 0.0
+
+
+@internal
+def horizontal_rate(state, senses, case):
+    """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
+    S, C, K, w, o, _ = state
+    inertia = case.inertia
+    f = roll_rate(state, inertia.i_inverse)
+    (_, _, _, dw, do, dp), _, _ = rates(state, (senses.roll, senses.turn), inertia, case.losses)
+    df = inertia.i_inverse * dp - do * (S * K) - o * w * K * K
+    across = C * f
+    changing = C * df - S * w * f
+    size = math.sqrt(w * w + across * across)
+    falling = (w * dw + across * changing) / size if size > 0.0 else 0.0
+    return size, falling, math.sqrt(dw * dw + changing * changing)
+
+
+@internal
+def step_to_event(state, senses, case, reach, h):
+    """One step, cut at its first event.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+    senses : kernels.lossy_disk.dry_friction.Senses
+    case : Case
+    reach : float
+        Distance of the tilt from the reference [rad] that breaks the criterion; infinite where it has been broken.
+    h : float
+        Its longest length, scaled.
+
+    Returns
+    -------
+    (state, gain, h, event)
+        State and gain of the ledger behind the step; its length; the event that ended it, or NO_EVENT.
+    """
+    w = state[3]
+    heading = 0.0 if w == 0.0 else math.copysign(1.0, w)
+    found = NO_EVENT
+    after, gain = moved(state, senses, case, h)
+    # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
+    if heading * after[3] < 0.0:
+        h, found = _time_of(TURNS, state, senses, heading, case, reach, h), TURNS
+        after, gain = moved(state, senses, case, h)
+    margins, least = _margins(after, senses, heading, case, reach), h
+    for event in range(ROLL_VANISHES, BREACHES + 1):
+        if margins[event] < 0.0:
+            time = _time_of(event, state, senses, heading, case, reach, h)
+            if time <= least:
+                found, least = event, time
+    if least < h:
+        h = least
+        after, gain = moved(state, senses, case, h)
+    if (found == NO_EVENT or found == TURNS) and _contact_rests(after, senses, case):
+        found = CONTACT_RESTS
+    return after, gain, h, found

@@ -1,0 +1,346 @@
+"""One motion in scalar code: steps, events, what friction holds or lets go, the ledger, until an ending.
+
+The lanes step what slides; whatever is decided at an event is decided here, and what friction holds is followed here
+until it slides again.
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.jit import internal, kernel
+from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, SEIZES_ANYHOW, Senses, compliance, decided
+from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
+from kernels.lossy_disk.equations import roll_rate, turning_rate
+from kernels.lossy_disk.events import (
+    BREACHES,
+    CONTACT_RESTS,
+    FAILS,
+    FLATTENS,
+    LIFTS,
+    NO_EVENT,
+    RESTS,
+    ROLL_LET_GO,
+    ROLL_VANISHES,
+    SLIPS,
+    TILTING_VANISHES,
+    TURN_LET_GO,
+    TURN_VANISHES,
+    TURNS,
+    beyond,
+    horizontal_rate,
+    step_to_event,
+)
+from kernels.lossy_disk.held_roll import vertical_inertia
+from kernels.lossy_disk.rk4 import rates
+
+#: Of a motion that goes on.
+MOVING = -1
+
+#: Horizontal turning rate below which rolling friction is followed here until it is twice as large, not in lanes.
+SLOW_CONTACT = 1.0e-3
+
+#: Steps over the time in which the horizontal turning rate would vanish, and over that in which viscous friction takes
+#: the roll rate, both over the relative step.
+_SHARE_UNTIL_REST, _SHARE_OF_RELAXING = 2.0, 4.0
+
+#: Longest scaled time over which the last of the horizontal turning rate vanishes.
+_LAST = 1.0e-6
+
+_MOST_STEPS = 1.0e8
+
+#: Switches of friction in excess of its steps after which a motion is abandoned: it would switch for ever.
+_MOST_SWITCHES = 1000.0
+
+#: A rate of a start is zero where rounding may have made it.
+_ROUNDING = 8.0 * 2.0**-52
+
+
+class Motion(NamedTuple):
+    """A motion at an instant.
+
+    Attributes
+    ----------
+    state : tuple of 6 floats
+        S, C, K, w, o, p (`kernels.lossy_disk.equations`).
+    senses : kernels.lossy_disk.dry_friction.Senses
+    time : float
+        Scaled.
+    ledger : tuple of 7 floats
+        Heading, path over R, energy taken by rolling, pivoting and contour friction, damping and air, over m g R.
+    """
+
+    state: tuple
+    senses: Senses
+    time: float
+    ledger: tuple
+
+
+class Record(NamedTuple):
+    """What is kept of a motion.
+
+    Attributes
+    ----------
+    least, greatest : float
+        Extreme tilts [rad].
+    breach : float
+        Scaled time when the criterion was first broken; NaN if it has not been.
+    steps, switches : float
+        Steps, and how often friction changed its sense, held or let go.
+    """
+
+    least: float
+    greatest: float
+    breach: float
+    steps: float
+    switches: float
+
+
+@internal
+def _added(ledger, gain, h):
+    """`ledger` + h * `gain`."""
+    a0, a1, a2, a3, a4, a5, a6 = ledger
+    b0, b1, b2, b3, b4, b5, b6 = gain
+    return (
+        a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
+    )  # fmt: skip
+
+
+@internal
+def tilt_of(state):
+    """Tilt [rad] of a state."""
+    return math.atan2(state[0], state[1])
+
+
+@internal
+def all_held(senses):
+    """Whether friction holds tilt and roll rate: the disk can only turn about the vertical through its contact."""
+    return senses.roll == 0.0 and senses.tilt == 0.0
+
+
+@internal
+def step_length(state, senses, case):
+    """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
+    S, C, K, w, o, p = state
+    inertia, losses = case.inertia, case.losses
+    s, f = inertia.i_inverse * p, roll_rate(state, inertia.i_inverse)
+    own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
+    h = case.relative_step * C / math.sqrt(C * C * own + o * o + w * w)
+    # a roll rate relaxes fast near flat, where little inertia opposes it
+    viscous = losses.damping + losses.film * K + 1.5 * losses.layer * math.sqrt(abs(f))
+    G_ff, _ = compliance(S, K, inertia)
+    if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
+        h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
+    if losses.rolling > 0.0 and senses.roll != 0.0:
+        size, _, change = horizontal_rate(state, senses, case)
+        share = _SHARE_UNTIL_REST * case.relative_step
+        if change * h > share * size:
+            h = share * size / change
+    return min(h, case.longest)
+
+
+@internal
+def begun(state, case, reach):
+    """Return the `Motion` of a start, and an event that it is beyond, or NO_EVENT.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+        S, C, K, w, o, p.
+    case : kernels.lossy_disk.events.Case
+    reach : float
+        As of `kernels.lossy_disk.events.step_to_event`.
+    """
+    S, C, K, w, o, p = state
+    inverse = case.inertia.i_inverse
+    f, v, s = roll_rate(state, inverse), turning_rate(state, inverse), inverse * p
+    no_roll = abs(f) <= _ROUNDING * (abs(s) + abs(o * S * K))
+    no_turn = abs(v) <= _ROUNDING * (abs(o * C) + abs(s * S))
+    senses = Senses(math.copysign(1.0, f), math.copysign(1.0, v), 0.0)
+    motion = Motion(state, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    if no_roll or no_turn:
+        motion = _switched(motion, (no_roll, no_turn, w == 0.0), SEIZES, case)
+    return motion, beyond(motion.state, motion.senses, case, reach)
+
+
+@internal
+def _switched(motion, vanished, strength, case):
+    """Return the motion after friction has decided what it does with rates that have vanished."""
+    state, senses, instant = decided(
+        motion.state, motion.senses, vanished, strength, case.inertia, case.losses
+    )
+    v = turning_rate(state, case.inertia.i_inverse)
+    gain = (v, 0.0, 0.0, case.losses.pivoting * abs(v), 0.0, 0.0, 0.0)
+    return Motion(state, senses, motion.time + instant, _added(motion.ledger, gain, instant))
+
+
+@internal
+def _come_to_rest(motion, case, until):
+    """Return the motion at the instant when the last of its horizontal turning rate has vanished."""
+    state, senses = motion.state, motion.senses
+    size, change, _ = horizontal_rate(state, senses, case)
+    h = min(size, -change * _LAST, -change * (until - motion.time)) / -change
+    changes, gain, _ = rates(state, (senses.roll, senses.turn), case.inertia, case.losses)
+    S, C, K, w, o, p = state
+    dS, dC, dK, _, do, dp = changes
+    there = S + h * dS, C + h * dC, K + h * dK, 0.0, o + h * do, p + h * dp
+    # its own loss ends with it
+    return Motion(there, senses, motion.time + h, _added(motion.ledger, gain, h))
+
+
+@internal
+def _turned(motion, case, until):
+    """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event."""
+    S, C, K, w, o, p = motion.state
+    turn, arm = motion.senses.turn, case.losses.pivoting
+    I_v, v = vertical_inertia(S, C, K, case.inertia), turning_rate(motion.state, case.inertia.i_inverse)
+    h, event, later = until - motion.time, NO_EVENT, v
+    if v == 0.0 or turn == 0.0:
+        return motion, RESTS
+    if arm > 0.0:
+        stop = abs(v) * I_v / arm
+        if stop <= h:
+            h, event, later = stop, RESTS, 0.0
+        else:
+            later = v - turn * arm * h / I_v
+    # pivoting friction is constant, and so is the deceleration
+    mean = 0.5 * (v + later)
+    gain = (mean, 0.0, 0.0, arm * abs(mean), 0.0, 0.0, 0.0)
+    state = S, C, K, 0.0, later * C, case.inertia.i_roll * (later * S)
+    time = until if event == NO_EVENT else motion.time + h
+    return Motion(state, motion.senses, time, _added(motion.ledger, gain, h)), event
+
+
+@internal
+def leap(motion, case, until, reach):
+    """Go on by one step, to the first event at most, and let friction decide there.
+
+    Parameters
+    ----------
+    motion : Motion
+    case : kernels.lossy_disk.events.Case
+    until : float
+        Scaled time behind which it does not go.
+    reach : float
+        As of `kernels.lossy_disk.events.step_to_event`.
+
+    Returns
+    -------
+    (motion, h, event)
+        The scaled length of the step, all with the senses of the motion before; the event at its end.
+    """
+    if all_held(motion.senses):
+        after, event = _turned(motion, case, until)
+        return after, after.time - motion.time, event
+    left = until - motion.time
+    h = min(step_length(motion.state, motion.senses, case), left)
+    state, gain, length, event = step_to_event(motion.state, motion.senses, case, reach, h)
+    time = until if length == left else motion.time + length
+    after = Motion(state, motion.senses, time, _added(motion.ledger, gain, 1.0))
+    if not math.isfinite(state[0] + state[2] + state[3] + state[4] + state[5] + after.ledger[0]):
+        return motion, 0.0, FAILS
+    if event == CONTACT_RESTS:
+        after = _come_to_rest(after, case, until)
+    if is_switch(event):
+        no_roll = event == ROLL_VANISHES or event == CONTACT_RESTS or motion.senses.roll == 0.0
+        no_turn = event == TURN_VANISHES or motion.senses.turn == 0.0
+        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[3] == 0.0
+        after = _switched(after, (no_roll, no_turn, no_tilting), _strength(event, length), case)
+    return after, length, event
+
+
+@internal
+def _strength(event, length):
+    """How strongly friction holds after an event at the end of a step of some length: see `decided`."""
+    if event == ROLL_LET_GO or event == TURN_LET_GO:
+        return LETS_GO
+    if length == 0.0 and (event == ROLL_VANISHES or event == TURN_VANISHES):
+        return SEIZES_ANYHOW
+    return SEIZES
+
+
+@internal
+def is_switch(event):
+    """Whether friction decides at an event."""
+    return ROLL_VANISHES <= event <= TILTING_VANISHES or event == CONTACT_RESTS
+
+
+@internal
+def ending_of(event):
+    """Return the code of `kernels.lossy_disk.endings` of an event that ends a motion, otherwise MOVING."""
+    if event == FLATTENS:
+        return FLAT
+    if event == LIFTS:
+        return LIFT_OFF
+    if event == SLIPS:
+        return SLIP
+    if event == RESTS:
+        return REST
+    if event == FAILS:
+        return UNRESOLVED
+    return MOVING
+
+
+@internal
+def recorded(record, motion, event, case):
+    """Return the record with one more leap, behind which the motion is and at whose end an event was."""
+    tilt = tilt_of(motion.state)
+    switch = is_switch(event) and (event != ROLL_VANISHES or case.losses.contour > 0.0)
+    return Record(
+        min(record.least, tilt),
+        max(record.greatest, tilt),
+        motion.time if event == BREACHES else record.breach,
+        record.steps + 1.0,
+        record.switches + (1.0 if switch else 0.0),
+    )
+
+
+@internal
+def endless(record):
+    """Whether a motion is to be abandoned: it has too many steps, or friction switches and nothing moves."""
+    return record.steps > _MOST_STEPS or record.switches > _MOST_SWITCHES + 0.5 * record.steps
+
+
+@kernel
+def follow(motion, record, case, until, reach, to_lanes):
+    """Follow a motion to its ending, or until it slides on.
+
+    Parameters
+    ----------
+    motion : Motion
+        As of `begun`, or of lanes one step before an event.
+    record : Record
+    case : kernels.lossy_disk.events.Case
+    until : float
+        Scaled time of the horizon.
+    reach : float
+        Distance of the tilt from the reference [rad] that breaks the criterion; infinite: none is looked for.
+    to_lanes : bool
+        Whether to return when friction has decided and one step without an event has been made.
+
+    Returns
+    -------
+    (motion, record, ending)
+        The ending is a code of `kernels.lossy_disk.endings`, or MOVING.
+    """
+    ending, decided_once = MOVING, False
+    while ending == MOVING and motion.time < until:
+        left = math.inf if record.breach == record.breach else reach
+        motion, _, event = leap(motion, case, until, left)
+        record = recorded(record, motion, event, case)
+        ending = UNRESOLVED if endless(record) else ending_of(event)
+        decided_once = decided_once or is_switch(event)
+        calm = event == NO_EVENT or event == TURNS
+        if to_lanes and decided_once and calm and ending == MOVING and _slides(motion, case):
+            return motion, record, MOVING
+    return motion, record, HORIZON if ending == MOVING else ending
+
+
+@internal
+def _slides(motion, case):
+    """Whether lanes can step a motion."""
+    if motion.senses.roll == 0.0:
+        return False
+    if case.losses.rolling > 0.0:
+        size, _, _ = horizontal_rate(motion.state, motion.senses, case)
+        return size > 2.0 * SLOW_CONTACT
+    return True
