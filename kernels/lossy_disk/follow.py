@@ -315,23 +315,25 @@ def follow(motion, record, case, until, reach, to_lanes):
     reach : float
         Distance of the tilt from the reference [rad] that breaks the criterion; infinite: none is looked for.
     to_lanes : bool
-        Whether to return when friction has decided and one step without an event has been made.
+        Whether to return to lanes: behind an event at which friction decided or the criterion was broken, or behind a
+        slow contact, as soon as the motion slides and one step had no event.
 
     Returns
     -------
     (motion, record, ending)
         The ending is a code of `kernels.lossy_disk.endings`, or MOVING.
     """
-    ending, decided_once = MOVING, False
+    ending, judged = MOVING, False
     while ending == MOVING and motion.time < until:
         left = math.inf if record.breach == record.breach else reach
         motion, _, event = leap(motion, case, until, left)
         record = recorded(record, motion, event, case)
         ending = UNRESOLVED if endless(record) else ending_of(event)
-        decided_once = decided_once or is_switch(event)
-        calm = event == NO_EVENT or event == TURNS
-        if to_lanes and decided_once and calm and ending == MOVING and _slides(motion, case):
-            return motion, record, MOVING
+        if to_lanes and ending == MOVING:
+            slides = _slides(motion, case)
+            if judged and slides and (event == NO_EVENT or event == TURNS):
+                return motion, record, MOVING
+            judged = judged or is_switch(event) or event == BREACHES or not slides
     return motion, record, HORIZON if ending == MOVING else ending
 
 
