@@ -159,12 +159,16 @@ def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object
 
 def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
     fixed = [
-        f"{name} {spec.model.parameters[name].spell(value) if np.isfinite(value) else 'none'}"
+        f"{name} {getattr(spec, name) if name in spec.constants else _spelled(spec, name, value)}"
         for name, value in start.items()
         if name not in spec.axes
     ]
     yield f"start       {', '.join(fixed)}"
     yield f"disturbed   {spec.model.disturbed_motion(spec)}"
+
+
+def _spelled(spec: SweepSpec, name: str, value: float) -> str:
+    return spec.model.parameters[name].spell(value) if np.isfinite(value) else "none"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:

@@ -181,8 +181,13 @@ def _settings(spec: SweepSpec) -> str:
         value = getattr(spec, name)
         if name == "tolerance":
             # too small to be read in degrees
-            value = f"{value:g} {quantity.units}"
+            value = f"{value:g} {quantity.units}".removesuffix(" 1")
         words.append(f"{name} {value if isinstance(value, str) else quantity.spell(value, 6)}")
+    words += [
+        f"{name} {getattr(spec, name)}"
+        for name, word in spec.model.options.items()
+        if word.decides and getattr(spec, name) != word.default
+    ]
     return ", ".join(words)
 
 
