@@ -175,17 +175,13 @@ def _divisible(one: Array, other: Array, width: Array) -> Truths:
 
 
 def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
-    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`.
-
-    Theory predicts no boundary for a criterion that does not limit the reach: NaN.
-    """
+    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`."""
     rows, found = rows_along(spec, axis), dict[str, tuple[Array, Array]]()
     for span in blocks(rows.size, AT_ONCE):
         for name, lines in spec.model.lines(spec, axis, starts_of(rows, span)).items():
             # of rows for which theory has no edge it may have no line
             into = found.setdefault(name, (np.full(rows.size, np.nan), np.full(rows.size, np.nan)))
-            known = lines if spec.criterion.limits_reach else lines[:1]
-            for values, part in zip(into, known, strict=False):
+            for values, part in zip(into, lines, strict=True):
                 values[span.start : span.stop] = part
     return {name: (line[0].reshape(rows.shape), line[1].reshape(rows.shape)) for name, line in found.items()}
 

@@ -12,6 +12,7 @@ import numpy as np
 from sweep.atlas.row_status import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
+from sweep.model.description import Model
 from sweep.model.quantity import (
     BRACKET,
     CRITICAL_EDGE,
@@ -56,13 +57,14 @@ def status_name(axis: str, edge: str = "upper") -> str:
     return f"{edge_names(axis, edge)[0]}_status"
 
 
-def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]:
+def edge_quantities(model: Model, axis: str, edge: str = "upper") -> Mapping[str, Quantity]:
     """Return the quantities of one edge of the unstable band along a parameter.
 
     Parameters
     ----------
-    along : Input
-        A control parameter of the model.
+    model : Model
+    axis : str
+        One of its control parameters.
     edge : {"upper", "lower"}
         The edge above which, or below which, the motion is stable.
 
@@ -71,12 +73,13 @@ def edge_quantities(along: Input, edge: str = "upper") -> Mapping[str, Quantity]
     Mapping of str to Quantity
         Those of `edge_names`, all in the units of the parameter, and the flag of `status_name`.
     """
+    along, of_theory = model.parameters[axis], model.line_words
     words, side = along.name.replace("_", " "), "below" if edge == "lower" else "above"
     rows = (
         (f"{words} {side} which the motion is stable, as measured", MEASURED_EDGE),
         (f"half-width of the bracket around the measured {words}", EDGE_HALFWIDTH),
-        (f"{words} at which theory puts the boundary for this criterion and perturbation", PREDICTED_EDGE),
-        (f"analytic critical {words}, the limit of a vanishing perturbation", CRITICAL_EDGE),
+        (of_theory.predicted.format(words), PREDICTED_EDGE),
+        (of_theory.critical.format(words), CRITICAL_EDGE),
     )
     named = zip(edge_names(along.name, edge), rows, strict=True)
     return table(
@@ -204,7 +207,7 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
     dims = tuple(name for name in spec.axes if name != axis)
     declared = []
     measured, halfwidth, _, _ = edge_names(axis, edge)
-    for name, quantity in edge_quantities(spec.model.parameters[axis], edge).items():
+    for name, quantity in edge_quantities(spec.model, axis, edge).items():
         attributes = quantity.attributes() | CONTENT | _auxiliary(spec)
         if quantity.flags is None:
             attributes["comment"] = _missing_words(name, axis, edge)

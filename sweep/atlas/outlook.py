@@ -35,10 +35,10 @@ def one_sided(spec: SweepSpec, dataset: Atlas | None = None) -> list[str]:
     -------
     list of str
         A sentence with a range to paste, that holds the predicted boundary of the rows; nothing where theory predicts
-        no boundary, where rows differ, for an axis of one value, and where two controls are axes.
+        no boundary or only a bound of it, where rows differ, for an axis of one value, and where two controls are axes.
     """
     controls = spec.model.controls(spec.axes)
-    if len(controls) != 1 or len(getattr(spec, controls[0])) < 2:
+    if len(controls) != 1 or len(getattr(spec, controls[0])) < 2 or spec.model.line_words.bound:
         return []
     (axis,) = controls
     low, high = getattr(spec, axis).ends()

@@ -262,9 +262,9 @@ def _lines(
             row = tuple(place[name] for name in dataset[edge_names(axis, edge)[0]].dims)
             reason = row_status.name(int(edge_status(dataset, axis, edge)[row]), edge)
             yield f"boundary    none was measured in this row ({side}): {reason}; {here}"
-        how = "as" if np.isfinite(predicted) else "is"
-        yield f"            {_value(predicted, units)} {how} predicted for this start and this criterion"
-        yield f"            {_value(critical, units)} in the limit of no perturbation"
+        how, words = "as" if np.isfinite(predicted) else "is", spec.model.line_words
+        yield f"            {_value(predicted, units)} {how} {words.told}"
+        yield f"            {_value(critical, units)} {words.limit}"
 
 
 def _value(value: float, units: str) -> str:

@@ -43,7 +43,7 @@ def variables(pair: Pair) -> Iterator[Variable]:
     axes = [axis for axis in pair.axes if axis in model.parameters]
     for axis in axes:
         for edge in EDGES:
-            edges = edge_quantities(model.parameters[axis], edge)
+            edges = edge_quantities(model, axis, edge)
             known += [Variable(each, EDGE, axis) for each in edges.values()]
     points = point_quantities(model.parameters, axes)
     known += [Variable(each, CURVE) for each in (*curve_quantities().values(), *points.values())]

@@ -191,7 +191,7 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
         for place in edge.critical[np.isfinite(edge.critical)]:
             axes.axvline(place, label=f"analytic: {panel.line}", **LINES["analytic"])
         for place in edge.predicted[np.isfinite(edge.predicted)]:
-            axes.axvline(place, label=f"predicted, {panel.criterion}", **LINES["predicted"])
+            axes.axvline(place, label=panel.predicted, **LINES["predicted"])
     # lines of theory outside of the atlas do not stretch its axis
     axes.set_xlim(*panel.x.ends)
     _set_height(axes, panel)
@@ -256,9 +256,9 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
         label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
         # a point in the first column is whole
         _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label, clip_on=False)
-        _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, f", {panel.criterion}")
+        _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, panel.predicted)
     for x, y in analytic_lines(panel):
-        _draw_line(axes, panel, "analytic", x, y, f": {panel.line}")
+        _draw_line(axes, panel, "analytic", x, y, f"analytic: {panel.line}")
     if panel.joined is not None and panel.y is not None:
         for height in (each for each in joined_heights(panel) if each is not None):
             axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)
@@ -282,13 +282,13 @@ def joined_heights(panel: Panel) -> list[float | None]:
     return [float(height) if low <= height <= high else None for height in ends]
 
 
-def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, words: str) -> None:
+def _draw_line(axes: "Axes", panel: Panel, kind: str, x: Array, y: Array, name: str) -> None:
     finite = y[np.isfinite(y)]
     if panel.y is None or not finite.size:
         return
     low, high = panel.y.ends
     seen = np.any((finite >= low) & (finite <= high))
-    label = f"{kind}{words}" + ("" if seen else OUTSIDE)
+    label = name + ("" if seen else OUTSIDE)
     axes.plot(x, y, label=label, path_effects=HALO, **LINES[kind])
 
 

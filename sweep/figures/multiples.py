@@ -218,12 +218,12 @@ def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) ->
         [], [], label=f"{first.method} boundary with its bracket{thinning(drawn)}", linestyle="", marker="o",
         color=INK, markerfacecolor="white", markersize=4.0,
     )  # fmt: skip
-    for kind, words in (("analytic", f": {first.line}"), ("predicted", f", {first.criterion}")):
+    for kind, name in (("analytic", f"analytic: {first.line}"), ("predicted", first.predicted)):
         if any(
             np.isfinite(getattr(edge, "critical" if kind == "analytic" else kind)).any()
             for edge in first.edges
         ):
-            axes.plot([], [], label=f"{kind}{words}", **LINES[kind] | {"color": INK})
+            axes.plot([], [], label=name, **LINES[kind] | {"color": INK})
 
 
 def _sides(panels: Sequence[Panel]) -> str:

@@ -64,13 +64,14 @@ class Panel:
     or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `line_name` what is
     written beside it, `lost` names the endings behind `no_result`. `joined` names the two ends of the line where both
     edges are one curve (`Model.joined_edges`). `method` is how the cells were computed. `marked` are the cells that
-    were asked to be hatched; `marking` says why. `peak` is the variable that the model colours maps by. `caption` has a
-    text for each line.
+    were asked to be hatched; `marking` says why. `predicted` is what the predicted line is called. `peak` is the
+    variable that the model colours maps by. `caption` has a text for each line.
     """
 
     title: str
     caption: tuple[str, ...]
     criterion: str
+    predicted: str
     line: str
     line_name: str
     x: Scale
@@ -175,6 +176,7 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | Non
             *(_row_notes(dataset, control) if control else ()),
         ),
         criterion=spec.criterion.label(model),
+        predicted=model.line_words.label.format(spec.criterion.label(model)),
         line=line,
         line_name=line_name,
         x=x,

@@ -232,7 +232,7 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
     scale, looks = spec.model.parameters[control].plot_scale, (_ANALYTIC, _PREDICTED)
     labels = (
         f"analytic: ${' = '.join(formula(spec, control, low < 0.0))}$",
-        f"predicted, {spec.criterion.label(spec.model)}",
+        spec.model.line_words.label.format(spec.criterion.label(spec.model)),
     )
     drawn: dict[str, Line2D] = {}
     for edge in theory_lines(grid, control).values():

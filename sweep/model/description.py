@@ -189,6 +189,30 @@ class CellCheck:
         return found
 
 
+@dataclass(frozen=True)
+class LineWords:
+    """What the lines of theory along a control are called.
+
+    Parameters
+    ----------
+    critical, predicted : str
+        What the file says of both, with one place for the parameter; ASCII.
+    limit, told : str
+        The same of the value for one cell, as `explain` goes on after the number.
+    label : str
+        The predicted line in a legend, with one place for the criterion.
+    bound : bool
+        Whether the predicted line is only a bound of the boundary, not where it is expected.
+    """
+
+    critical: str = "analytic critical {}, the limit of a vanishing perturbation"
+    predicted: str = "{} at which theory puts the boundary for this criterion and perturbation"
+    limit: str = "in the limit of no perturbation"
+    told: str = "predicted for this start and this criterion"
+    label: str = "predicted, {}"
+    bound: bool = False
+
+
 class Request(Protocol):
     """What a model may ask of a spec: the values of its own parameters, settings and options, by their names."""
 
@@ -292,6 +316,7 @@ class Model(ABC):
         integrate(starts, settings, measures, counts), which `kernels.lanes.binding.bind` has made of the LANE_MODEL in
         the same module.
     words : Words
+    line_words : LineWords
     synonyms : mapping of str to str
         Names of the equations and of other books -> names of parameters and substitutes, for suggestions.
     ambiguous : mapping of str to str
@@ -329,6 +354,7 @@ class Model(ABC):
     presets: Path
     integrate: Kernel
     words: Words
+    line_words: LineWords = LineWords()
     synonyms: Mapping[str, str] = MappingProxyType({})
     ambiguous: Mapping[str, str] = MappingProxyType({})
     exact: "ExactReference | None" = None

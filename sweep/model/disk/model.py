@@ -151,7 +151,11 @@ class Disk(Model):
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
-        return theory.lines(spec, axis, starts)
+        found = theory.lines(spec, axis, starts)
+        if spec.criterion.limits_reach:
+            return found
+        # theory has no time, and knows of no other variable
+        return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
 
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""

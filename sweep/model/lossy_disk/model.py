@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from kernels.lossy_disk import arrays
-from sweep.model.description import Columns, Model, Request, Starts, Words
+from sweep.model.description import Columns, LineWords, Model, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
-from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk import tables, theory
 from sweep.model.lossy_disk.requirements import check_losses
 from sweep.model.lossy_disk.variants import integrator
 from sweep.model.quantity import Array
@@ -44,6 +44,15 @@ class LossyDisk(Model):
         references="equations: McDonald and McDonald, arXiv:physics/0008227; friction: Leine, Arch. Appl. Mech. 79 "
         "(2009) 1063; Le Saux, Leine and Glocker, J. Nonlinear Sci. 15 (2005) 27; air: Moffatt, Nature 404 (2000) 833; "
         "Bildsten, Phys. Rev. E 66 (2002) 056309",
+    )
+    line_words = LineWords(
+        critical="analytic critical {} of the disk without losses, the limit of a vanishing perturbation",
+        predicted="{} that losses take down to the critical one by the end; in the limit of a vanishing perturbation "
+        "the boundary is not beyond it, since falling takes time",
+        limit="without losses, in the limit of no perturbation",
+        told="what losses take down to that by the end; of a vanishing perturbation the boundary is not beyond it",
+        label="slowed to that by losses, {}",
+        bound=True,
     )
     synonyms = DISK.synonyms
     ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
@@ -118,6 +127,18 @@ class LossyDisk(Model):
         largest: npt.NDArray[np.int64] = np.where(lost.max(axis=0) > 0.0, 1 + lost.argmax(axis=0), 0)
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest)), "largest_loss": largest}
 
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return the critical rate without losses, and what sinks to it; see `sweep.model.lossy_disk.theory.lines`."""
+        return theory.lines(spec, axis, starts)
+
+    def line_label(self, spec: Request, axis: str) -> str:
+        """Return the formula of the squared critical rate without losses."""
+        return DISK.line_label(spec, axis)
+
+    def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
+        """Return g/R, in which the square of a rate is a pure number."""
+        return DISK.unit_of_square(spec, axis)
+
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> npt.NDArray[np.bool_]:
         """Return which cells come so near to flat_tilt that they could have been flat within the error."""
         low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
@@ -138,8 +159,8 @@ class LossyDisk(Model):
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
-        """Return none: see `lines` for what theory says of losses."""
-        return ()
+        """Return how long losses take to slow an upright disk, or to bring a wobble to flat."""
+        return theory.predictions(spec, start, stored)
 
 
 LOSSY_DISK = LossyDisk()

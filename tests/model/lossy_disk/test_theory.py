@@ -1,0 +1,195 @@
+"""What theory says of losses: how they slow an upright disk, bounds of the boundary, the time of a wobble near flat."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import sweep
+from sweep.atlas.outlook import one_sided
+from sweep.engine.grid import whole
+from sweep.model.lossy_disk import theory
+from sweep.model.lossy_disk.model import LOSSY_DISK
+from sweep.request.spec import SweepSpec
+
+COIN = {"radius": "12mm", "mass": "7g"}
+AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
+LAWS = {
+    "rolling": {"rolling_friction": "20um"},
+    "contour": {"contour_friction": "20um"},
+    "damping": {"contour_damping": 2e-8},
+    "moffatt": {**AIR, "air_law": "moffatt"},
+    "bildsten": {**AIR, "air_law": "bildsten"},
+    "dry and viscous": {"contour_friction": "20um", "contour_damping": 2e-8},
+    "all": {
+        **AIR,
+        "air_law": "bildsten",
+        "contour_friction": "9um",
+        "rolling_friction": "9um",
+        "contour_damping": 1e-8,
+    },
+}
+
+
+def slowed(law, **words):
+    """Return the spec of a coin with a law, its start, and how it is slowed."""
+    spec = SweepSpec(**COIN, **LAWS[law], **{"roll_rate": 40.0, "duration": "5s"} | words)
+    starts = whole(spec)
+    return spec, starts, theory.slowing(spec, starts, "roll_rate")
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_rate_is_followed_back_in_time(law):
+    """The rate before is the one that SciPy brings down to the given one; the time between both is that time."""
+    _, _, coefficients = slowed(law)
+    a, b, d = (float(each[0]) for each in coefficients)
+    before = float(theory.rate_before(np.array([17.0]), 5.0, coefficients)[0])
+    sunk = solve_ivp(
+        lambda _, rate: -(a + b * rate + d * rate**1.5), (0.0, 5.0), [before], rtol=1e-11, atol=1e-12
+    )
+    assert sunk.y[0, -1] == pytest.approx(17.0, rel=1e-8)
+    assert theory.time_between(before, 17.0, (a, b, d)) == pytest.approx(5.0, rel=1e-8)
+
+
+def test_the_slowing_of_the_closed_forms():
+    """Scaled: s = s0 - c t/(1+alpha) dry, s0 exp(-k t/(1+alpha)) viscous, o = o0 - 2 c t/alpha pivoting."""
+    unit = math.sqrt(0.012 / 9.81)
+    a, b, d = (float(each[0]) for each in slowed("contour")[2])
+    assert (a, b, d) == (pytest.approx(20e-6 / 0.012 / 1.5 / unit**2, rel=1e-14), 0.0, 0.0)
+    a, b, d = (float(each[0]) for each in slowed("damping")[2])
+    scaled = 2e-8 / (0.007 * 9.81 * 0.012 * unit)
+    assert (a, b, d) == (0.0, pytest.approx(scaled / 1.5 / unit, rel=1e-14), 0.0)
+    spec = SweepSpec(**COIN, pivoting_friction="20um", precession_rate=60.0, alpha=1.0)
+    a, b, d = (float(each[0]) for each in theory.slowing(spec, whole(spec), "precession_rate"))
+    assert (a, b, d) == (pytest.approx(2.0 * 20e-6 / 0.012 / unit**2, rel=1e-14), 0.0, 0.0)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("law", LAWS)
+def test_the_kernels_slow_an_upright_disk_as_theory_says(law):
+    """A disk that rolls all but upright has travelled as far as the law of its rate says: R times the integral of it."""
+    spec, _, coefficients = slowed(
+        law, tilt=1e-7, roll_rate=60.0, duration="0.5s", criterion="departure:45deg"
+    )
+    atlas = sweep.run(spec)
+    a, b, d = (float(each[0]) for each in coefficients)
+    found = solve_ivp(
+        lambda _, y: [-(a + b * y[0] + d * y[0] ** 1.5), 0.012 * y[0]],
+        (0.0, 0.5),
+        [60.0, 0.0],
+        rtol=1e-11,
+        atol=1e-13,
+    )
+    assert float(atlas.path_length) == pytest.approx(found.y[1, -1], rel=1e-7)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("law", ["contour", "damping", "bildsten"])
+def test_the_boundary_of_a_small_perturbation_is_not_beyond_the_bound(law):
+    """It lies between the critical rate without losses and the rate that sinks to it by the end, for both criteria."""
+    words = {"tilt": "0.0001deg", "roll_rate": "15:60:91", "duration": "8s", "criterion": "departure:30deg"}
+    for criterion, duration in (("departure:30deg", "8s"), ("aloft:8s", "12s")):
+        spec, _, _ = slowed(law, **words | {"criterion": criterion, "duration": duration})
+        atlas = sweep.run(spec)
+        lines = [float(atlas[f"{kind}_roll_rate"]) for kind in ("critical", "boundary", "predicted")]
+        assert lines[0] == pytest.approx(math.sqrt(9.81 / 0.036), rel=1e-12)
+        assert lines == sorted(lines), (criterion, lines)
+
+
+def lines(axis="roll_rate", **words):
+    """Return the lines of a spec along an axis."""
+    spec = SweepSpec(**COIN, **{axis: "10:80:5"}, **words)
+    return LOSSY_DISK.lines(spec, axis, whole(spec))
+
+
+def test_where_theory_has_no_line():
+    """Two rates, circling and centres at rest have none; a spinning disk with contour friction has no stable rate."""
+    assert lines(contour_friction="1um", precession_rate=1.0) == {}
+    assert lines("precession_rate", contour_friction="1um", roll_rate="wobble", tilt="60deg") == {}
+    assert lines("precession_rate", contour_friction="1um", roll_rate="steady", tilt="60deg") == {}
+    assert lines("precession_rate", contour_friction="1um") == {}
+    assert np.isfinite(lines("precession_rate", pivoting_friction="1um")["upper"]).all()
+    critical, bound = lines(rolling_friction="1um", criterion="end_time < 3s")["upper"]
+    assert np.isfinite(critical).all()
+    assert np.isnan(bound).all()
+
+
+def test_the_line_follows_the_time_that_the_criterion_asks_for():
+    """A departure within the duration, or aloft for a time; rates of both signs have lines on both sides."""
+    short, long = (lines(rolling_friction="9um", duration=time)["upper"][1] for time in ("2s", "9s"))
+    assert (long > short).all()
+    aloft = lines(rolling_friction="9um", duration="9s", criterion="aloft:2s")["upper"][1]
+    np.testing.assert_allclose(aloft, short, rtol=1e-15)
+    spec = SweepSpec(**COIN, rolling_friction="9um", roll_rate="-60:60:7", duration="2s")
+    both = LOSSY_DISK.lines(spec, "roll_rate", whole(spec))
+    np.testing.assert_array_equal(both["upper"][1], -both["lower"][1])
+    np.testing.assert_allclose(both["upper"][1][0], short[0], rtol=1e-15)
+
+
+def test_a_bound_is_no_prediction():
+    """No range is called one-sided because of it: the boundary may lie below the bound."""
+    assert one_sided(SweepSpec(**COIN, rolling_friction="9um", roll_rate="17:18:5", duration="9s")) == []
+
+
+CLOSED = {
+    "contour_friction": lambda a, c: a**1.5 / (c * 2.0),
+    "rolling_friction": lambda a, c: 3.0 * math.sqrt(a) / (c * 2.0),
+}
+
+
+@pytest.mark.parametrize("law", CLOSED)
+def test_the_wobble_near_flat(law):
+    """The integral is the difference of the closed forms of the uniform disk, from 5 degrees to 0.1 degrees."""
+    spec = SweepSpec(
+        **COIN, inclination="5deg", precession_rate="wobble", roll_rate="wobble", **{law: "12um"}
+    )
+    start = {name: float(values[0]) for name, values in whole(spec).items()}
+    high, low = math.radians(5.0), math.pi / 2 - spec.flat_tilt
+    unit = math.sqrt(0.012 / 9.81)
+    expected = unit * (CLOSED[law](high, 1e-3) - CLOSED[law](low, 1e-3))
+    assert theory.wobble_time(spec, start) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("law", "power"), [("moffatt", 3.0), ("bildsten", 2.25), ("damping", 2.0)])
+def test_the_wobble_in_the_air(law, power):
+    """The time to the end grows with the inclination to the power of each law: of Moffatt's own example 94 s."""
+    words = {**COIN, **LAWS[law]}
+    if law == "moffatt":
+        words |= {"radius": "37.5mm", "mass": "0.4kg"}
+    times = []
+    for inclination in (0.05, 0.1):
+        spec = SweepSpec(
+            inclination=inclination,
+            precession_rate="wobble",
+            roll_rate="wobble",
+            flat_tilt=math.pi / 2 - 1e-6,
+            **words,
+        )
+        times.append(theory.wobble_time(spec, {name: float(each[0]) for name, each in whole(spec).items()}))
+    assert math.log2(times[1] / times[0]) == pytest.approx(power, abs=1e-6)
+    if law == "moffatt":
+        assert times[1] == pytest.approx(0.1**3 * 0.4 / (2.0 * math.pi * 1.8e-5 * 0.0375), rel=1e-9)
+
+
+def told(start_words, stored=None, **words):
+    """Return what theory says of the one cell of a spec."""
+    spec = SweepSpec(**COIN, **start_words, **words)
+    start = {name: float(values[0]) for name, values in whole(spec).items()}
+    return " ".join(LOSSY_DISK.linear_prediction(spec, start, stored or {"end_time": 3.5}))
+
+
+def test_what_explain_says():
+    """Of rolling, spinning, wobbling and other starts; nothing where theory has nothing to say."""
+    time = (20.0 - math.sqrt(9.81 / 0.036)) / (20e-6 * 9.81 / (1.5 * 0.012**2))
+    assert f"in {time:.6g} s" in told({"roll_rate": 20.0}, rolling_friction="20um")
+    assert "critical one without losses, in" in told({"roll_rate": -20.0}, rolling_friction="20um")
+    assert "is below 16.5" in told({"roll_rate": 10.0}, rolling_friction="20um")
+    assert "no loss slows it" in told({"roll_rate": 40.0}, pivoting_friction="20um")
+    assert "can hold the roll rate" in told({"precession_rate": 60.0}, contour_friction="20um")
+    assert told({"precession_rate": 60.0, "roll_rate": 1.0}, contour_friction="20um") == ""
+    wobble = {"inclination": "5deg", "precession_rate": "wobble", "roll_rate": "wobble"}
+    assert "(the cell has 3.5 s)" in told(wobble, contour_friction="20um")
+    assert "loses no energy" in told(wobble, pivoting_friction="20um")
+    assert told(wobble | {"inclination": "50deg"}, contour_friction="20um") == ""
+    assert told({"tilt": 0.3, "roll_rate": "steady", "precession_rate": 3.0}, contour_friction="20um") == ""
