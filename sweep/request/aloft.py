@@ -35,6 +35,7 @@ class Aloft(Criterion):
     word: ClassVar[str] = "aloft"
     form: ClassVar[str] = "aloft:TIME"
     example: ClassVar[str] = "aloft:10s"
+    predictable: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Read the time, and refuse one before the start."""

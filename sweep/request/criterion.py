@@ -41,6 +41,7 @@ class Limit(Criterion):
     #: The quantity that the limit is read as.
     quantity: ClassVar[Quantity]
     limits_reach: ClassVar[bool] = True
+    predictable: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Read the limit, and refuse one that is not possible."""

@@ -68,7 +68,7 @@ def test_the_slowing_of_the_closed_forms():
 @pytest.mark.compiled
 @pytest.mark.parametrize("law", LAWS)
 def test_the_kernels_slow_an_upright_disk_as_theory_says(law):
-    """A disk that rolls all but upright has travelled as far as the law of its rate says: R times the integral of it."""
+    """A disk that rolls all but upright has travelled R times the integral of the rate that the law says."""
     spec, _, coefficients = slowed(
         law, tilt=1e-7, roll_rate=60.0, duration="0.5s", criterion="departure:45deg"
     )
