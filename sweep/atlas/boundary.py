@@ -175,13 +175,17 @@ def _divisible(one: Array, other: Array, width: Array) -> Truths:
 
 
 def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
-    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`."""
+    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`.
+
+    A criterion that theory does not know has no predicted boundary: NaN.
+    """
     rows, found = rows_along(spec, axis), dict[str, tuple[Array, Array]]()
     for span in blocks(rows.size, AT_ONCE):
         for name, lines in spec.model.lines(spec, axis, starts_of(rows, span)).items():
             # of rows for which theory has no edge it may have no line
             into = found.setdefault(name, (np.full(rows.size, np.nan), np.full(rows.size, np.nan)))
-            for values, part in zip(into, lines, strict=True):
+            known = lines if spec.criterion.predictable else lines[:1]
+            for values, part in zip(into, known, strict=False):
                 values[span.start : span.stop] = part
     return {name: (line[0].reshape(rows.shape), line[1].reshape(rows.shape)) for name, line in found.items()}
 

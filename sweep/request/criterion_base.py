@@ -40,8 +40,8 @@ class Criterion:
     form: ClassVar[str]
     example: ClassVar[str]
 
-    #: Whether it limits how far the coordinate goes: then a lost motion is unstable, and what was unstable when time ran
-    #: out stays so.
+    #: Whether it limits how far the coordinate goes: then a lost motion is unstable, and what was unstable when time
+    #: ran out stays so.
     limits_reach: ClassVar[bool] = False
 
     #: Whether theory may predict its boundary.
