@@ -36,6 +36,8 @@ Arguments
 
 from typing import Any, NamedTuple
 
+from kernels.jit import simd
+
 #: Numbers of LANES cells that `advance` reads and writes: they come first in the layout.
 STEPPING: Any = None
 
@@ -112,6 +114,14 @@ def advance(lane, run, lanes):
     """
 
 
+@simd
+def coast(lane, run, lanes):
+    """Make another step of a lane after `advance`, without looking for events (vector); a model may have none.
+
+    It runs for a lane with an event too, which has to rest.
+    """
+
+
 def land(lane, run, lanes):
     """Compute where a leg ended, as far as that is the same arithmetic for all cells (vector).
 
@@ -153,4 +163,5 @@ class LaneModel(NamedTuple):
     advance: Any
     land: Any
     finish_leg: Any
+    coast: Any = coast
     parts: tuple[tuple[Any, Any], ...] = ()

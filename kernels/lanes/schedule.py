@@ -23,6 +23,7 @@ from kernels.lanes.interface import (
     STEPPING,
     STEPS,
     advance,
+    coast,
     fill_idle,
     finish_leg,
     land,
@@ -62,11 +63,13 @@ _NOTE_ROWS = _SINCE + 1
 
 @simd
 def _advance_all(run, lanes):
-    """One step of every lane; returns the word of the lanes with an event."""
+    """One step of every lane, and one that looks for no event; returns the word of the lanes with an event."""
     going = 0
     for lane in range(LANES):
         # one masked instruction; shifting a bit to its place would take five
         going |= 0 if advance(lane, run, lanes) else _WORDS[lane]
+    for lane in range(LANES):
+        coast(lane, run, lanes)
     return _ALL & ~going
 
 

@@ -301,7 +301,7 @@ def endless(record):
 
 
 @kernel
-def follow(motion, record, case, until, reach, to_lanes):
+def follow(motion, record, case, until, reach, past):
     """Follow a motion to its ending, or until it slides on.
 
     Parameters
@@ -314,31 +314,29 @@ def follow(motion, record, case, until, reach, to_lanes):
         Scaled time of the horizon.
     reach : float
         Distance of the tilt from the reference [rad] that breaks the criterion; infinite: none is looked for.
-    to_lanes : bool
-        Whether to return to lanes: behind an event at which friction decided or the criterion was broken, or behind a
-        slow contact, as soon as the motion slides and one step had no event.
+    past : float
+        Scaled time behind which a motion that slides, and whose last step had no event, returns to lanes; infinite: it
+        never does.
 
     Returns
     -------
     (motion, record, ending)
         The ending is a code of `kernels.lossy_disk.endings`, or MOVING.
     """
-    ending, judged = MOVING, False
+    ending = MOVING
     while ending == MOVING and motion.time < until:
         left = math.inf if record.breach == record.breach else reach
         motion, _, event = leap(motion, case, until, left)
         record = recorded(record, motion, event, case)
         ending = UNRESOLVED if endless(record) else ending_of(event)
-        if to_lanes and ending == MOVING:
-            slides = _slides(motion, case)
-            if judged and slides and (event == NO_EVENT or event == TURNS):
-                return motion, record, MOVING
-            judged = judged or is_switch(event) or event == BREACHES or not slides
+        calm = event == NO_EVENT or event == TURNS
+        if ending == MOVING and calm and motion.time > past and slides(motion, case):
+            return motion, record, MOVING
     return motion, record, HORIZON if ending == MOVING else ending
 
 
 @internal
-def _slides(motion, case):
+def slides(motion, case):
     """Whether lanes can step a motion."""
     if motion.senses.roll == 0.0:
         return False

@@ -13,10 +13,12 @@ Notes
 -----
 Never raises. A cell's bits depend on the cell and the settings alone.
 
-`integrate` has all laws. A variant leaves out what a request has no law for, and what it costs: `variant` says its
-name, and it is made when the module is first asked for it. Rolling friction costs a root and a quotient in each stage
-of a step, Bildsten's law a root.
+There is a variant for each set of laws, which leaves out what the others would cost: `variant` says its name, and it is
+made when the module is first asked for it. `integrate` has both contour frictions and no other law.
 """
+
+from itertools import product
+from typing import Any
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
@@ -37,8 +39,17 @@ LANE_MODEL = LaneModel(
     advance=simd_stages.advance,
     land=simd_stages.land,
     finish_leg=finish_leg,
+    coast=simd_stages.coast,
 )
 
+_DRY = (
+    (loss_laws.contour_friction, loss_laws.dry_contour_friction),
+    (simd_stages.keep_damped, simd_stages.keep_nothing),
+)
+_VISCOUS = (
+    (loss_laws.contour_friction, loss_laws.viscous_contour_friction),
+    (simd_stages.keep_rubbed, simd_stages.keep_nothing),
+)
 _WITHOUT_ROLLING = (
     (loss_laws.rolling_friction, loss_laws.no_rolling_friction),
     (step_size.hurry_by_rolling_friction, step_size.no_hurry_by_rolling_friction),
@@ -50,70 +61,67 @@ _WITHOUT_PIVOTING = (
     (simd_stages.goes_on_turning, simd_stages.always_goes_on_turning),
     (simd_stages.keep_pivoted, simd_stages.keep_nothing),
 )
+_WITHOUT_AIR = (
+    (loss_laws.drag, loss_laws.no_drag),
+    (loss_laws.viscosity, loss_laws.no_viscosity),
+    (simd_stages.keep_blown, simd_stages.keep_nothing),
+)
+_MOFFATT = (
+    (loss_laws.drag, loss_laws.film_drag),
+    (loss_laws.viscosity, loss_laws.film_viscosity),
+)
+_BILDSTEN = (
+    (loss_laws.drag, loss_laws.layer_drag),
+    (loss_laws.viscosity, loss_laws.layer_viscosity),
+)
 _WITHOUT_SLIP = ((simd_stages.grips, simd_stages.always_grips),)
-_AIR = {
-    NO_AIR: (
-        (loss_laws.drag, loss_laws.no_drag),
-        (loss_laws.viscosity, loss_laws.no_viscosity),
-        (simd_stages.keep_blown, simd_stages.keep_nothing),
-    ),
-    MOFFATT: (
-        (loss_laws.drag, loss_laws.film_drag),
-        (loss_laws.viscosity, loss_laws.film_viscosity),
-    ),
-    BILDSTEN: (
-        (loss_laws.drag, loss_laws.layer_drag),
-        (loss_laws.viscosity, loss_laws.layer_viscosity),
-    ),
-}
+
+# What each part of a variant's name stands for, group by group
+_GROUPS: tuple[dict[str, tuple[Any, ...]], ...] = (
+    {"": (), "_dry": _DRY, "_viscous": _VISCOUS},
+    {"": _WITHOUT_ROLLING, "_rolling": ()},
+    {"": _WITHOUT_PIVOTING, "_pivoting": ()},
+    {"": _WITHOUT_AIR, "_moffatt": _MOFFATT, "_bildsten": _BILDSTEN},
+    {"": _WITHOUT_SLIP, "_slipping": ()},
+)
 _AIR_NAMES = {NO_AIR: "", MOFFATT: "_moffatt", BILDSTEN: "_bildsten"}
 
 
-def variant(rolling, air_law, pivoting, slip):
-    """Return the name of an entry point of this module.
+def variant(contour, damping, rolling, pivoting, air_law, slips):
+    """Return the name of the entry point of this module that has no more than the laws of a request.
 
     Parameters
     ----------
-    rolling, pivoting : bool
-        Whether any cell has rolling friction, and pivoting friction.
+    contour, damping, rolling, pivoting : bool
+        Whether any cell has dry contour friction, viscous contour friction, rolling friction, pivoting friction.
     air_law : int
         Law of the drag of air (`kernels.lossy_disk.arrays`).
-    slip : bool
+    slips : bool
         Whether any cell has a finite friction coefficient.
 
     Returns
     -------
     str
     """
-    more = ("_rolling" * rolling, _AIR_NAMES[air_law], "_pivoting" * pivoting, "_slip" * slip)
-    return "integrate_contour" + "".join(more)
+    rubbing = ("" if contour else "_viscous") if damping else "_dry"
+    return "integrate" + "".join(
+        (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, _AIR_NAMES[air_law], "_slipping" * slips)
+    )
 
 
-_VARIANTS = {
-    variant(rolling, air_law, pivoting, slip): (rolling, air_law, pivoting, slip)
-    for rolling in (False, True)
-    for air_law in _AIR
-    for pivoting in (False, True)
-    for slip in (False, True)
-}
-
-
-def lane_model(name):
-    """Return the `LaneModel` of a variant."""
-    rolling, air_law, pivoting, slip = _VARIANTS[name]
-    parts = _AIR[air_law]
-    parts += () if rolling else _WITHOUT_ROLLING
-    parts += () if pivoting else _WITHOUT_PIVOTING
-    parts += () if slip else _WITHOUT_SLIP
-    return LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), parts=parts)
-
-
-integrate = bind(LANE_MODEL)
+def _parts(name):
+    """Return the parts of the variant of a name, None if there is none of it."""
+    for choice in product(*_GROUPS):
+        if name == "integrate" + "".join(choice):
+            return tuple(part for group, key in zip(_GROUPS, choice, strict=True) for part in group[key])
+    return None
 
 
 def __getattr__(name):
     """Make a variant when it is first asked for."""
-    if name not in _VARIANTS:
+    parts = _parts(name)
+    if parts is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    made = globals()[name] = bind(lane_model(name))
+    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), parts=parts)
+    made = globals()[name] = bind(model)
     return made

@@ -49,13 +49,24 @@ from kernels.lossy_disk.arrays import (
     TILT_RATE,
     TIME_ERROR,
 )
-from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.dry_friction import Senses
+from kernels.lossy_disk.endings import FLAT, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.events import BREACHES, Case
+from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
-from kernels.lossy_disk.rk4 import step
-from kernels.lossy_disk.simd_stages import begin, inertia_of, losses_of, sense_of, set_off, state_of
+from kernels.lossy_disk.rk4 import rates, step
+from kernels.lossy_disk.simd_stages import (
+    begin,
+    inertia_of,
+    ledger_of,
+    losses_of,
+    sense_of,
+    set_off,
+    state_of,
+)
 
-#: The motion slides again, and goes on in its lane.
-SLIDES = -1
+#: What becomes of a cell: its results are written, it goes on in its lane, it begins again.
+_WRITTEN, _GOES_ON, _AGAIN = range(3)
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -128,32 +139,33 @@ def _write_at_once(cell, ending, tilt, time, measures, counts):
 
 
 @internal
-def _write_unresolved(cell, lane, lanes, measures, counts):
+def _write_unresolved(cell, lane, record, lanes, measures, counts):
     nan = math.nan
-    taken = lanes[at.STEPS_KEPT + lane], lanes[at.REFINED + lane], lanes[at.SWITCHES + lane]
+    taken = record.steps, lanes[at.REFINED + lane], record.switches
     ledger = nan, nan, nan, nan, nan, nan, nan
     _write(cell, UNRESOLVED, (nan, nan), (nan, nan, nan), ledger, (nan, nan, nan), taken, measures, counts)
 
 
 @simd
-def _store_start(lane, state, disk, losses, friction, limits, lanes):
+def _store_start(lane, state, disk, losses, friction, criterion, lanes):
     tilt, tilt_rate, precession_rate, roll_rate = state
     alpha, radius, unit = disk
+    reference, reach, low, high = criterion
     lanes[at.S_0 + lane], lanes[at.W_0 + lane] = tilt, tilt_rate
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = precession_rate, roll_rate
     lanes[at.ALPHA + lane], lanes[at.RADIUS + lane], lanes[at.UNIT + lane] = alpha, radius, unit
     lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane] = losses.contour, losses.damping
     lanes[at.ROLLING + lane], lanes[at.PIVOTING + lane] = losses.rolling, losses.pivoting
     lanes[at.FILM + lane], lanes[at.LAYER + lane] = losses.film, losses.layer
-    lanes[at.FRICTION + lane] = friction
-    lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane] = limits
+    lanes[at.FRICTION + lane], lanes[at.REFERENCE + lane], lanes[at.REACH + lane] = friction, reference, reach
+    lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane] = low, high
 
 
 @internal
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
-    nothing = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), nothing, math.inf, (-2.0, 2.0), lanes)
+    nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -2.0, 2.0)
+    _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), nothing, math.inf, never, lanes)
 
 
 @internal
@@ -163,36 +175,35 @@ def _sine(tilt):
 
 
 @internal
-def _limits(tilt, scaled_rate, alpha, run):
-    """Sines of the tilts where the criterion is broken.
+def _criterion(tilt, scaled_rate, alpha, run):
+    """Tilt from which the criterion measures and distance that breaks it [rad], sines of both tilts where that is.
 
     The size of a perturbation is that of `sweep.model.lossy_disk`: a disk that stands still falls from upright like
     exp(t / sqrt(1 + alpha/2)), which says what tilt a tilt rate is worth.
     """
-    if run.limited == 0.0:
-        return -2.0, 2.0
     reference = tilt if run.from_start == 1.0 else 0.0
+    if run.limited == 0.0:
+        return reference, math.inf, -2.0, 2.0
     reach = run.limit
     if run.limited == 2.0:
         away = tilt - reference
         reach *= math.sqrt(away * away + (1.0 + 0.5 * alpha) * scaled_rate * scaled_rate)
-    return _sine(reference - reach), _sine(reference + reach)
+    return reference, reach, _sine(reference - reach), _sine(reference + reach)
 
 
 @internal
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
     tilt, tilt_rate = starts[TILT, cell], starts[TILT_RATE, cell]
+    ending, time = MOVING, math.nan
     if not _possible(cell, starts, run):
-        _write_at_once(cell, INVALID, math.nan, math.nan, measures, counts)
-        fill_idle(lane, lanes)
-        return False
-    if abs(tilt) >= run.flat_tilt:
-        _write_at_once(cell, FLAT, tilt, 0.0, measures, counts)
-        fill_idle(lane, lanes)
-        return False
-    if tilt == 0.0 and tilt_rate == 0.0:
-        _write_at_once(cell, UNDISTURBED, tilt, math.nan, measures, counts)
+        ending, tilt = INVALID, math.nan
+    elif abs(tilt) >= run.flat_tilt:
+        ending, time = FLAT, 0.0
+    elif tilt == 0.0 and tilt_rate == 0.0:
+        ending = UNDISTURBED
+    if ending != MOVING:
+        _write_at_once(cell, ending, tilt, time, measures, counts)
         fill_idle(lane, lanes)
         return False
     radius, gravity, alpha = starts[RADIUS, cell], starts[GRAVITY, cell], starts[ALPHA, cell]
@@ -205,36 +216,74 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         run.air_law,
     )
     state = tilt, tilt_rate, starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
-    limits = _limits(tilt, unit * tilt_rate, alpha, run)
-    _store_start(lane, state, (alpha, radius, unit), losses, starts[FRICTION, cell], limits, lanes)
+    criterion = _criterion(tilt, unit * tilt_rate, alpha, run)
+    _store_start(lane, state, (alpha, radius, unit), losses, starts[FRICTION, cell], criterion, lanes)
     return True
 
 
 @internal
-def needs_integration(cell, lane, run, lanes, measures, counts):
-    """Every start that `read_start` lets pass moves."""
-    return True
-
-
-@internal
-def _ledger_of(lane, lanes):
-    return (
-        lanes[at.TURNED + lane], lanes[at.PATH + lane], lanes[at.ROLLED + lane], lanes[at.PIVOTED + lane],
-        lanes[at.RUBBED + lane], lanes[at.DAMPED + lane], lanes[at.BLOWN + lane],
+def _case_of(lane, run, lanes):
+    """Return what does not change along the motion of a lane."""
+    return Case(
+        inertia_of(lane, lanes), losses_of(lane, lanes), run.cos_flat_tilt, lanes[at.FRICTION + lane],
+        lanes[at.REFERENCE + lane], 2.0 * lanes[at.SCALE + lane], 2.0 * lanes[at.LONGEST + lane],
     )  # fmt: skip
 
 
 @internal
-def _added(ledger, gain):
+def _motion_at_start(lane, lanes):
+    """Return the motion at the beginning of the first leg."""
+    S, C, w = lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_W + lane]
+    state = S, C, 1.0 / C, w, lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane]
+    senses = Senses(lanes[at.LEG_ROLL_SENSE + lane], lanes[at.LEG_TURN_SENSE + lane], 0.0)
+    return Motion(state, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+@internal
+def _record_of(lane, lanes, least, greatest):
+    """Return the record of a lane with extreme tilts of these sines."""
+    return Record(
+        math.asin(least), math.asin(greatest), lanes[at.BREACH + lane],
+        lanes[at.STEPS_KEPT + lane], lanes[at.SWITCHES + lane],
+    )  # fmt: skip
+
+
+@internal
+def _store_leg(lane, motion, record, lanes):
+    """Store where the next leg begins, and the record so far."""
+    S, C, K, w, o, p = motion.state
+    turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
+    lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S * K
+    lanes[at.LEG_W + lane], lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane] = w, o, p
+    lanes[at.LEG_ROLL_SENSE + lane] = motion.senses.roll
+    lanes[at.LEG_TURN_SENSE + lane], lanes[at.LEG_TIME + lane] = motion.senses.turn, motion.time
+    lanes[at.LEG_LEAST + lane], lanes[at.LEG_GREATEST + lane] = (
+        math.sin(record.least),
+        math.sin(record.greatest),
+    )
+    lanes[at.LEG_TURNED + lane], lanes[at.LEG_PATH + lane], lanes[at.LEG_ROLLED + lane] = turned, path, rolled
+    lanes[at.LEG_PIVOTED + lane], lanes[at.LEG_RUBBED + lane] = pivoted, rubbed
+    lanes[at.LEG_DAMPED + lane], lanes[at.LEG_BLOWN + lane] = damped, blown
+    lanes[at.BREACH + lane], lanes[at.STEPS_KEPT + lane] = record.breach, record.steps
+    lanes[at.SWITCHES + lane] = record.switches
+    if record.breach == record.breach:
+        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
+
+
+@internal
+def _added(ledger, gain, h):
+    """`ledger` + h * `gain`."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
     b0, b1, b2, b3, b4, b5, b6 = gain
-    return a0 + b0, a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6
+    return (
+        a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
+    )  # fmt: skip
 
 
 @internal
 def _imbalance(state, ledger, lane, lanes):
-    """Energy (of m g R) that a state has lost or won without reason, and how far its other invariants are from it."""
-    S, C, K, w, o, p = state
+    """Energy (of m g R) that a state has lost or won without reason, and the drift of S^2 + C^2 = 1."""
+    S, C, _, w, o, p = state
     S0, C0, w0, o0 = (
         lanes[at.S_0 + lane],
         lanes[at.C_0 + lane],
@@ -242,92 +291,51 @@ def _imbalance(state, ledger, lane, lanes):
         lanes[at.O_RATE_0 + lane],
     )
     i_inverse, alpha = lanes[at.I_INVERSE + lane], lanes[at.ALPHA + lane]
-    change = energy_change(S, C, w, o, i_inverse * p, S0, C0, w0, o0, i_inverse * lanes[at.P_0 + lane], alpha)
+    s, s0 = i_inverse * p, i_inverse * lanes[at.P_0 + lane]
+    change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
     _, _, rolled, pivoted, rubbed, damped, blown = ledger
     lost = rolled + pivoted + rubbed + damped + blown
-    return abs(change + lost) + abs((S - 1.0) * (S + 1.0) + C * C) + abs(K * C - 1.0) * C
+    return abs(change + lost) + abs((S - 1.0) * (S + 1.0) + C * C)
 
 
 @internal
-def _margin(event, state, roll_sense, cos_flat, i_inverse):
-    S, C, K, w, o, p = state
-    if event == 0:
-        return C - cos_flat
-    return roll_sense * (i_inverse * p - o * S * K)
+def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
+    """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
+    error = max(lanes[at.IMBALANCE + lane], _imbalance(motion.state, motion.ledger, lane, lanes))
+    lanes[at.IMBALANCE + lane] = error
+    if ending == UNRESOLVED or not error <= run.tolerance:
+        if ending != UNRESOLVED and _refined(lane, error, run, lanes):
+            return _AGAIN
+        _write_unresolved(cell, lane, record, lanes, measures, counts)
+        return _WRITTEN
+    if ending == MOVING:
+        _store_leg(lane, motion, record, lanes)
+        return _GOES_ON
+    _finish(cell, lane, motion, record, ending, run, lanes, measures, counts)
+    return _WRITTEN
 
 
 @internal
-def _cut(event, state, sense, cos_flat, inertia, losses, h):
-    """Length of the step to an event."""
-    before, after = 0.0, h
-    for _ in range(60):
-        middle = 0.5 * (before + after)
-        there, _ = step(state, sense, inertia, losses, middle)
-        if _margin(event, there, sense[0], cos_flat, inertia.i_inverse) >= 0.0:
-            before = middle
-        else:
-            after = middle
-    return after
+def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
+    """Write a cell whose motion has ended."""
+    unit, tilt = lanes[at.UNIT + lane], tilt_of(motion.state)
+    least, greatest = record.least, record.greatest
+    if ending == FLAT:
+        tilt = math.copysign(run.flat_tilt, tilt)
+        least, greatest = min(least, tilt), max(greatest, tilt)
+    turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
+    ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
+    _write(
+        cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,
+        (lanes[at.IMBALANCE + lane], math.nan, math.nan),
+        (record.steps, lanes[at.REFINED + lane], record.switches), measures, counts,
+    )  # fmt: skip
 
 
 @internal
-def _followed(motion, sense, inertia, losses, end, cos_flat, h):
-    """Step through the event of a leg: (code, state, signs, time, ledger, extreme sines)."""
-    state, t, ledger, least, greatest = motion
-    for _ in range(8):
-        code = SLIDES
-        length = h
-        if t + length >= end:
-            length, code = end - t, HORIZON
-        there, gain = step(state, sense, inertia, losses, length)
-        for event in range(2):
-            if not _margin(event, there, sense[0], cos_flat, inertia.i_inverse) >= 0.0:
-                length = _cut(event, state, sense, cos_flat, inertia, losses, length)
-                there, gain = step(state, sense, inertia, losses, length)
-                code = FLAT if event == 0 else -2
-        state, t, ledger = there, t + length, _added(ledger, gain)
-        least, greatest = min(least, state[0]), max(greatest, state[0])
-        if code == -2:
-            sense = -sense[0], sense[1]
-        elif code != SLIDES:
-            return code, state, sense, t, ledger, least, greatest
-    return SLIDES, state, sense, t, ledger, least, greatest
-
-
-@internal
-def _gone_back(lane, lanes):
-    """State, time and ledger of a lane by two of its steps before its end, at most to the beginning of the leg."""
-    state, t, ledger = state_of(lane, lanes), lanes[at.TIME + lane], _ledger_of(lane, lanes)
-    sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
-    back = 2.0 * lanes[at.LAST + lane]
-    left = 0.5 * (t - lanes[at.LEG_TIME + lane])
-    h = -(back if back < left else left)
-    for _ in range(2):
-        state, gain = step(state, sense, inertia, losses, h)
-        t, ledger = t + h, _added(ledger, gain)
-    return state, t, ledger
-
-
-@internal
-def _set_off_again(lane, state, sense, t, ledger, least, greatest, run, lanes):
-    S, C, K, w, o, p = state
-    turned, path, rolled, pivoted, rubbed, damped, blown = ledger
-    lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_K + lane] = S, C, K
-    lanes[at.LEG_W + lane], lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane] = w, o, p
-    lanes[at.LEG_ROLL_SENSE + lane], lanes[at.LEG_TURN_SENSE + lane] = sense
-    lanes[at.LEG_TIME + lane], lanes[at.LEG_LEAST + lane], lanes[at.LEG_GREATEST + lane] = t, least, greatest
-    lanes[at.LEG_TURNED + lane], lanes[at.LEG_PATH + lane], lanes[at.LEG_ROLLED + lane] = turned, path, rolled
-    lanes[at.LEG_PIVOTED + lane], lanes[at.LEG_RUBBED + lane] = pivoted, rubbed
-    lanes[at.LEG_DAMPED + lane], lanes[at.LEG_BLOWN + lane] = damped, blown
-    set_off(lane, run, lanes)
-
-
-@internal
-def _refine(lane, error, run, lanes):
-    """Set the cell off again from its start with a shorter step, if there is one left to try."""
-    hopeless = 0.5 * lanes[at.FAILED + lane] < error < math.inf
-    lanes[at.FAILED + lane] = error
-    if hopeless or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
+def _refined(lane, error, run, lanes):
+    """Let the cell begin again with a shorter step, if there is one left to try."""
+    if lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
         return False
     shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
     if not shrink >= _SMALLEST_SHRINK:
@@ -335,40 +343,66 @@ def _refine(lane, error, run, lanes):
     lanes[at.SCALE + lane] *= min(0.7, shrink)
     lanes[at.REFINED + lane] += 1.0
     begin(lane, lanes)
-    set_off(lane, run, lanes)
     return True
+
+
+@internal
+def _begun(cell, lane, run, lanes, measures, counts):
+    """Begin a cell; returns whether it slides in its lane from its start, or from where friction lets it slide."""
+    state = _AGAIN
+    while state == _AGAIN:
+        motion, case = _motion_at_start(lane, lanes), _case_of(lane, run, lanes)
+        motion, event = begun(motion.state, case, lanes[at.REACH + lane])
+        S, ending = lanes[at.LEG_S + lane], ending_of(event)
+        record = _record_of(lane, lanes, S, S)
+        if event == BREACHES:
+            record = Record(record.least, record.greatest, 0.0, record.steps, record.switches)
+        if ending == MOVING and not slides(motion, case):
+            motion, record, ending = follow(
+                motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], 0.0
+            )
+        state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
+    return state == _GOES_ON
+
+
+@internal
+def needs_integration(cell, lane, run, lanes, measures, counts):
+    """Let friction decide about a start whose rates vanish."""
+    return _begun(cell, lane, run, lanes, measures, counts)
+
+
+@internal
+def _gone_back(lane, lanes):
+    """Return the motion of a lane four of its steps before its end, at most at the beginning of the leg."""
+    (S, C, _, w, o, p), t, ledger = state_of(lane, lanes), lanes[at.TIME + lane], ledger_of(lane, lanes)
+    sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
+    state, last = (S, C, 1.0 / C, w, o, p), lanes[at.LAST + lane]
+    # what Simpson's rule still lacks
+    _, gain, _ = rates(state, sense, inertia, losses)
+    ledger = _added(ledger, gain, (2.0 / 3.0) * last)
+    left = 0.25 * (t - lanes[at.LEG_TIME + lane])
+    h = -(2.0 * last if 2.0 * last < left else left)
+    for _ in range(4):
+        state, gain = step(state, sense, inertia, losses, h)
+        t, ledger = t + h, _added(ledger, gain, 1.0)
+    return Motion(state, Senses(sense[0], sense[1], 0.0), t, ledger)
 
 
 @internal
 def finish_leg(cell, lane, run, lanes, measures, counts):
     """Go through the event of a leg; set the cell off again, or write it."""
-    lanes[at.STEPS_KEPT + lane] += lanes[at.STEPS + lane]
-    state, t, ledger = _gone_back(lane, lanes)
-    sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
-    motion = state, t, ledger, lanes[at.LEAST + lane], lanes[at.GREATEST + lane]
-    h = max(2.0 * lanes[at.LAST + lane], 1.0e-9)
-    code, state, sense, t, ledger, least, greatest = _followed(
-        motion, sense, inertia, losses, lanes[at.END + lane], run.cos_flat_tilt, h
-    )
-    error = max(lanes[at.IMBALANCE + lane], _imbalance(state, ledger, lane, lanes))
-    lanes[at.IMBALANCE + lane] = error
-    if lanes[at.LAST + lane] == 0.0:
-        _write_unresolved(cell, lane, lanes, measures, counts)
-        return False
-    if not error <= run.tolerance:
-        if _refine(lane, error, run, lanes):
-            return True
-        _write_unresolved(cell, lane, lanes, measures, counts)
-        return False
-    if code == SLIDES:
-        _set_off_again(lane, state, sense, t, ledger, least, greatest, run, lanes)
-        return True
-    unit, tilt = lanes[at.UNIT + lane], math.atan2(state[0], state[1])
-    turned, path, rolled, pivoted, rubbed, damped, blown = ledger
-    ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
-    _write(
-        cell, code, (unit * t, math.nan), (math.asin(least), math.asin(greatest), tilt), ledger,
-        (error, math.nan, math.nan),
-        (lanes[at.STEPS_KEPT + lane], lanes[at.REFINED + lane], lanes[at.SWITCHES + lane]), measures, counts,
-    )  # fmt: skip
-    return False
+    lanes[at.STEPS_KEPT + lane] += 2.0 * (lanes[at.STEPS + lane] - 1.0)
+    motion, case, past = _gone_back(lane, lanes), _case_of(lane, run, lanes), lanes[at.TIME + lane]
+    record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
+    ending = UNRESOLVED
+    if lanes[at.HALF + lane] >= lanes[at.SHORTEST + lane]:
+        motion, record, ending = follow(
+            motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past
+        )
+    state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
+    goes_on = state == _GOES_ON
+    if state == _AGAIN:
+        goes_on = _begun(cell, lane, run, lanes, measures, counts)
+    if goes_on:
+        set_off(lane, run, lanes)
+    return goes_on

@@ -78,109 +78,133 @@ def scaled_losses(arms, damping, air, disk, law):
 
 
 @simd
-def contour_friction(f, sense, normal, losses):
-    """Force along the rim that dry and viscous contour friction take from the roll rate f, of the sign `sense`."""
-    return losses.contour * sense * normal + losses.damping * f
+def contour_friction(f, sense, lift, losses):
+    """Forces that the roll rate f, of the sign `sense`, loses along the rim: to dry friction, to dry and viscous.
+
+    `lift` is 1 - n, by how much the normal force is less than the weight.
+    """
+    dry = losses.contour * sense
+    dry -= dry * lift
+    return dry, dry + losses.damping * f
 
 
 @simd
-def rolling_friction(motion, pull, weight, i_tilt, arm):
+def dry_contour_friction(f, sense, lift, losses):
+    """`contour_friction` without viscous friction."""
+    dry = losses.contour * sense
+    dry -= dry * lift
+    return dry, dry
+
+
+@simd
+def viscous_contour_friction(f, sense, lift, losses):
+    """`contour_friction` without dry friction."""
+    return 0.0, losses.damping * f
+
+
+@simd
+def rolling_friction(motion, free, lift, i_tilt, arm):
     """What rolling friction does to the tilt and to the roll rate.
 
     Parameters
     ----------
     motion : tuple of 4 floats
         S, C, w, f.
-    pull, weight : float
-        Acceleration of the tilt times 1 + alpha/2, and the normal force, both without rolling friction.
+    free, lift : float
+        Acceleration of the tilt, and 1 - n of the normal force n, both without rolling friction.
     i_tilt, arm : float
         1/(1 + alpha/2), lever arm over the radius.
 
     Returns
     -------
-    (normal, pull, force, slowed, power)
-        Normal force, acceleration of the tilt times 1 + alpha/2, force on the roll rate, torque over the horizontal
-        turning rate, power that is lost.
+    (dw, lift, slowed, power, force)
+        Acceleration of the tilt and 1 - n with it; its torque over the horizontal turning rate; the power that is lost;
+        the force on the roll rate.
 
     Notes
     -----
     The torque opposes the horizontal turning rate (w, C f). By its part along w it changes the acceleration of the
-    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = weight.
+    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = 1 - lift.
     """
     S, C, w, f = motion
     across = C * f
     square = w * w + across * across
     rate = math.sqrt(square if square > _LEAST_SQUARE else _LEAST_SQUARE)  # max() is a call
-    share = weight / (rate - i_tilt * S * arm * w)
-    taken = arm * share
-    return share * rate, pull - taken * w, -taken * (C * across), taken, taken * square
+    share = (1.0 - lift) / (rate - i_tilt * S * arm * w)
+    slowed = arm * share
+    return free - i_tilt * slowed * w, 1.0 - share * rate, slowed, slowed * square, -slowed * (C * across)
 
 
 @simd
-def no_rolling_friction(motion, pull, weight, i_tilt, arm):
+def no_rolling_friction(motion, free, lift, i_tilt, arm):
     """`rolling_friction` of a disk without it."""
-    return weight, pull, 0.0, 0.0, 0.0
+    return free, lift, 0.0, 0.0, 0.0
 
 
 @simd
-def drag(f, K, losses):
-    """Force of the drag of air on the roll rate f, by either law; K is 1/cos(tilt)."""
-    return -(losses.film * K + losses.layer * math.sqrt(abs(f))) * f
+def drag(f, place, losses):
+    """Force of the drag of air on the roll rate f, by either law; `place` is S, C, T of the tilt."""
+    S, C, T = place
+    return -(losses.film * (C + S * T) + losses.layer * math.sqrt(abs(f))) * f
 
 
 @simd
-def film_drag(f, K, losses):
+def film_drag(f, place, losses):
     """`drag` by Moffatt's law."""
-    return -losses.film * K * f
+    S, C, T = place
+    return -losses.film * (C + S * T) * f
 
 
 @simd
-def layer_drag(f, K, losses):
+def layer_drag(f, place, losses):
     """`drag` by Bildsten's law."""
     return -losses.layer * math.sqrt(abs(f)) * f
 
 
 @simd
-def no_drag(f, K, losses):
+def no_drag(f, place, losses):
     """`drag` without air."""
     return 0.0
 
 
 @simd
-def viscosity(f, K, losses):
-    """How the force that viscous friction and drag take from a roll rate f grows with it."""
-    return losses.damping + losses.film * K + 1.5 * losses.layer * math.sqrt(abs(f))
+def viscosity(f, place, losses):
+    """How the force that viscous friction and drag take from a roll rate f grows with it; `place` as of `drag`."""
+    S, C, T = place
+    return losses.damping + losses.film * (C + S * T) + 1.5 * losses.layer * math.sqrt(abs(f))
 
 
 @simd
-def film_viscosity(f, K, losses):
+def film_viscosity(f, place, losses):
     """`viscosity` with Moffatt's law alone."""
-    return losses.damping + losses.film * K
+    S, C, T = place
+    return losses.damping + losses.film * (C + S * T)
 
 
 @simd
-def layer_viscosity(f, K, losses):
+def layer_viscosity(f, place, losses):
     """`viscosity` with Bildsten's law alone."""
     return losses.damping + 1.5 * losses.layer * math.sqrt(abs(f))
 
 
 @simd
-def no_viscosity(f, K, losses):
+def no_viscosity(f, place, losses):
     """`viscosity` without air."""
     return losses.damping
 
 
 @simd
-def pivoting_friction(state, changes, normal, sense, inertia, arm):
+def pivoting_friction(state, changes, lift, sense, inertia, arm):
     """What pivoting friction does to o and p.
 
     Parameters
     ----------
-    state : tuple of 6 floats
-        S, C, K, w, o, p.
+    state : tuple of 5 floats
+        S, C, w, o, p.
     changes : tuple of 2 floats
         o' and p' without it.
-    normal : float
+    lift : float
+        1 - n of the normal force n.
     sense : float
         Sign of the turning rate about the vertical v = o C + s S, or 0 where friction holds it at zero.
     inertia : kernels.lossy_disk.rk4.Inertia
@@ -196,17 +220,17 @@ def pivoting_friction(state, changes, normal, sense, inertia, arm):
     -----
     Where friction holds, its force is what keeps v' = 0.
     """
-    S, C, _, w, o, p = state
+    S, C, w, o, p = state
     do, dp = changes
     s, inverse = inertia.i_inverse * p, inertia.i_inverse * S
     free = do * C + dp * inverse + w * (s * C - o * S)
     turned = inertia.inverse_spin * C
     held = -free / (turned * C + inverse * S)
-    force = held if sense == 0.0 else -arm * normal * sense
+    force = held if sense == 0.0 else -arm * (1.0 - lift) * sense
     return do + turned * force, dp + S * force, force, -force * (o * C + s * S) * abs(sense)
 
 
 @simd
-def no_pivoting_friction(state, changes, normal, sense, inertia, arm):
+def no_pivoting_friction(state, changes, lift, sense, inertia, arm):
     """`pivoting_friction` of a disk without it."""
     return changes[0], changes[1], 0.0, 0.0

@@ -67,12 +67,12 @@ def hurry(state, f, along, inertia, losses):
     faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha. A roll rate relaxes with the rate
     viscous * (2 T^2/alpha + ...).
     """
-    S, C, K, w, o, p = state
+    S, C, T, w, o, p = state
     rolling = 2.0 * inertia.i_tilt * inertia.i_inverse
-    viscous = viscosity(f, K, losses)
-    steep = inertia.inverse_spin * (S * K) * S
+    viscous = viscosity(f, (S, C, T), losses)
+    steep = inertia.inverse_spin * T * S
     square = viscous * viscous
-    slow = C * C * (inertia.i_tilt + square + rolling * p * p)
+    slow = C * C * (inertia.i_tilt + square + rolling * (p * p))
     return slow + (o * o + (w * w + steep * (along * along + steep * square)))
 
 
