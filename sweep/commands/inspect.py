@@ -227,6 +227,13 @@ def plot(
             help="Draw instead how many wells the potential has, and which motions cross the upright position.",
         ),
     ] = False,
+    losses: Annotated[
+        bool,
+        typer.Option(
+            "--losses",
+            help="Draw instead how long a disk with losses stays aloft, and which law took most of its energy.",
+        ),
+    ] = False,
     rate: Annotated[
         str | None,
         typer.Option(
@@ -272,10 +279,13 @@ def plot(
         "--family": family or None,
     }  # fmt: skip
     clashing = [name for name, value in others.items() if value is not None]
-    if regimes and clashing:
+    draw = "regimes" if regimes else "losses" if losses else ""
+    clashing += ["--losses"] if regimes and losses else []
+    if draw and clashing:
+        drawn_so = "kinds of motion" if regimes else "times and losses"
         raise RequestError(
-            "--regimes draws kinds of motion, which depend neither on a criterion nor on friction, and has no other "
-            f"quantity; got --regimes with {' and '.join(clashing)}.",
+            f"--{draw} draws {drawn_so}, which depend neither on a criterion nor on friction, and has no other "
+            f"quantity; got --{draw} with {' and '.join(clashing)}.",
             f"Leave {' and '.join(clashing)} out.",
         )
     look = Look.read(
@@ -289,7 +299,7 @@ def plot(
     from sweep.files.reading import opened_file
 
     with ExitStack() as stack:
-        if criterion is None and friction is None and not regimes and not words:
+        if criterion is None and friction is None and not draw and not words:
             drawn = plots.figure([stack.enter_context(opened_file(path)) for path in paths], look=look)
             plots.save(drawn, output, look.dpi)
             return
@@ -298,7 +308,7 @@ def plot(
             from sweep.atlas.reclassify import reclassify
 
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
-        drawn = plots.regimes(datasets, look) if regimes else plots.figure(datasets, friction, look)
+        drawn = getattr(plots, draw)(datasets, look) if draw else plots.figure(datasets, friction, look)
         plots.save(drawn, output, look.dpi)
 
 

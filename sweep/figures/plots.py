@@ -218,9 +218,19 @@ def motion_figure(dataset: "xr.Dataset") -> Figure:
 
 def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw the kinds of motion of atlases, as the model of each does."""
+    return _as_models_do("regimes", datasets, look)
+
+
+def losses(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
+    """Draw how long the motions of atlases last and which loss took most, as the model of each does."""
+    return _as_models_do("losses", datasets, look)
+
+
+def _as_models_do(what: str, datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
+    """Draw maps by the functions that the models name in an attribute, called like the option."""
     if any(spec_named(each).is_list for each in datasets):
-        _refuse_lists("--regimes draws maps")
-    draw = [of_the_model(spec_named(each).model, "regimes", "--regimes") for each in datasets]
+        _refuse_lists(f"--{what} draws maps")
+    draw = [of_the_model(spec_named(each).model, what, f"--{what}") for each in datasets]
     drawn: Figure = draw[0](datasets, look)
     return drawn
 

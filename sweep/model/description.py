@@ -329,6 +329,8 @@ class Model(ABC):
     trajectory, regimes : str
         ``module:function`` that draws the motion of an explained cell (``explain --plot``), and the kinds of motion of
         atlases (``plot --regimes``); empty if the model has none.
+    losses : str
+        ``module:function`` that draws time and largest loss of atlases (``plot --losses``); empty if nothing is lost.
     in_time : str
         ``module:function`` that follows one cell in time and returns what that says of its variables, for ``explain``:
         (spec, start, stored) -> mapping of str to (value, error); empty if the model has none.
@@ -362,6 +364,7 @@ class Model(ABC):
     unknown_to: Mapping[str, Sequence[str]] = MappingProxyType({})
     trajectory: str = ""
     regimes: str = ""
+    losses: str = ""
     in_time: str = ""
 
     @abstractmethod

@@ -1,7 +1,6 @@
 """Figures of a motion that loses energy: how it comes to its end, and which law of loss takes the energy when."""
 
 import math
-from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 
 from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, spell_length
+from sweep.figures.disk.loss_colours import COLOURS
 from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
@@ -22,15 +22,6 @@ from sweep.motion.wobble_decay import WobbleLoss, flat_time, wobble_losses, wobb
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-
-#: Loss -> its colour, of Okabe and Ito's palette: the colour-blind can tell them apart.
-COLOURS: Mapping[str, str] = {
-    "rolling_loss": "#E69F00",
-    "pivoting_loss": "#CC79A7",
-    "contour_loss": "#0072B2",
-    "damping_loss": "#56B4E9",
-    "air_loss": "#009E73",
-}
 
 #: Energy that is left.
 _LEFT = "0.9"

@@ -35,6 +35,7 @@ class LossyDisk(Model):
     lost_name = "the disk falls flat"
     presets = Path(__file__).with_name("presets")
     integrate = integrator(rolling=False, pivoting=False, air=tables.NO_AIR, slips=False)
+    trajectory, losses = "sweep.figures.disk.stopping_cell:figure", "sweep.figures.disk.losses_map:figure"
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
         "energy by friction of its contact and drag of the air: for every start of a grid how long the disk stays "

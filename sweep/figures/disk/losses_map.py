@@ -1,0 +1,225 @@
+"""The map of losses: how long each start keeps the disk aloft, and which law took most of its energy."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+from sweep.atlas.curves import without_curves
+from sweep.atlas.dataset import in_order, require
+from sweep.errors import RequestError
+from sweep.figures.arrange import arrange
+from sweep.figures.blocks import Block
+from sweep.figures.disk.loss_colours import COLOURS
+from sweep.figures.drawing import HALO, INK, hatch, sheet
+from sweep.figures.look import Look
+from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
+from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
+from sweep.figures.shade import common_norm, is_wide
+from sweep.figures.sizes import columns_of, inches, size_of
+from sweep.model.lossy_disk.tables import ENDINGS, LOSSES, VARIABLES
+from sweep.model.quantity import Array, Truths
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Width of a panel [in], and the least one; panels in a row.
+_WIDTH, _LEAST_WIDTH, _IN_ROW = 3.6, 2.2, 2
+
+#: Variables that the figure is made of.
+_NEEDED = ("end_time", "largest_loss", "ending")
+
+#: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and of no loss.
+_STRENGTH, _GREY, _NONE = (0.18, 0.95), "0.25", "0.6"
+
+#: Contour lines at most.
+_MOST_LINES = 6
+
+#: Ending -> what is written of its cells, and their hatching over the hue of the loss.
+_ENDS: Mapping[str, tuple[str, dict[str, Any]]] = {
+    "horizon": ("aloft at the end of the duration", {"facecolor": "none", "hatch": "...."}),
+    "rest": ("held at rest", {"facecolor": "none", "hatch": "\\\\\\\\"}),
+    "lift_off": ("lifts off", {"facecolor": "none", "hatch": "////"}),
+    "slip": ("slips", {"facecolor": "none", "hatch": "----"}),
+}
+
+
+@dataclass(frozen=True)
+class LossesMap:
+    """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
+
+    `times` are in s, NaN where there is no result; `loss` is a code of the variable largest_loss; `ended` are the cells
+    of each ending of `_ENDS`.
+    """
+
+    panel: Panel
+    caption: tuple[str, ...]
+    times: Array
+    loss: npt.NDArray[np.int8]
+    ended: Mapping[str, Truths]
+
+    def regions(self) -> list[tuple[str, Truths]]:
+        """Return the name and the cells of each loss."""
+        known = np.isfinite(self.times)
+        return [
+            (in_words(name).replace(" ", "\n"), known & (self.loss == code))
+            for code, name in enumerate(LOSSES, 1)
+            if (known & (self.loss == code)).any()
+        ]
+
+
+def in_words(name: str) -> str:
+    """Return what is written of a loss of the table `sweep.model.lossy_disk.tables.LOSSES`."""
+    return name.replace("_", " ")
+
+
+def losses_map(dataset: "xr.Dataset", look: Look | None = None) -> LossesMap:
+    """Return what is drawn of an atlas of two axes, or of a selection from one; raises as `figure` does."""
+    dataset = without_curves(dataset).squeeze()
+    require(dataset, _NEEDED)
+    drawn = panel(dataset, look=look)
+    if drawn.y is None:
+        raise RequestError(
+            f"A map of losses has two axes; this atlas has one, {drawn.x.quantity.name}.",
+            hint="Give another axis, or draw it without --losses.",
+        )
+    order = (drawn.y.quantity.name, drawn.x.quantity.name)
+    times, loss, ending = (in_order(dataset[name], order) for name in _NEEDED)
+    spec = drawn_spec(dataset)
+    return LossesMap(
+        panel=drawn,
+        caption=(fixed_parameters(spec), *_air(spec.air_law)),
+        times=np.where(drawn.no_result, np.nan, times),
+        loss=np.asarray(loss, np.int8),
+        ended={name: np.asarray(ending == ENDINGS.code(name)) for name in _ENDS},
+    )
+
+
+def _air(law: str) -> tuple[str, ...]:
+    return () if law == "none" else (f"drag of air: {law.capitalize()}",)
+
+
+def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure:
+    """Draw the time aloft of atlases of two axes, or of selections from atlases, a panel each.
+
+    The hue of a cell is the law that took most of its energy, its strength the time; lines have equal times.
+
+    Raises
+    ------
+    RequestError
+        If there is no atlas, or one of them has not two axes or no losses.
+    """
+    if not datasets:
+        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
+    look = look or Look()
+    maps = [losses_map(dataset, look) for dataset in datasets]
+    norm = _common_norm(maps)
+    columns = min(_IN_ROW, columns_of(len(maps), look, _WIDTH, _LEAST_WIDTH))
+    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
+        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each, norm) for each in maps]
+        bar = _bar(drawn, norm)
+        arrange(drawn, blocks, columns, height=inches(look.height), bar=bar)
+    return drawn
+
+
+def _common_norm(maps: Sequence[LossesMap]) -> Normalize:
+    shades = [replace(each.panel.shade, quantity=VARIABLES["end_time"], values=each.times) for each in maps]
+    return common_norm(shades, "" if not any(is_wide(each.times) for each in maps) else "end_time")
+
+
+def _block(axes: "Axes", each: LossesMap, norm: Normalize) -> Block:
+    panel = each.panel
+    assert panel.y is not None
+    axes.pcolormesh(panel.x.borders, panel.y.borders, _colours(each, norm), rasterized=True, zorder=0)
+    set_scale(axes, "x", panel.x)
+    set_scale(axes, "y", panel.y)
+    for name, (words, look) in _ENDS.items():
+        hatch(axes, panel, each.ended[name], words, **look)
+    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.7", hatch="xxxx")
+    _draw_lines(axes, each)
+    for code, name in enumerate(LOSSES, 1):
+        if (np.isfinite(each.times) & (each.loss == code)).any():
+            colour = COLOURS[LOSSES[name][1]]
+            label = f"{in_words(name)} took most"
+            axes.add_patch(
+                Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=label)
+            )
+    add_second_axis(axes, "y", panel.y)
+    # the lines of the verdict are not drawn, so none is named
+    panel = replace(panel, edges=(), joined=None)
+    regions = each.regions()
+    explained = [name for name, _ in regions]
+    return Block(axes, panel, panel.title, each.caption, regions=regions, explained=explained)
+
+
+def _colours(each: LossesMap, norm: Normalize) -> Array:
+    """Return the colour of every cell, shape (rows, columns, 4): the hue of its loss, the stronger the longer."""
+    part = np.asarray(norm(np.where(np.isfinite(each.times), each.times, norm.vmin or 0.0)), np.float64).clip(
+        0.0, 1.0
+    )
+    found = np.ones((*each.times.shape, 4))
+    for code, (_, measure) in enumerate([("", ""), *LOSSES.values()]):
+        cells = np.isfinite(each.times) & (each.loss == code)
+        found[cells, :3] = _mixed(COLOURS.get(measure, _NONE), part[cells])
+    found[~np.isfinite(each.times), 3] = 0.0
+    return found
+
+
+def _mixed(colour: str, part: Array) -> Array:
+    """Return a colour between white and itself, shape (n, 3)."""
+    strength = np.interp(part, (0.0, 1.0), _STRENGTH)[:, np.newaxis]
+    return np.asarray(1.0 - strength * (1.0 - np.array(to_rgb(colour))))
+
+
+def _bar(drawn: Figure, norm: Normalize) -> "Axes":
+    """Add the bar that says how long a time a strength of a hue is, in grey, which stands for every hue."""
+    greys = _mixed(_GREY, np.linspace(0.0, 1.0, 256))
+    colours = LinearSegmentedColormap.from_list("time", list(map(tuple, greys)))
+    label = "time aloft (s)"
+    bar = drawn.colorbar(
+        ScalarMappable(norm, colours), cax=drawn.add_axes((0.9, 0.2, 0.02, 0.6)), label=label
+    )
+    if type(norm) is not Normalize:
+        set_log_ticks(bar.ax.yaxis, float(norm.vmax or 1.0) / float(norm.vmin or 1.0))
+    found: Axes = bar.ax
+    return found
+
+
+def _draw_lines(axes: "Axes", each: LossesMap) -> None:
+    """Draw lines of equal times with their numbers, where motions came to their end."""
+    panel = each.panel
+    assert panel.y is not None
+    times = np.where(each.ended["horizon"], np.nan, each.times)
+    known = times[np.isfinite(times)]
+    if known.size < 2:
+        return
+    levels = _levels(known)
+    lines = axes.contour(
+        panel.x.values,
+        panel.y.values,
+        np.ma.masked_invalid(times),
+        levels,
+        colors=INK,
+        linewidths=0.8,
+        zorder=3,
+    )
+    for text in axes.clabel(lines, fmt=lambda level: f"{level:g} s", fontsize="smaller"):
+        text.set_path_effects([*HALO])
+
+
+def _levels(times: Array) -> list[float]:
+    """Return round times between the shortest and the longest."""
+    low, high = float(times.min()), float(times.max())
+    locator = (
+        LogLocator(subs=(1.0, 2.0, 5.0)) if is_wide(times) else MaxNLocator(_MOST_LINES, steps=[1, 2, 5, 10])
+    )
+    found = [float(each) for each in locator.tick_values(low, high) if low < each < high]
+    return found[:: -(-len(found) // _MOST_LINES) or 1]
