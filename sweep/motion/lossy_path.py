@@ -26,13 +26,14 @@ _RELATIVE_STEP, _MOST_REFINEMENTS = 0.1, 6
 
 #: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, the least
 #: and the largest number of samples.
-_TURN, _LEAST_SAMPLES, _MOST_SAMPLES = 0.2, 1000, 200_000
+_TURN, _LEAST_SAMPLES, _MOST_SAMPLES = 0.18, 1000, 200_000
 
 #: Samples for each factor e by which the time that is left of a motion shrinks, down to this share of its length.
 _TOWARDS_END, _NEAREST = 60.0, 1e-5
 
-#: Integrations of which each takes the turns between its samples from the one before.
-_PASSES = 5
+#: Integrations of which each takes the turns between its samples from the one before, and how many samples too few it
+#: may have in a gap to be the last.
+_PASSES, _ENOUGH = 5, 1.1
 
 #: Samples are laid out for an end this much later than it was found: a shorter step finds it at another moment.
 _LATER = 1.001
@@ -48,14 +49,13 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     """
     times, samples, ending = _integrated(spec, start, spec.times)
     for _ in range(_PASSES if spec.interval == AUTOMATIC else 0):
-        closer = _closer(times, samples, ending)
-        if ending == HORIZON and closer.size <= times.size:
+        wanted = _wanted(times, samples, ending)
+        if wanted.max(initial=0.0) <= _ENOUGH:
             break
-        before = times.size
-        times, samples, ending = _integrated(spec, start, closer)
-        if times.size <= before:
-            break
-    values = _variables(spec, start, samples)
+        times, samples, ending = _integrated(spec, start, _closer(times, wanted, ending))
+    # where dry friction lets go the kernels start the motion a little beyond its start
+    samples[: len(STATE), 0] = start[: len(STATE)]
+    values = _variables(start, samples)
     values["ending"] = np.array(ending, np.int8)
     values["end_time"] = np.array(np.nan if ending == HORIZON else times[-1])
     return times, values
@@ -84,8 +84,8 @@ def _integrated(spec: MotionRequest, start: Array, times: Array) -> tuple[Array,
     )
 
 
-def _closer(times: Array, samples: Array, ending: int) -> Array:
-    """Return times between which nothing turns far, by samples of the same motion; ever closer to an end at rest."""
+def _wanted(times: Array, samples: Array, ending: int) -> Array:
+    """Return how many samples there should be in the place of each gap between two, by what turns in it."""
     length, gaps = times[-1], np.diff(times)
     turning = samples[[arrays.TILT, arrays.SAMPLE_HEADING, arrays.SAMPLE_ROLL_ANGLE]]
     turns = np.abs(np.diff(turning)).max(axis=0)
@@ -96,6 +96,11 @@ def _closer(times: Array, samples: Array, ending: int) -> Array:
     if ending in (FLAT, REST):
         left = length - times + _NEAREST * length
         wanted = np.maximum(wanted, _TOWARDS_END * np.log(left[:-1] / left[1:]))
+    return np.asarray(wanted)
+
+
+def _closer(times: Array, wanted: Array, ending: int) -> Array:
+    """Return times with so many samples in each gap between those of the same motion, spread evenly over it."""
     counted = np.concatenate([[0.0], np.cumsum(wanted)])
     count = math.ceil(min(counted[-1], _MOST_SAMPLES))
     found = np.interp(np.linspace(0.0, counted[-1], count + 1), counted, times)
@@ -123,9 +128,9 @@ def _imbalance(start: Array, samples: Array) -> Array:
     return np.asarray(kept - kept[0])
 
 
-def _variables(spec: MotionRequest, start: Array, samples: Array) -> dict[str, npt.NDArray[Any]]:
+def _variables(start: Array, samples: Array) -> dict[str, npt.NDArray[Any]]:
     values = dict(zip(arrays.SAMPLES, samples, strict=True))
-    radius, weight = spec.radius, spec.mass * spec.gravity
+    radius, weight = start[arrays.RADIUS], start[arrays.MASS] * start[arrays.GRAVITY]
     lean = radius * np.sin(values["tilt"])
     normal, across, along = (values[name] for name in ("normal_force", "friction_across", "friction_along"))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -13,7 +13,7 @@ from sweep.figures.disk.loss_colours import COLOURS
 from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Truths
 from sweep.motion.kind import TIME
 from sweep.motion.lossy_tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
@@ -42,6 +42,12 @@ _DECADES = 6.0
 #: factor, and the place of its words.
 _REACH, _BESIDE = 0.55, 1.25
 
+#: A law has a guide if it takes this part of the power somewhere; the room around the curve, as a factor.
+_LEAST_PART, _ROOM = 0.1, 2.0
+
+#: Inclination [rad] above which a disk does not wobble: what it did before is not in the panels of its end.
+_UPRIGHT = 1.0
+
 
 def figure(dataset: "xr.Dataset") -> Figure:
     """Draw one motion with losses: the disk, tilt and rates in time, where its energy went, and how it came to its end.
@@ -54,7 +60,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot. A motion that did not come to an end has no panels of its end.
+        On an Agg canvas, not registered with pyplot. What does not become flat in a wobble has no panels of its end.
 
     Raises
     ------
@@ -62,7 +68,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
         If the dataset is no motion.
     """
     motion = closely_sampled(dataset)
-    ends = ending_of(motion) in ("flat", "rest")
+    ends = wobbles(motion)
     with sheet(7.2, 7.6 if ends else 5.4) as drawn:
         grid = drawn.add_gridspec(3 if ends else 2, 2)
         picture = drawn.add_subplot(grid[0, 0])
@@ -151,29 +157,49 @@ def draw_speeding_up(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
+    """Draw a variable of the wobble against the time that is left; `share` is its exponent over that of the inclination."""
     quantity = LOSSY_TRAJECTORY[name]
-    end = flat_time(dataset)
-    left = end - dataset[TIME.name].values
-    values = np.abs(dataset[name].values) * quantity.plot_scale
-    shown = (left > max(left[0] * 10.0**-_DECADES, 0.0)) & (values > 0.0)
-    axes.plot(left[shown], values[shown], label="motion", **_MOTION)
+    end = _end_of_wobble(dataset)
+    left = flat_time(end) - end[TIME.name].values
+    values = np.abs(end[name].values) * quantity.plot_scale
+    shown = (left > left[0] * 10.0**-_DECADES) & (values > 0.0)
+    left, values = left[shown], values[shown]
+    axes.plot(left, values, label="motion", **_MOTION)
     axes.set(
         xscale="log", yscale="log", xlabel=r"time that is left $t_f - t$ (s)", ylabel=quantity.plot_label
     )
-    if wobbles(dataset):
-        for loss in wobble_losses(dataset):
-            if loss.name in laws_of(dataset):
-                _draw_guide(axes, dataset, loss, left[shown], values[shown], share)
+    # the guides need not be seen whole
+    axes.set_ylim(values.min() / _ROOM, values.max() * _ROOM)
+    for loss, parts in _parts_of_power(end, shown):
+        if parts.max() >= _LEAST_PART:
+            _draw_guide(axes, loss, parts, left, values, share)
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
         set_log_ticks(axis, high / low)
     legend_above(axes)
 
 
+def _end_of_wobble(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return the stretch of a motion in which its disk is no more upright."""
+    upright = np.flatnonzero(dataset["inclination"].values > _UPRIGHT)
+    first = int(upright[-1]) + 1 if upright.size else 0
+    return dataset.isel({TIME.name: slice(min(first, dataset.sizes[TIME.name] - 2), None)})
+
+
+def _parts_of_power(dataset: "xr.Dataset", shown: Truths) -> list[tuple[WobbleLoss, Array]]:
+    """Return each law with its part of the power of all at the samples that are shown, by the closed forms."""
+    inclination = dataset["inclination"].values[shown]
+    losses = [each for each in wobble_losses(dataset) if each.name in laws_of(dataset)]
+    powers = [each.coefficient * inclination ** -float(each.power) for each in losses]
+    return [(each, power / sum(powers)) for each, power in zip(losses, powers, strict=True)]
+
+
 def _draw_guide(
-    axes: "Axes", dataset: "xr.Dataset", loss: WobbleLoss, left: Array, values: Array, share: Fraction
+    axes: "Axes", loss: WobbleLoss, parts: Array, left: Array, values: Array, share: Fraction
 ) -> None:
     """Draw the slope of a law beside the curve, where it takes its largest part of the power."""
-    at = _strongest(dataset, loss, left)
+    strong = np.flatnonzero(parts >= 0.999 * parts.max())
+    # the middle, on the axis, of where it is about as strong
+    at = math.sqrt(left[strong[0]] * left[strong[-1]])
     slope = loss.exponent * share
     ends = (at * 10.0 ** np.array([-_REACH, _REACH])).clip(left.min(), left.max())
     near = (left >= ends[0]) & (left <= ends[1])
@@ -182,20 +208,6 @@ def _draw_guide(
     words = f"slope {slope} of {LAWS[loss.name]}".replace("-", "\u2212")
     beside = _BESIDE * level * (ends / at) ** float(slope)
     axes.plot(ends, beside, color=COLOURS[loss.name], linewidth=1.6, linestyle=(0, (4, 1.5)), label=words)
-
-
-def _strongest(dataset: "xr.Dataset", loss: WobbleLoss, left: Array) -> float:
-    """Return the time that is left [s] where a loss has its largest part of the power of all, by the closed forms."""
-    inclination = np.interp(
-        left, flat_time(dataset) - dataset[TIME.name].values[::-1], dataset["inclination"].values[::-1]
-    )
-    powers = {
-        each.name: each.coefficient * inclination ** -float(each.power) for each in wobble_losses(dataset)
-    }
-    parts = powers[loss.name] / sum(powers.values())
-    best = np.flatnonzero(parts >= 0.999 * parts.max())
-    # the middle, on the axis, of where it is about as strong
-    return math.sqrt(left[best[0]] * left[best[-1]])
 
 
 def _energy_unit(energy: float) -> tuple[str, float]:
