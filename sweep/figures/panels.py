@@ -379,6 +379,14 @@ def value_text(spec: SweepSpec, name: str) -> str:
     unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
     unit = unit.replace(" ", "\u00a0")
     # what belongs together is not broken at the end of a line
-    return f"${quantity.symbol} = {getattr(spec, name) * quantity.plot_scale:.4g}$\u00a0{unit}".rstrip(
-        "\u00a0"
+    return (
+        f"${quantity.symbol} = {_in_mathtext(getattr(spec, name) * quantity.plot_scale)}$\u00a0{unit}".rstrip(
+            "\u00a0"
+        )
     )
+
+
+def _in_mathtext(value: float) -> str:
+    """Return a number with four digits, as a power of ten where that is shorter."""
+    digits, _, power = f"{value:.4g}".partition("e")
+    return rf"{digits}\times 10^{{{int(power)}}}" if power else digits

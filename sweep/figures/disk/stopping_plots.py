@@ -157,7 +157,7 @@ def draw_speeding_up(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
-    """Draw a variable of the wobble against the time that is left; `share` is its exponent over that of the inclination."""
+    """Draw a variable of the wobble against the time that is left; `share`: its exponent over that of a."""
     quantity = LOSSY_TRAJECTORY[name]
     end = _end_of_wobble(dataset)
     left = flat_time(end) - end[TIME.name].values
