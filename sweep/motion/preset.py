@@ -45,14 +45,18 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     held = read_file(path)
     merged = changed(held, words, sweep.model)
     kind = request_class(merged).kind
-    open_axes = [
-        name for name in merged if parameter_of(name, sweep.model) in sweep.axes and name not in words
-    ]
-    found = {name: raw for name, raw in merged.items() if name in {*kind.names, *words}}
-    if open_axes == ["precession_rate"] and merged.get("roll_rate") == WOBBLE:
+    open_axes = {
+        name: parameter
+        for name in merged
+        if name not in words and (parameter := parameter_of(name, sweep.model)) in sweep.axes
+    }
+    found = {
+        name: raw for name, raw in merged.items() if name in {*kind.names, *words} and name not in open_axes
+    }
+    if [*open_axes.values()] == ["precession_rate"] and merged.get("roll_rate") == WOBBLE:
         found["precession_rate"] = WOBBLE
     elif open_axes:
-        _refuse_open(sweep, path, [parameter_of(name, sweep.model) for name in open_axes])
+        _refuse_open(sweep, path, [*open_axes.values()])
     if "duration" not in words:
         found["duration"] = min(float(kind.inputs["duration"].default), sweep.duration)
     return MotionRequest.read(**found)

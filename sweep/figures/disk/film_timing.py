@@ -9,7 +9,7 @@ import numpy as np
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.model.quantity import Array
 from sweep.motion.kind import TIME
-from sweep.motion.sampling import kind_of
+from sweep.motion.sampling import end_of, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +19,9 @@ _SHORTEST, _USUAL = 4.0, 20.0
 
 #: It lasts no longer than this [s] if the motion turns so fast that it must be slow; what is left is not shown.
 _LONGEST = 60.0
+
+#: A motion that comes to its end is seen at its end for this time of the film [s].
+_HELD = 1.0
 
 #: Share of the time of a motion -> angle [rad] by which the disk may turn in it from one frame to the next: the painted
 #: radius of a disk that turns by more than half a turn is seen to turn backwards. The rest are the moments in which a
@@ -105,6 +108,8 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
     stops = kind_of(dataset).stops
     if stops and moments[-1] < times[-1]:
         moments = times[-1] - step * np.arange(count)[::-1]
+    if stops and end_of(dataset):
+        moments = np.append(moments, np.full(round(_HELD * options.fps), times[-1]))
     shown = float(moments[-1] - times[0])
     turn = float(np.quantile(rates, max(_TURNS))) * step
     return Timing(moments, speed, options.fps, turn, shown, length, stops)
