@@ -174,14 +174,15 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
 
 
 def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
-    """Return the request for the motion of a preset; say which rates are not given and follow from the tilt."""
+    """Return the request for the motion of a preset; say if it is the wobble that nobody has asked for."""
+    from sweep.model.disk.tables import WOBBLE
     from sweep.motion.preset import request_of_preset
 
     request = request_of_preset(preset, given)
-    for name in ("precession_rate", "roll_rate"):
-        word = getattr(request, name)
-        if isinstance(word, str) and name not in given:
-            say(f"{preset}: {name}={word}")
+    if request.precession_rate == WOBBLE and "precession_rate" not in given:
+        say(
+            f"{preset}: the rates are those of the wobble at this tilt, precession_rate={WOBBLE} roll_rate={WOBBLE}"
+        )
     return request
 
 

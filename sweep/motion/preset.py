@@ -53,10 +53,12 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     found = {
         name: raw for name, raw in merged.items() if name in {*kind.names, *words} and name not in open_axes
     }
-    if [*open_axes.values()] == ["precession_rate"] and merged.get("roll_rate") == WOBBLE:
+    unknown = [*open_axes.values()]
+    if "precession_rate" in unknown and merged.get("roll_rate") == WOBBLE:
         found["precession_rate"] = WOBBLE
-    elif open_axes:
-        _refuse_open(sweep, path, [*open_axes.values()])
+        unknown.remove("precession_rate")
+    if unknown:
+        _refuse_open(sweep, path, unknown)
     if "duration" not in words:
         found["duration"] = min(float(kind.inputs["duration"].default), sweep.duration)
     return MotionRequest.read(**found)

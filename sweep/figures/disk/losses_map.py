@@ -143,7 +143,7 @@ def _block(axes: "Axes", each: LossesMap, norm: Normalize) -> Block:
     set_scale(axes, "y", panel.y)
     for name, (words, look) in _ENDS.items():
         hatch(axes, panel, each.ended[name], words, **look)
-    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.7", hatch="xxxx")
+    hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
     _draw_lines(axes, each)
     for code, name in enumerate(LOSSES, 1):
         if (np.isfinite(each.times) & (each.loss == code)).any():
