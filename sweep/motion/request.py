@@ -202,7 +202,9 @@ def _check_start(spec: MotionRequest) -> None:
     try:
         spec.kind.model.check(spec.words())
     except RequestError as error:
-        # the disk's own hint is a range, and a motion takes one number
+        if error.where not in ("precession_rate", "roll_rate"):
+            raise
+        # the hint of a model is a range, and a motion takes one number
         hint = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
         raise RequestError(error.message, hint=hint, where=error.where) from None
 

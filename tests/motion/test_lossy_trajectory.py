@@ -1,0 +1,195 @@
+"""A motion with losses in time: held against the referee of the tests, and sampled ever closer towards its end."""
+
+import math
+
+import lossy_referee as referee
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweep
+from kernels.lossy_disk.arrays import LOSSES
+from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP
+from sweep.motion.sampling import closely_sampled, end_of
+
+pytestmark = pytest.mark.compiled
+
+TOY = {"radius": 0.03755, "gravity": 9.81, "mass": 0.4387}
+AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
+
+#: The wobble of the toy at a tilt of 80 deg, as the equation of steady motion has it (scaled rate sqrt(2 / (alpha C))).
+TILT = math.radians(80.0)
+RATE = math.sqrt(9.81 / 0.03755 * 4.0 / math.cos(TILT))
+WOBBLE = {"tilt": TILT, "precession_rate": RATE, "roll_rate": -RATE * math.sin(TILT)}
+
+#: Motions of every ending: what starts them, and the law of the air.
+MOTIONS = {
+    "toy": (WOBBLE | TOY | AIR | {"contour_friction": 1.5e-5}, "bildsten"),
+    "film": (WOBBLE | TOY | AIR | {"contour_damping": 2e-7, "alpha": 0.8}, "moffatt"),
+    "dry": (
+        {"tilt": 1.1, "precession_rate": 40.0, "roll_rate": -30.0, "rolling_friction": 2e-4, "contour_friction": 5e-5,
+         "pivoting_friction": 1e-3} | TOY,
+        "none",
+    ),
+    "rest": (
+        {"tilt": 0.01, "precession_rate": 3.0, "rolling_friction": 1e-3, "pivoting_friction": 1e-4} | TOY, "none",
+    ),
+    "slip": ({"tilt": 0.4, "precession_rate": 30.0, "contour_friction": 1e-5, "friction": 0.3} | TOY, "none"),
+    "lift off": ({"tilt": 0.3, "rolling_friction": 1e-5, "tilt_rate": 0.1} | TOY, "none"),
+}  # fmt: skip
+ENDINGS = {"toy": FLAT, "film": FLAT, "dry": FLAT, "rest": REST, "slip": SLIP, "lift off": LIFT_OFF}
+
+
+def simulated(name, **words):
+    """Return one of the motions, with other words if there are any."""
+    start, law = MOTIONS[name]
+    return sweep.simulate(**start, air_law=law, **words)
+
+
+def refereed(name, **words):
+    """Return what the referee says of it."""
+    start, law = MOTIONS[name]
+    return referee.run(referee.starts(**start), air=law, **words)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_motion_ends_as_the_referee_says(name):
+    """Ending, its time, what each law took, heading and state there: by an integrator that shares no code with it."""
+    motion, found = simulated(name), refereed(name, duration=300.0)
+    assert int(motion["ending"]) == ENDINGS[name] == found.ending[0]
+    assert float(motion["end_time"]) == pytest.approx(found.end_time[0], rel=1e-6)
+    assert float(motion["elapsed_time"][-1]) == float(motion["end_time"])
+    weight = 0.4387 * 9.81 * 0.03755
+    for loss in LOSSES:
+        assert float(motion[loss][-1]) == pytest.approx(
+            weight * getattr(found, loss)[0], rel=1e-5, abs=1e-9 * weight
+        )
+    assert float(motion["heading"][-1]) == pytest.approx(found.heading_turned[0], rel=1e-6)
+    for row, quantity in enumerate(("tilt", "precession_rate", "roll_rate")):
+        expected = found.state[[0, 2, 3][row], 0]
+        assert float(motion[quantity][-1]) == pytest.approx(expected, rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_energy_and_losses_are_what_the_start_had(name):
+    """The energy of the referee's equations and what the laws took, at every sample, to 1e-9 m g R."""
+    motion = simulated(name)
+    weight, unit = 0.4387 * 9.81 * 0.03755, math.sqrt(0.03755 / 9.81)
+    rates = [unit * motion[rate].values for rate in ("tilt_rate", "precession_rate", "roll_rate")]
+    states = np.stack([motion["tilt"].values, *rates], axis=-1)
+    energies = np.array([referee.energy(state, float(motion["alpha"])) for state in states])
+    np.testing.assert_allclose(motion["energy"].values, weight * energies, rtol=1e-12)
+    total = energies + sum(motion[loss].values for loss in LOSSES) / weight
+    assert np.ptp(total) < 2e-9
+    np.testing.assert_allclose(motion["energy_imbalance"].values, total - total[0], atol=1e-13)
+
+
+def test_moffatts_example():
+    """M = 0.4 kg, R = 3.75 cm and 1.8e-5 Pa s from 0.1 rad: "about 100 seconds", by his formula 94."""
+    motion = sweep.simulate(
+        inclination=0.1, precession_rate="wobble", roll_rate="wobble", radius=0.0375, mass=0.4, air_law="moffatt",
+        air_viscosity=1.8e-5,
+    )  # fmt: skip
+    formula = 0.1**3 * 0.4 / (2.0 * math.pi * 1.8e-5 * 0.0375)
+    assert formula == pytest.approx(94.3, abs=0.1)
+    assert float(motion["end_time"]) == pytest.approx(formula, rel=0.01)
+
+
+def test_samples_are_close_and_closer_towards_the_end():
+    """At most 0.2 rad, a thousand samples at least, and gaps that shrink with what is left, down to the end."""
+    for name in ("toy", "dry", "rest"):
+        motion = simulated(name)
+        times = motion["elapsed_time"].values
+        assert times.size > 1000
+        for angle in ("tilt", "heading", "roll_angle"):
+            assert np.abs(np.diff(motion[angle].values)).max() < 0.2, (name, angle)
+        left, gaps = times[-1] - times, np.diff(times)
+        assert (gaps > 0.0).all()
+        near = (left[:-1] < 0.1 * times[-1]) & (left[:-1] > 1e-4 * times[-1])
+        assert near.sum() > 100
+        assert (gaps[near] < 0.05 * left[:-1][near]).all()
+        assert closely_sampled(motion) is motion
+
+
+def test_an_interval_that_is_asked_for_is_kept():
+    """Even samples and the end; a figure computes closer ones, which begin and end alike."""
+    motion = simulated("toy", interval=0.1)
+    times = motion["elapsed_time"].values
+    np.testing.assert_allclose(np.diff(times)[:-1], 0.1, rtol=1e-9)
+    assert times[-1] == float(motion["end_time"])
+    closer = closely_sampled(motion)
+    assert closer.sizes["elapsed_time"] > 10 * times.size
+    assert float(closer["end_time"]) == pytest.approx(times[-1], rel=1e-9)
+
+
+def test_the_first_sample_is_the_start():
+    """To the bit, also where friction has to let go of a disk that spins upright."""
+    for start in (WOBBLE, {"tilt": 0.02, "precession_rate": 60.0}):
+        motion = sweep.simulate(**start, **TOY, rolling_friction=1e-5, duration=1.0)
+        for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate"):
+            assert float(motion[name][0]) == start.get(name, 0.0)
+
+
+def test_what_friction_holds_is_flagged():
+    """A coin that rolling friction holds turns on the spot; pivoting friction holds the turn of a wobble."""
+    names = dict(enumerate(["none", "roll", "turn", "roll_and_turn", "tilt_and_roll", "", "all"]))
+    held = [names[code] for code in np.unique(simulated("rest")["held"])]
+    assert held[0] == "tilt_and_roll"
+    assert set(held) <= {"tilt_and_roll", "all"}
+    wobble = simulated("dry")
+    turn = wobble["precession_rate"] * np.cos(wobble["tilt"]) ** 2 + np.sin(wobble["tilt"]) * (
+        wobble["roll_rate"] + wobble["precession_rate"] * np.sin(wobble["tilt"])
+    )
+    held_turn = wobble["held"].values & 2 > 0
+    assert held_turn.any()
+    assert np.abs(turn.values[held_turn]).max() < 1e-6 * np.abs(wobble["precession_rate"].values).max()
+
+
+def test_without_an_end_there_is_no_time_of_it():
+    """A motion that the duration cuts off, and a stretch of one that ends later."""
+    motion = simulated("toy", duration=1.0)
+    assert int(motion["ending"]) == HORIZON
+    assert math.isnan(float(motion["end_time"]))
+    assert end_of(motion) == end_of(simulated("toy").isel(elapsed_time=slice(0, 50))) == ""
+    assert end_of(simulated("toy")).startswith("flat at 5.0")
+    assert end_of(simulated("rest")).startswith("came to rest at ")
+
+
+def test_without_losses_it_is_the_motion_of_the_disk_without_losses():
+    """All coefficients zero: the other model, with its own kernels, gives the same motion."""
+    start = {"tilt": "20deg", "precession_rate": 3.0, "roll_rate": 4.0, "duration": "2s", "interval": 0.01}
+    lossy, plain = sweep.simulate(**start, contour_friction=0), sweep.simulate(**start)
+    np.testing.assert_array_equal(lossy["elapsed_time"], plain["elapsed_time"])
+    for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
+                 "centre_x", "centre_z", "energy", "normal_force", "friction_across", "friction_along"):  # fmt: skip
+        np.testing.assert_allclose(lossy[name], plain[name], rtol=1e-7, atol=1e-7, err_msg=name)
+
+
+def test_a_file_says_which_model_it_is_of(tmp_path):
+    """Saved and opened again it is the same motion; one without losses names no model, as before."""
+    motion = simulated("toy")
+    sweep.save(motion, tmp_path / "stop.nc")
+    with xr.open_dataset(tmp_path / "stop.nc") as read:
+        assert read.attrs["model"] == "lossy_disk"
+        for name in motion.variables:
+            np.testing.assert_array_equal(read[name], motion[name])
+    assert "model" not in sweep.simulate(duration=0.1).attrs
+
+
+def test_a_cell_is_followed_to_its_end():
+    """The motion of a cell of an atlas ends when the cell did, with the same losses."""
+    atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")
+    motion, cell = atlas.eulerdisk.simulate(tilt="80deg"), atlas.isel(tilt=1)
+    assert int(cell["ending"]) == FLAT
+    assert float(motion["end_time"]) == pytest.approx(float(cell["end_time"]), rel=1e-6)
+    weight = 0.4387 * 9.81 * 0.03755
+    for loss in LOSSES:
+        assert float(motion[loss][-1]) == pytest.approx(weight * float(cell[loss]), rel=1e-5, abs=1e-9)
+
+
+def test_a_cell_without_losses_is_followed_with_some():
+    """Words of losses change the motion of a cell of the disk without them, to its end."""
+    plain = sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4))
+    motion = plain.eulerdisk.simulate(rolling_friction="5mm")
+    assert int(motion["ending"]) == FLAT
+    assert float(motion["rolling_loss"][-1]) > 0.0
