@@ -34,7 +34,9 @@ class LossyDisk(Model):
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "end_time"
     lost_name = "the disk falls flat"
     presets = Path(__file__).with_name("presets")
-    integrate = integrator(rolling=False, pivoting=False, air=tables.NO_AIR, slips=False)
+    integrate = integrator(
+        contour=True, damping=False, rolling=False, pivoting=False, air=tables.NO_AIR, slips=False
+    )
     trajectory, losses = "sweep.figures.disk.stopping_cell:figure", "sweep.figures.disk.losses_map:figure"
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
@@ -100,6 +102,8 @@ class LossyDisk(Model):
     def integrator(self, spec: Request) -> Kernel:
         """Return the kernel with the laws that the cells of a spec need, and no others."""
         return integrator(
+            contour=tables.some(spec.contour_friction),
+            damping=tables.some(spec.contour_damping),
             rolling=tables.some(spec.rolling_friction),
             pivoting=tables.some(spec.pivoting_friction),
             air=spec.air_law,

@@ -9,19 +9,22 @@ _MODULE = "kernels.lossy_disk.integrate"
 
 
 @lru_cache
-def integrator(*, rolling: bool, pivoting: bool, air: str, slips: bool) -> Kernel:
-    """Return the kernel with some laws (`kernels.lossy_disk.integrate.variant`); all have contour friction and damping.
+def integrator(
+    *, contour: bool, damping: bool, rolling: bool, pivoting: bool, air: str, slips: bool
+) -> Kernel:
+    """Return the kernel with some laws and no others, as `kernels.lossy_disk.integrate.variant` names it.
 
     Parameters
     ----------
-    rolling, pivoting : bool
-        Whether there is rolling friction, and pivoting friction.
+    contour, damping, rolling, pivoting : bool
+        Whether there is dry contour friction, viscous contour friction, rolling friction, and pivoting friction.
     air : str
         The law of the air.
     slips : bool
         Whether the friction that rolling needs is held against a friction coefficient.
     """
     # the kernels themselves, which would say the name, are not imported before they are used
+    rubbing = ("" if contour else "_viscous") if damping else "_dry"
     drag = "" if air == NO_AIR else f"_{air}"
-    laws = ("_rolling" * rolling, drag, "_pivoting" * pivoting, "_slip" * slips)
-    return Kernel(_MODULE, "integrate_contour" + "".join(laws))
+    laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
+    return Kernel(_MODULE, "integrate" + "".join(laws))

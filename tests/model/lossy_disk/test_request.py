@@ -178,19 +178,22 @@ def test_the_settings_of_the_kernels():
 @pytest.mark.parametrize(
     ("words", "laws"),
     [
-        ({"contour_friction": 1e-6}, (False, "none", False, False)),
-        ({"rolling_friction": "0,1um"}, (True, "none", False, False)),
-        ({"pivoting_friction": 1e-6, "friction": 0.3}, (False, "none", True, True)),
-        (FULL | {"rolling_friction": 1e-6}, (True, "bildsten", False, False)),
+        ({"contour_friction": 1e-6}, (True, False, False, False, "none", False)),
+        ({"rolling_friction": "0,1um"}, (False, False, True, False, "none", False)),
+        ({"pivoting_friction": 1e-6, "friction": 0.3}, (False, False, False, True, "none", True)),
+        (
+            FULL | {"rolling_friction": 1e-6, "contour_damping": 1e-9},
+            (False, True, True, False, "bildsten", False),
+        ),
     ],
     ids=str,
 )
 def test_only_the_laws_of_a_request_are_compiled(words, laws):
     """The kernel is the variant that the kernels call by that name."""
     integrate = pytest.importorskip("kernels.lossy_disk.integrate")
-    rolling, air, pivoting, slip = laws
+    *rates, air, slip = laws
     kernel = LOSSY_DISK.integrator(SweepSpec(**words))
-    assert kernel.function == integrate.variant(rolling, tables.AIR_LAWS.index(air), pivoting, slip)
+    assert kernel.function == integrate.variant(*rates, tables.AIR_LAWS.index(air), slip)
     assert LOSSY_DISK.kernels(SweepSpec(**words)) == (kernel,)
 
 
