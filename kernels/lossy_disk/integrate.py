@@ -17,7 +17,6 @@ There is a variant for each set of laws, which leaves out what the others would 
 made when the module is first asked for it. `integrate` has both contour frictions and no other law.
 """
 
-from itertools import product
 from typing import Any
 
 from kernels.lanes.binding import bind
@@ -109,19 +108,23 @@ def variant(contour, damping, rolling, pivoting, air_law, slips):
     )
 
 
-def _parts(name):
-    """Return the parts of the variant of a name, None if there is none of it."""
-    for choice in product(*_GROUPS):
-        if name == "integrate" + "".join(choice):
-            return tuple(part for group, key in zip(_GROUPS, choice, strict=True) for part in group[key])
-    return None
+def _variants(groups):
+    """Return the parts of all variants by the ends of their names."""
+    if not groups:
+        return {"": ()}
+    others = _variants(groups[1:])
+    return {name + end: parts + more for name, parts in groups[0].items() for end, more in others.items()}
+
+
+#: Name of each variant -> its parts.
+VARIANTS = {"integrate" + end: parts for end, parts in _variants(_GROUPS).items()}
 
 
 def __getattr__(name):
-    """Make a variant when it is first asked for."""
-    parts = _parts(name)
-    if parts is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), parts=parts)
+    """Make a variant when it is first asked for: to make all takes longer than a small run."""
+    if name not in VARIANTS:
+        # an AttributeError, as for any module
+        return getattr(None, name)
+    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), parts=VARIANTS[name])
     made = globals()[name] = bind(model)
     return made
