@@ -6,19 +6,21 @@ from kernels.lanes.layout import LANES, offsets
 S, C, T, W, O_RATE, P, TIME = offsets(0, 7)
 #: the ledger: heading, path over R, and what each law took over m g R,
 TURNED, PATH, ROLLED, PIVOTED, RUBBED, DAMPED, BLOWN = offsets(7, 14)
-#: sines of the extreme tilts before the last two steps, half the length of one of them.
+#: sines of the extreme tilts before the last two steps, half the length of one of them,
 LEAST, GREATEST, LAST = offsets(14, 17)
+#: steps that may still be made.
+STEPS_LEFT = offsets(17, 18)[0]
 #: Sines of the extreme tilts in the last two steps; half the length of each of the next two, and of the present ones.
-LATEST_LEAST, LATEST_GREATEST, HALF, TAKEN = offsets(17, 21)
+LATEST_LEAST, LATEST_GREATEST, HALF, TAKEN = offsets(18, 22)
 
 # What a step only reads: `kernels.lossy_disk.rk4.Inertia`,
-I_TILT, I_ROLL, I_SPIN, I_INVERSE, DRAG, INVERSE_SPIN = offsets(21, 27)
+I_TILT, I_ROLL, I_SPIN, I_INVERSE, DRAG, INVERSE_SPIN = offsets(22, 28)
 #: `kernels.lossy_disk.loss_laws.Losses`, the friction coefficient,
-CONTOUR, DAMPING, ROLLING, PIVOTING, FILM, LAYER, FRICTION = offsets(27, 34)
+CONTOUR, DAMPING, ROLLING, PIVOTING, FILM, LAYER, FRICTION = offsets(28, 35)
 #: signs of the roll rate and of the turning rate about the vertical, the scaled duration,
-ROLL_SENSE, TURN_SENSE, END = offsets(34, 37)
-#: half the relative step, the longest and the least half step,
-SCALE, LONGEST, SHORTEST = offsets(37, 40)
+ROLL_SENSE, TURN_SENSE, END = offsets(35, 38)
+#: half the relative step, half the longest step,
+SCALE, LONGEST = offsets(38, 40)
 #: sines of the tilts where the criterion is broken.
 LOW, HIGH = offsets(40, 42)
 

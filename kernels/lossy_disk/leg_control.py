@@ -51,11 +51,13 @@ from kernels.lossy_disk.arrays import (
 )
 from kernels.lossy_disk.dry_friction import Senses
 from kernels.lossy_disk.endings import FLAT, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import rates, step
 from kernels.lossy_disk.simd_stages import (
+    STEPS_OF_A_CALL,
     begin,
     inertia_of,
     ledger_of,
@@ -319,15 +321,19 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
 def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended."""
     unit, tilt = lanes[at.UNIT + lane], tilt_of(motion.state)
-    least, greatest = record.least, record.greatest
+    least, greatest, imbalance = record.least, record.greatest, lanes[at.IMBALANCE + lane]
     if ending == FLAT:
         tilt = math.copysign(run.flat_tilt, tilt)
         least, greatest = min(least, tilt), max(greatest, tilt)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
+    lost, peak = rolled + pivoted + rubbed + damped + blown, max(abs(least), abs(greatest))
+    tilt_error, time_error = stated_errors(
+        ending, motion.time, motion.state[3], peak, lost, imbalance, run.tolerance
+    )
     ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
     _write(
         cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,
-        (lanes[at.IMBALANCE + lane], math.nan, math.nan),
+        (imbalance, tilt_error, unit * time_error),
         (record.steps, lanes[at.REFINED + lane], record.switches), measures, counts,
     )  # fmt: skip
 
@@ -391,11 +397,11 @@ def _gone_back(lane, lanes):
 @internal
 def finish_leg(cell, lane, run, lanes, measures, counts):
     """Go through the event of a leg; set the cell off again, or write it."""
-    lanes[at.STEPS_KEPT + lane] += 2.0 * (lanes[at.STEPS + lane] - 1.0)
+    lanes[at.STEPS_KEPT + lane] += STEPS_OF_A_CALL * (lanes[at.STEPS + lane] - 1.0)
     motion, case, past = _gone_back(lane, lanes), _case_of(lane, run, lanes), lanes[at.TIME + lane]
     record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
     ending = UNRESOLVED
-    if lanes[at.HALF + lane] >= lanes[at.SHORTEST + lane]:
+    if lanes[at.STEPS_LEFT + lane] > 0.0:
         motion, record, ending = follow(
             motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past
         )

@@ -20,8 +20,8 @@ from kernels.simd_math import sine_cosine
 #: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
 _NEAREST = 1.1
 
-#: Least half step over the duration: a motion that asks for shorter steps is abandoned.
-_SHORTEST = 1.0e-10
+#: Steps of a call of `advance` and `coast`; about after how many a motion is abandoned.
+STEPS_OF_A_CALL, MOST_STEPS = 2.0, 1.0e8
 
 #: Horizontal turning rate at which a leg with rolling friction ends: `kernels.lossy_disk.follow` goes on.
 SLOW_CONTACT = 1.0e-3
@@ -86,7 +86,6 @@ def prepare(lane, run, lanes):
     longest = 0.5 * run.step / unit if run.step > 0.0 else math.inf
     lanes[at.SCALE + lane], lanes[at.LONGEST + lane] = 0.5 * run.relative_step, longest
     lanes[at.END + lane] = run.duration / unit
-    lanes[at.SHORTEST + lane] = _SHORTEST * (run.duration / unit)
     lanes[at.REFINED + lane] = 0.0
     begin(lane, lanes)
 
@@ -126,12 +125,14 @@ def set_off(lane, run, lanes):
     rolled, pivoted = lanes[at.LEG_ROLLED + lane], lanes[at.LEG_PIVOTED + lane]
     rubbed, damped = lanes[at.LEG_RUBBED + lane], lanes[at.LEG_DAMPED + lane]
     blown = lanes[at.LEG_BLOWN + lane]
+    left = MOST_STEPS - lanes[at.STEPS_KEPT + lane]
     _, forces = changes(state, sense, inertia_of(lane, lanes), losses_of(lane, lanes))
     half = next_half(state, forces, lane, lanes)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, T
     lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = w, o, p
     lanes[at.ROLL_SENSE + lane], lanes[at.TURN_SENSE + lane] = sense
     lanes[at.TIME + lane], lanes[at.HALF + lane], lanes[at.LAST + lane] = t, half, 0.0
+    lanes[at.STEPS_LEFT + lane] = left
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = least, greatest
     lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane] = least, greatest
     lanes[at.TURNED + lane], lanes[at.PATH + lane] = turned, path
@@ -287,7 +288,7 @@ def advance(lane, run, lanes):
     least, greatest = lanes[at.LEAST + lane], lanes[at.GREATEST + lane]
     smaller, larger = lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane]
     low, high, friction = lanes[at.LOW + lane], lanes[at.HIGH + lane], lanes[at.FRICTION + lane]
-    end, shortest = lanes[at.END + lane], lanes[at.SHORTEST + lane]
+    end, left = lanes[at.END + lane], lanes[at.STEPS_LEFT + lane]
     change, forces = changes(state, sense, of_disk, losses)
     rates = entries(state, sense, forces)
     following = next_half(state, forces, lane, lanes)
@@ -295,7 +296,7 @@ def advance(lane, run, lanes):
     extreme = turning_sine(state, change[3], _NEAREST * (half if state[3] * change[3] < 0.0 else last))
     # so written, a NaN is an event too
     going = (rates[1] >= 0.0) & (forces.normal > 0.0) & (state[1] >= run.cos_flat_tilt) & (t < end)
-    going &= (smaller >= low) & (larger <= high) & (half >= shortest)
+    going &= (smaller >= low) & (larger <= high) & (left > 0.0)
     going &= goes_on_rolling(state, forces.f)
     going &= goes_on_turning(state, forces, sense[1], of_disk.i_inverse, losses.pivoting)
     going &= grips(state, change, forces.normal, of_disk.i_inverse, friction)
@@ -307,6 +308,7 @@ def advance(lane, run, lanes):
     lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + 4.0 * taken, taken
     lanes[at.HALF + lane] = following if going else half
     lanes[at.LAST + lane] = half if going else last
+    lanes[at.STEPS_LEFT + lane] = left - (STEPS_OF_A_CALL if going else 0.0)
     # only now is it certain that the turning points about the two steps before lie behind the lane
     lanes[at.LEAST + lane] = smaller if going & (smaller < least) else least
     lanes[at.GREATEST + lane] = larger if going & (larger > greatest) else greatest

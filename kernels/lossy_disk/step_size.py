@@ -19,6 +19,9 @@ from kernels.lossy_disk.loss_laws import viscosity
 #: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
 
+#: Square of the rate with which viscous friction takes the roll rate, over what it adds to the square of the fastest.
+_SHARE_OF_RELAXING = 1.0 / 16.0
+
 
 class RunSettings(NamedTuple):
     """Settings of a run (`kernels.lossy_disk.arrays.SETTINGS`), cos(flat_tilt), and the step over the time scale."""
@@ -65,13 +68,13 @@ def hurry(state, f, along, inertia, losses):
     -----
     The rates of the linearised motion; near flat that is the precession. Where the force along the rim changes o
     faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha. A roll rate relaxes with the rate
-    viscous * (2 T^2/alpha + ...).
+    viscous * (2 T^2/alpha + ...): where nothing else is fast, Runge-Kutta follows it with longer steps.
     """
     S, C, T, w, o, p = state
     rolling = 2.0 * inertia.i_tilt * inertia.i_inverse
     viscous = viscosity(f, (S, C, T), losses)
     steep = inertia.inverse_spin * T * S
-    square = viscous * viscous
+    square = _SHARE_OF_RELAXING * (viscous * viscous)
     slow = C * C * (inertia.i_tilt + square + rolling * (p * p))
     return slow + (o * o + (w * w + steep * (along * along + steep * square)))
 
