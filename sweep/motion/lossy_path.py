@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk import arrays
-from kernels.lossy_disk.endings import FLAT, HORIZON, REST, UNRESOLVED
+from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
 from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
@@ -45,9 +45,13 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     Raises
     ------
     RequestError
-        If the motion is too fast to be resolved.
+        If the motion is too fast to be resolved, or ends where it begins.
     """
     times, samples, ending = _integrated(spec, start, spec.times)
+    if times[-1] == 0.0:
+        _check_goes_on(ending)
+        # a disk that friction holds from its start is seen to stand
+        return _held(spec.times, start, samples)
     for _ in range(_PASSES if spec.interval == AUTOMATIC else 0):
         wanted = _wanted(times, samples, ending)
         if wanted.max(initial=0.0) <= _ENOUGH:
@@ -55,10 +59,28 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
         times, samples, ending = _integrated(spec, start, _closer(times, wanted, ending))
     # where dry friction lets go the kernels start the motion a little beyond its start
     samples[: len(STATE), 0] = start[: len(STATE)]
-    values = _variables(start, samples)
-    values["ending"] = np.array(ending, np.int8)
-    values["end_time"] = np.array(np.nan if ending == HORIZON else times[-1])
-    return times, values
+    return times, _variables(start, samples) | _ended(ending, np.nan if ending == HORIZON else times[-1])
+
+
+def _check_goes_on(ending: int) -> None:
+    """Refuse a motion that ends where it begins, unless it is at rest."""
+    if ending != REST:
+        what = "slips" if ending == SLIP else "lifts off"
+        raise RequestError(
+            f"This motion ends where it begins: the disk {what}, and the model with losses ends there.",
+            hint="Give a larger friction coefficient, or leave it out."
+            if ending == SLIP
+            else "Give slower rates.",
+        )
+
+
+def _held(times: Array, start: Array, samples: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
+    """Return the samples of a disk that is at rest at its start, and so for all time."""
+    return times, _variables(start, np.repeat(samples[:, :1], times.size, axis=1)) | _ended(REST, 0.0)
+
+
+def _ended(ending: int, time: float) -> dict[str, npt.NDArray[Any]]:
+    return {"ending": np.array(ending, np.int8), "end_time": np.array(time)}
 
 
 def _integrated(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, Array, int]:

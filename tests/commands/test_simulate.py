@@ -323,3 +323,44 @@ def test_the_atlas_that_is_read_is_not_replaced(command, tmp_path):
     assert status == 2
     assert "must be another file" in err
     assert (tmp_path / "a.nc").read_bytes() == before
+
+
+def test_a_preset_is_followed_to_its_end(simulate, tmp_path):
+    """`simulate toy tilt=80deg`: file, figure and film; the rates that are taken and the end are told."""
+    line = "toy inclination=1deg -o stop.nc --plot stop.png --animate stop.gif --speed 0.2 --size 320x240"
+    status, words = simulate(line)
+    assert status == 0
+    first, *_, last = words.splitlines()
+    assert first == (
+        "eulerdisk: toy: the rates are those of the wobble at this tilt, precession_rate=wobble roll_rate=wobble"
+    )
+    assert last.startswith("eulerdisk: stop.nc: ")
+    assert ", flat at 0." in last
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["stop.gif", "stop.nc", "stop.png"]
+    with xr.open_dataset(tmp_path / "stop.nc") as read:
+        assert read.attrs["history"].endswith(f"Z eulerdisk simulate {line}")
+        assert float(read["elapsed_time"][-1]) == float(read["end_time"])
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("toy -o stop.nc", "preset toy has many values of tilt. Add one of each"),
+        ("toy --from toy.nc -o stop.nc", "got toy and --from toy.nc"),
+        ("toi tilt=80deg -o stop.nc", "There is no preset toi"),
+        ("roll_rate -o stop.nc", "written NAME=VALUE"),
+        ("toy tilt=80deg 30deg -o stop.nc", "written NAME=VALUE"),
+        ("toy tilt=80deg air_law=stokes -o stop.nc", "air_law is none or moffatt or bildsten"),
+        ("toy tilt=89.95deg -o stop.nc", "|tilt| must be below flat_tilt"),
+        (
+            "toy tilt=80deg roll_rate=0 precession_rate=9 friction=0.01 -o stop.nc",
+            "ends where it begins: the disk slips",
+        ),
+    ],
+)
+def test_a_wrong_request_of_a_preset_leaves_nothing(simulate, tmp_path, line, message):
+    """Status 2, a sentence, and an empty folder."""
+    status, words = simulate(line)
+    assert status == 2
+    assert message in words
+    assert list(tmp_path.iterdir()) == []

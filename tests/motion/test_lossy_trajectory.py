@@ -145,6 +145,30 @@ def test_what_friction_holds_is_flagged():
     assert np.abs(turn.values[held_turn]).max() < 1e-6 * np.abs(wobble["precession_rate"].values).max()
 
 
+def test_a_coin_that_stands_is_seen_to_stand():
+    """Friction holds it from its start: it is at rest at once, and the samples go on for the duration."""
+    motion = sweep.simulate(tilt="0.5deg", radius="12mm", rolling_friction="1mm", duration="3s")
+    assert (int(motion["ending"]), float(motion["end_time"])) == (REST, 0.0)
+    assert motion["elapsed_time"].values[[0, -1]].tolist() == [0.0, 3.0]
+    assert np.ptp(motion["tilt"].values) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "fact"),
+    [
+        ({"tilt": 0.3, "friction": 0.01}, "ends where it begins: the disk slips"),
+        (
+            {"tilt": "80deg", "precession_rate": 200.0, "radius": 0.0375},
+            "ends where it begins: the disk lifts off",
+        ),
+    ],
+)
+def test_a_motion_that_ends_where_it_begins_is_refused(words, fact):
+    """It has no two samples: the message says what the disk does."""
+    with pytest.raises(sweep.RequestError, match=fact):
+        sweep.simulate(**words, contour_friction="10um")
+
+
 def test_without_an_end_there_is_no_time_of_it():
     """A motion that the duration cuts off, and a stretch of one that ends later."""
     motion = simulated("toy", duration=1.0)

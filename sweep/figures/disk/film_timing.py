@@ -110,7 +110,7 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
         moments = times[-1] - step * np.arange(count)[::-1]
     if stops and end_of(dataset):
         moments = np.append(moments, np.full(round(_HELD * options.fps), times[-1]))
-    shown = float(moments[-1] - times[0])
+    shown = float(moments[-1] - moments[0])
     turn = float(np.quantile(rates, max(_TURNS))) * step
     return Timing(moments, speed, options.fps, turn, shown, length, stops)
 

@@ -40,8 +40,8 @@ _NEEDED = ("end_time", "largest_loss", "ending")
 #: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and of no loss.
 _STRENGTH, _GREY, _NONE = (0.18, 0.95), "0.25", "0.6"
 
-#: Contour lines at most.
-_MOST_LINES = 6
+#: Contour lines at most, and the distance of their numbers from the border, over the width or the height of a map.
+_MOST_LINES, _FROM_BORDER = 6, 0.04
 
 #: Ending -> what is written of its cells, and their hatching over the hue of the loss.
 _ENDS: Mapping[str, tuple[str, dict[str, Any]]] = {
@@ -56,8 +56,8 @@ _ENDS: Mapping[str, tuple[str, dict[str, Any]]] = {
 class LossesMap:
     """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
 
-    `times` are in s, NaN where there is no result; `loss` is a code of the variable largest_loss; `ended` are the cells
-    of each ending of `_ENDS`.
+    `times` are in s, NaN where the time aloft is not known; `loss` is a code of the variable largest_loss; `ended` are
+    the cells of each ending of `_ENDS`.
     """
 
     panel: Panel
@@ -93,13 +93,16 @@ def losses_map(dataset: "xr.Dataset", look: Look | None = None) -> LossesMap:
         )
     order = (drawn.y.quantity.name, drawn.x.quantity.name)
     times, loss, ending = (in_order(dataset[name], order) for name in _NEEDED)
+    ended = {name: np.asarray(ending == ENDINGS.code(name)) for name in _ENDS}
+    # where the model ends nothing is known of how long the disk stays aloft
+    unknown = drawn.no_result | ended["lift_off"] | ended["slip"]
     spec = drawn_spec(dataset)
     return LossesMap(
         panel=drawn,
         caption=(fixed_parameters(spec), *_air(spec.air_law)),
-        times=np.where(drawn.no_result, np.nan, times),
+        times=np.where(unknown, np.nan, times),
         loss=np.asarray(loss, np.int8),
-        ended={name: np.asarray(ending == ENDINGS.code(name)) for name in _ENDS},
+        ended=ended,
     )
 
 
@@ -213,6 +216,10 @@ def _draw_lines(axes: "Axes", each: LossesMap) -> None:
     )
     for text in axes.clabel(lines, fmt=lambda level: f"{level:g} s", fontsize="smaller"):
         text.set_path_effects([*HALO])
+        place = axes.transAxes.inverted().transform(axes.transData.transform(text.get_position()))
+        # a number that the border would cut off
+        if min(*place, *(1.0 - place)) < _FROM_BORDER:
+            text.remove()
 
 
 def _levels(times: Array) -> list[float]:

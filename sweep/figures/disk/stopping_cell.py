@@ -39,5 +39,5 @@ def motion_of(explanation: Explanation) -> "xr.Dataset":
             hint="Leave --plot out, or name another cell.",
         )
     settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt", "air_law")}
-    title = f"{spec.headline}: {verdict} by {spec.criterion}"
+    title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
     return simulate(MotionRequest.read(**start, **settings, title=title))

@@ -112,3 +112,27 @@ def test_frames_are_even_and_the_last_one_is_the_end():
     assert found.moments[[0, -1]].tolist() == [2.0, 5.0]
     assert np.diff(found.moments)[:-1] == pytest.approx(0.7 / 30)
     assert 0.0 < np.diff(found.moments)[-1] <= 0.7 / 30 * (1.0 + 1e-9)
+
+
+def test_a_film_of_a_motion_that_stops_shows_its_end():
+    """The last part of it if not all has room, evenly in time, and the end for another second."""
+    motion = sweep.simulate("toy", tilt="50deg")
+    end = float(motion["end_time"])
+    found = timed(motion)
+    assert not found.whole
+    assert "it shows the last" in found.words()
+    held = found.fps
+    np.testing.assert_array_equal(found.moments[-held:], end)
+    np.testing.assert_allclose(np.diff(found.moments[: -held or None]), found.speed / found.fps, rtol=1e-9)
+    assert found.shown == pytest.approx(end - found.moments[0])
+    whole = timed(motion, speed=5.0)
+    assert whole.whole
+    assert whole.moments[0] == 0.0
+    cut = timed(sweep.simulate("toy", tilt="50deg", duration="3s"), speed=5.0)
+    assert np.diff(cut.moments).min() > 0.0
+
+
+def test_the_speed_of_a_motion_that_stops_does_not_depend_on_its_samples():
+    """Near the end it has many more samples: shares of its time are meant, not of those."""
+    close, coarse = (sweep.simulate("toy", tilt="80deg", interval=interval) for interval in ("auto", "0.2ms"))
+    assert timed(close).speed == timed(coarse).speed

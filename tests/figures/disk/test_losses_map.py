@@ -1,0 +1,134 @@
+"""The map of losses: hues are the largest losses, their strength and the lines are the times that are stored."""
+
+import matplotlib
+import numpy as np
+import pytest
+
+import sweep
+from sweep.errors import RequestError
+from sweep.figures import plots
+from sweep.figures.disk.loss_colours import COLOURS
+from sweep.figures.disk.losses_map import figure, losses_map
+from sweep.figures.look import Look
+from sweep.model.lossy_disk.tables import LOSSES
+
+pytestmark = pytest.mark.compiled
+
+SPEC = sweep.SweepSpec.preset(
+    "toy", contour_friction="0.3um:30um:12:log", tilt="50deg:89deg:10", precession_rate="wobble",
+    rolling_friction="15um", criterion="departure:5deg", title="Which loss",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas in which rolling friction, contour friction and air each take most somewhere."""
+    return sweep.run(SPEC)
+
+
+def colours_of(drawn):
+    """Return the colours of the cells of the first map, shape (rows, columns, 4)."""
+    (mesh,) = (
+        each for each in drawn.axes[0].collections if isinstance(each, matplotlib.collections.QuadMesh)
+    )
+    return np.asarray(mesh.get_array())
+
+
+def test_the_hue_of_a_cell_is_its_largest_loss(atlas):
+    """Each colour lies between white and the colour of the law of which the atlas stores the largest loss."""
+    found, cells = losses_map(atlas), colours_of(figure([atlas]))
+    largest = np.stack([atlas[measure].values for _, measure in LOSSES.values()]).argmax(axis=0)
+    np.testing.assert_array_equal(found.loss, 1 + largest)
+    hues = np.array([matplotlib.colors.to_rgb(COLOURS[measure]) for _, measure in LOSSES.values()])
+    away = 1.0 - cells[..., :3]
+    for row, column in np.ndindex(found.loss.shape):
+        whole = 1.0 - hues[largest[row, column]]
+        strength = away[row, column].max() / whole.max()
+        assert 0.15 < strength < 1.0
+        np.testing.assert_allclose(away[row, column], strength * whole, atol=1e-12)
+    assert {name for name, _ in found.regions()} == {"rolling\nfriction", "contour\nfriction", "air"}
+
+
+def test_the_longer_aloft_the_stronger_the_hue(atlas):
+    """Among cells of one law the order of the strengths is that of the stored times."""
+    found, cells = losses_map(atlas), colours_of(figure([atlas]))
+    np.testing.assert_array_equal(found.times, atlas["end_time"].values)
+    for code in np.unique(found.loss):
+        some = found.loss == code
+        order = np.argsort(found.times[some])
+        assert (np.diff((1.0 - cells[..., :3]).max(axis=-1)[some][order]) >= 0.0).all()
+
+
+def test_the_lines_have_the_times_that_they_name(atlas):
+    """Along each line the time interpolated between the cells is the number of its level."""
+    drawn = figure([atlas])
+    axes = drawn.axes[0]
+    (lines,) = (each for each in axes.collections if isinstance(each, matplotlib.contour.QuadContourSet))
+    assert len(lines.levels) >= 2
+    assert {text.get_text() for text in lines.labelTexts} <= {f"{level:g} s" for level in lines.levels}
+    times, panel = atlas["end_time"].values, losses_map(atlas).panel
+    for level, segments in zip(lines.levels, lines.allsegs, strict=True):
+        for x, y in (point for segment in segments for point in segment):
+            column, row = np.searchsorted(panel.x.values, x), np.searchsorted(panel.y.values, y)
+            around = times[max(row - 1, 0) : row + 1, max(column - 1, 0) : column + 1]
+            assert around.min() <= level * (1.0 + 1e-9)
+            assert around.max() >= level * (1.0 - 1e-9)
+
+
+def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
+    """They are still aloft: the time is a lower bound there. What lifts off has no time aloft at all."""
+    short = sweep.run(SPEC, duration="5s")
+    found = losses_map(short)
+    assert found.ended["horizon"].any()
+    np.testing.assert_array_equal(found.ended["horizon"], short["end_time"].values == 5.0)
+    axes = figure([short]).axes[0]
+    assert "aloft at the end of the duration" in axes.get_legend_handles_labels()[1]
+    lifted = sweep.run("toy", tilt="35deg,45deg", precession_rate="105,110")
+    assert losses_map(lifted).ended["lift_off"].all()
+    assert np.isnan(losses_map(lifted).times).all()
+    figure([lifted])
+
+
+def test_several_atlases_share_one_scale(atlas):
+    """The bar holds for both: a time has the same strength in each."""
+    short = sweep.run(SPEC, duration="5s")
+    drawn = figure([atlas, short])
+    assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == ["Which loss"] * 2
+    bar = drawn.axes[-1]
+    assert bar.get_ylabel() == "time aloft (s)"
+    times = np.concatenate([atlas["end_time"].values.ravel(), short["end_time"].values.ravel()])
+    assert bar.get_ylim() == pytest.approx((times.min(), times.max()))
+
+
+def test_a_selection_and_the_order_of_the_axes_do_not_matter(atlas):
+    """The transposed atlas is drawn transposed; of a third axis one value is taken."""
+    other = sweep.run(SPEC.replace(axes=("contour_friction", "tilt")))
+    one, two = losses_map(atlas), losses_map(other)
+    same = one.panel.y.quantity.name == two.panel.y.quantity.name
+    np.testing.assert_array_equal(one.times, two.times if same else two.times.T)
+    three = sweep.run(SPEC.replace(alpha=[0.4, 0.5]))
+    np.testing.assert_array_equal(losses_map(three.sel(alpha=0.5)).times, one.times)
+
+
+def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
+    """By the command's option as well: an atlas of the disk without losses, one of one axis, and none."""
+    with pytest.raises(RequestError, match="model disk has no losses to draw"):
+        plots.losses([sweep.run(sweep.SweepSpec(roll_rate="2:3:3", tilt="1deg,2deg"))], Look())
+    with pytest.raises(RequestError, match="A map of losses has two axes; this atlas has one, tilt"):
+        plots.losses([atlas.isel(contour_friction=3)], Look())
+    with pytest.raises(RequestError, match="end_time"):
+        figure([atlas.drop_vars("end_time")])
+    with pytest.raises(RequestError, match="nothing to draw"):
+        figure([])
+
+
+def test_the_command_draws_it(command, atlas, tmp_path):
+    """`plot --losses`, alone: it has no criterion and no other quantity."""
+    sweep.save(atlas, tmp_path / "toy.nc")
+    assert command("plot toy.nc --losses -o toy.png")[0] == 0
+    assert (tmp_path / "toy.png").stat().st_size > 10_000
+    for option in ("--criterion aloft:2s", "--regimes", "--quantity steps", "--family"):
+        status, _, err = command(f"plot toy.nc --losses {option} -o other.png")
+        assert status == 2
+        assert option.split()[0] in err
+    assert not (tmp_path / "other.png").exists()

@@ -1,0 +1,179 @@
+"""The figure of a motion with losses: what is drawn is what is stored, and nothing is drawn of what there is not."""
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+import sweep
+from sweep.checks.explain import explain
+from sweep.errors import RequestError
+from sweep.figures import plots
+from sweep.figures.disk import stopping_cell, stopping_plots
+from sweep.figures.disk.loss_colours import COLOURS
+from sweep.motion.wobble_decay import flat_time
+
+pytestmark = pytest.mark.compiled
+
+#: Panels of the figure of a wobble.
+PICTURE, TILT, RATES, LEDGER, APPROACH, SPEEDING_UP = range(6)
+
+
+@pytest.fixture(scope="module")
+def toy():
+    """Return the toy that wobbles from 80 deg until it is flat."""
+    return sweep.simulate("toy", tilt="80deg", title="The toy")
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    """Return a coin that still rolls when the duration is over."""
+    return sweep.simulate("coin", roll_rate=40, rolling_friction="10um", duration="2s")
+
+
+def lines_of(axes):
+    """Return the lines of a panel by their labels."""
+    return dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+
+
+def test_tilt_and_rates_are_those_of_the_file(toy, rolling):
+    """Inclination from flat with the rate of the wobble and of the disk itself; of a disk that rolls tilt and rates."""
+    axes = stopping_plots.figure(toy).axes
+    (line,) = axes[TILT].lines
+    np.testing.assert_array_equal(line.get_xdata(), toy["elapsed_time"])
+    np.testing.assert_allclose(line.get_ydata(), 90.0 - np.degrees(toy["tilt"]), atol=1e-12)
+    assert line.get_label() == f"flat at {float(toy['end_time']):.6g} s"
+    fast, slow = axes[RATES].lines
+    np.testing.assert_array_equal(fast.get_ydata(), toy["precession_rate"])
+    vertical = toy["precession_rate"] + toy["roll_rate"] * np.sin(toy["tilt"])
+    np.testing.assert_allclose(slow.get_ydata(), vertical, atol=1e-12)
+    axes = stopping_plots.figure(rolling).axes
+    np.testing.assert_array_equal(axes[TILT].lines[0].get_ydata(), np.degrees(rolling["tilt"]))
+    assert axes[TILT].lines[0].get_label() == "not yet at its end"
+    np.testing.assert_array_equal(axes[RATES].lines[1].get_ydata(), rolling["roll_rate"])
+
+
+def test_the_areas_of_the_ledger_are_the_losses(toy):
+    """One upon the other in the order of the file, in their colours; with the energy left they are the start."""
+    axes = stopping_plots.figure(toy).axes[LEDGER]
+    assert axes.get_ylabel() == "energy (mJ)"
+    below = np.zeros(toy.sizes["elapsed_time"])
+    for area, name in zip(axes.collections, ("contour_loss", "air_loss", "energy"), strict=True):
+        vertices = area.get_paths()[0].vertices
+        above = below + 1e3 * toy[name].values
+        assert vertices[:, 1].max() == pytest.approx(above.max(), rel=1e-9)
+        for moment in (0.1, 0.5, 0.9):
+            index = int(moment * below.size)
+            time = float(toy["elapsed_time"][index])
+            here = np.unique(vertices[vertices[:, 0] == time, 1])
+            np.testing.assert_allclose(here, [below[index], above[index]], rtol=1e-9)
+        if name != "energy":
+            assert to_hex(area.get_facecolor()[0]) == COLOURS[name].lower()
+        below = above
+    np.testing.assert_allclose(below, 1e3 * float(toy["energy"][0]), rtol=1e-6)
+    (whole,) = axes.lines
+    assert whole.get_ydata()[0] == pytest.approx(1e3 * float(toy["energy"][0]))
+    labels = axes.get_legend_handles_labels()[1]
+    lost = {name: float(toy[name][-1]) for name in ("contour_loss", "air_loss")}
+    share = lost["contour_loss"] / sum(lost.values())
+    assert f"contour friction 15 \u00b5m: {share:.0%}" in labels
+    assert f"the drag of air (Bildsten): {1.0 - share:.0%}" in labels
+
+
+@pytest.mark.parametrize(
+    ("panel", "name", "times"), [(APPROACH, "inclination", 1.0), (SPEEDING_UP, "precession_rate", -0.5)]
+)
+def test_the_end_is_drawn_against_the_time_that_is_left(toy, panel, name, times):
+    """Both axes are logarithmic; a guide for each law has the slope that it names, beside the curve."""
+    axes = stopping_plots.figure(toy).axes[panel]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    lines = lines_of(axes)
+    curve = lines.pop("motion")
+    left, scale = (
+        flat_time(toy) - toy["elapsed_time"].values,
+        math.degrees(1.0) if name == "inclination" else 1.0,
+    )
+    np.testing.assert_allclose(curve.get_xdata(), left)
+    np.testing.assert_allclose(curve.get_ydata(), scale * toy[name].values)
+    slopes = {"contour friction": (2 / 3, "contour_loss"), "the drag of air": (4 / 9, "air_loss")}
+    assert len(lines) == 2
+    for label, line in lines.items():
+        law = label.partition(" of ")[2]
+        slope, measure = slopes[law]
+        (x0, x1), (y0, y1) = line.get_xdata(), line.get_ydata()
+        assert math.log(y1 / y0) / math.log(x1 / x0) == pytest.approx(times * slope, rel=1e-12)
+        number = label.split()[1].replace("\u2212", "-")
+        assert eval(number) == pytest.approx(times * slope)
+        assert to_hex(line.get_color()) == COLOURS[measure].lower()
+        near = (left <= x1) & (left >= x0)
+        beside = np.interp(left[near], [x0, x1], [y0, y1]) / (scale * toy[name].values[near])
+        assert 1.0 < beside.min() < 2.0
+    # friction of the contact takes most at first, and the air at last
+    middle = {label.partition(" of ")[2]: np.mean(np.log(line.get_xdata())) for label, line in lines.items()}
+    assert middle["contour friction"] > middle["the drag of air"]
+
+
+def test_a_law_that_the_motion_has_not_is_not_drawn():
+    """One law alone has one guide and one area, whatever the table of laws holds."""
+    motion = sweep.simulate(
+        inclination="5deg",
+        precession_rate="wobble",
+        roll_rate="wobble",
+        rolling_friction="50um",
+        radius=0.0375,
+    )
+    axes = stopping_plots.figure(motion).axes
+    assert [*lines_of(axes[APPROACH])] == ["motion", "slope 2 of rolling friction"]
+    assert [*lines_of(axes[SPEEDING_UP])] == ["motion", "slope \u22121 of rolling friction"]
+    assert len(axes[LEDGER].collections) == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"tilt": "60deg", "radius": 0.0375, "contour_friction": "1um"},  # falls over
+        {"tilt": "0.5deg", "radius": "12mm", "rolling_friction": "1mm"},  # stands
+        {"tilt": "20deg", "precession_rate": 60.0, "radius": "12mm", "contour_friction": "2um", "friction": 0.3},
+        {"tilt": "1deg", "roll_rate": 40.0, "radius": "12mm", "rolling_friction": 0.0, "duration": "1s"},
+    ],
+)  # fmt: skip
+def test_what_is_no_wobble_has_no_panels_of_its_end(words, tmp_path):
+    """A fall, a coin that stands, one that slips and one that loses nothing are drawn without a warning."""
+    drawn = stopping_plots.figure(sweep.simulate(**words))
+    assert len(drawn.axes) == 4
+    plots.save(drawn, tmp_path / "figure.png")
+
+
+def test_same_motion_same_bytes(toy, tmp_path):
+    """A figure drawn twice is the same file; a motion with far samples is drawn through close ones."""
+    for name in ("first", "second"):
+        plots.save(plots.motion_figure(toy), tmp_path / f"{name}.png")
+    first, second = ((tmp_path / f"{name}.png").read_bytes() for name in ("first", "second"))
+    assert first == second
+    coarse = sweep.simulate("toy", tilt="80deg", interval="0.1s")
+    (line,) = stopping_plots.figure(coarse).axes[TILT].lines
+    assert line.get_xdata().size > 1000
+
+
+def test_the_accessor_draws_each_motion_as_its_model_does(toy):
+    """The figure of a motion with losses has its ledger, that of one without has its contact."""
+    assert toy.eulerdisk.plot().axes[LEDGER].get_ylabel() == "energy (mJ)"
+    plain = sweep.simulate(tilt="1deg", duration=0.1).eulerdisk.plot()
+    assert plain.axes[3].get_ylabel() == "contact (1)"
+    with pytest.raises(RequestError, match=r"missing.*: contour_loss"):
+        plots.motion_figure(toy.drop_vars("contour_loss"))
+
+
+def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
+    """Its end is that of the cell, its title says the verdict; a cell without a start has none."""
+    atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")
+    explanation = explain(atlas, {"tilt": "80deg"})
+    drawn = stopping_cell.figure(explanation)
+    assert drawn.texts[0].get_text() == "The motion of one cell: unstable by aloft:60s"
+    assert drawn.axes[TILT].lines[0].get_xdata()[-1] == pytest.approx(float(atlas["end_time"][1]), rel=1e-6)
+    impossible = sweep.run(
+        sweep.SweepSpec(tilt="0,10deg", roll_rate=0.1, precession_rate="steady-fast", rolling_friction=0)
+    )
+    with pytest.raises(RequestError, match="no motion to draw: no precession_rate"):
+        stopping_cell.figure(explain(impossible, {"tilt": "10deg"}))
