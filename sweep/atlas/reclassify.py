@@ -42,7 +42,8 @@ def reclassify(
     Returns
     -------
     xarray.Dataset
-        The same measures; `stability`, the boundaries and the attributes that name the criterion are new. By a function
+        The same measures, but for those that follow from the criterion (`Model.of_criterion`), which the atlas then
+        lacks; `stability`, the boundaries and the attributes that name the criterion are new. By a function
         the boundary is that of the grid, and the atlas cannot be saved: no file can state it.
 
     Raises
@@ -144,7 +145,10 @@ def _with_verdicts(
     verdicts = dataset["stability"].copy(data=stability)
     declared = next(each for each in cell_declarations(spec) if each.name == "stability")
     verdicts.attrs["comment"] = declared.attributes["comment"]
-    changed = without_boundary(dataset).assign({"stability": verdicts} | edges)
+    gone = [] if spec.criterion == spec_of(dataset).criterion else [*spec.model.of_criterion]
+    changed = (
+        without_boundary(dataset).drop_vars(gone, errors="ignore").assign({"stability": verdicts} | edges)
+    )
     return changed.assign_attrs(
         **spec_attributes(spec),
         history=f"{dataset.attrs.get('history', '')}\n{created()} {done}".lstrip("\n"),

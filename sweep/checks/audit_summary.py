@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from sweep.checks.distribution import Distribution
 from sweep.model.description import Audit
+from sweep.model.quantity import Array
 
 #: Number of disagreeing cells that are named.
 _MOST_NAMED = 5
@@ -46,11 +47,14 @@ class AuditSummary:
         for code, name in self._flags.items():
             self.counts[name] += int(np.count_nonzero(codes == code))
         difference = np.asarray(variables[audit.difference], np.float64)
-        by_time = codes == audit.ended_by_time
-        if by_time.any():
+        if audit.ended_by_time is not None and (by_time := codes == audit.ended_by_time).any():
             difference = np.where(by_time, np.nan, difference)
         self.extremes.add(difference)
-        error, exact, share = (np.asarray(variables[name], np.float64) for name in audit.period)
+        if audit.period is not None:
+            self._add_periods(*(np.asarray(variables[name], np.float64) for name in audit.period))
+        self._keep_places(start, codes, difference)
+
+    def _add_periods(self, error: Array, exact: Array, share: Array) -> None:
         with np.errstate(divide="ignore", invalid="ignore"):
             self.period.add(np.abs(error) / exact)
         finite = np.isfinite(share)
@@ -58,7 +62,6 @@ class AuditSummary:
             self.period_share = float(
                 np.fmax(self.period_share, np.max(share, initial=-np.inf, where=finite))
             )
-        self._keep_places(start, codes, difference)
 
     def named(self) -> list[tuple[str, int]]:
         """Return cells by their flat indices, each with its flag.

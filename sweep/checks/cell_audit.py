@@ -1,4 +1,4 @@
-"""The cells of an atlas held against the exact reference of its model, and against a repetition of its integration."""
+"""The cells of an atlas held against the reference of its model, and against a repetition of its integration."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
-from sweep.model.description import MISSING, CellCheck, Columns, ExactReference, Starts
+from sweep.model.description import MISSING, CellCheck, Columns, Reference, Starts
 from sweep.model.quantity import Quantity, Truths
 from sweep.request.spec import MOST_STEPS, SweepSpec
 
@@ -41,7 +41,7 @@ AuditedBlock = tuple[Span, dict[str, npt.NDArray[np.generic]]]
 
 @dataclass(frozen=True)
 class _Computed:
-    """What the kernels say of the cells of a block: their starts, the exact reference, and their integration again.
+    """What the kernels say of the cells of a block: their starts, the reference, and their integration again.
 
     `again` holds the measures of every k-th cell, from the cell `first` of the block on; `follows` what a kernel of its
     own makes of the stored extremes. Both may be empty.
@@ -60,7 +60,7 @@ class CellAudit:
     Parameters
     ----------
     spec : SweepSpec
-    reference : ExactReference
+    reference : Reference
     held : iterable of str
         The variables of the atlas with one value per cell.
     own : bool
@@ -75,7 +75,7 @@ class CellAudit:
     """
 
     def __init__(
-        self, spec: SweepSpec, reference: ExactReference, held: Iterable[str], own: bool, stride: int
+        self, spec: SweepSpec, reference: Reference, held: Iterable[str], own: bool, stride: int
     ) -> None:
         self.repeated = own
         self._spec, self._reference, self._held, self._own = spec, reference, set(held), own
@@ -114,7 +114,7 @@ class CellAudit:
     def _compute(self, span: Span, stored: Columns) -> _Computed:
         """Return what the kernels say of a block."""
         spec, starts = self._spec, starts_of(self._spec, span)
-        exact = self._reference.truth(spec, starts)
+        exact = self._reference.truth(spec, starts, span.start)
         nothing: Columns = {}
         first, again, follows = 0, nothing, nothing
         if self._stride:

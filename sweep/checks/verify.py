@@ -1,4 +1,4 @@
-"""Hold all that an atlas states against what it follows from: its spec, and the exact extremes of the same starts."""
+"""Hold all that an atlas states against what it follows from: its spec, and the reference of its model."""
 
 import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -34,15 +34,15 @@ from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.files.paths import check_target
 from sweep.files.publish import published
-from sweep.model.description import ExactReference
+from sweep.model.description import Reference
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import prefetch
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: The attribute of an audit that holds its statements.
-_STATEMENTS = "audit_statements"
+#: The attributes of an audit that hold its statements, and which cells were a sample.
+_STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,10 @@ class Findings:
         That of the atlas.
     statements : sequence of Statement
         What was found of each variable and attribute.
+    sampled : str
+        Which cells were held against more than themselves, where these are only a sample; else empty.
+    told, has_period : str, bool
+        What `extremes` are, in words, and whether there are periods.
     """
 
     counts: Mapping[str, int]
@@ -89,6 +93,9 @@ class Findings:
     tolerance: float
     method: str
     statements: Sequence[Statement]
+    sampled: str = ""
+    told: str = ""
+    has_period: bool = True
 
     @property
     def cells(self) -> int:
@@ -106,13 +113,15 @@ class Findings:
         return not self.disagreeing and not self.missing and not self.wrong
 
 
-def verify(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Hold all that an atlas states against its spec and the exact reference of its model.
+def verify(dataset: "xr.Dataset", *, seed: int | None = None) -> "xr.Dataset":
+    """Hold all that an atlas states against its spec and the reference of its model.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
+    seed : int, optional
+        Which cells are computed a second time, of a model without an exact reference; fresh ones if not given.
 
     Returns
     -------
@@ -121,17 +130,19 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
         means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
         other variables are what its integration gives again. What was found of each variable and attribute, the
-        boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it.
+        boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it. A model without an
+        exact reference has every cell held against itself and a sample against a second computation, which the
+        attribute ``audit_sample`` names.
 
     Raises
     ------
     RequestError
-        If its model has no exact reference, or the atlas lacks a variable that is needed, or cannot be read.
+        If its model has no reference, or the atlas lacks a variable that is needed, or cannot be read.
     """
     import xarray as xr
 
     dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset)
+    spec, reference = _checked(dataset, seed)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
     with _audit(dataset, spec, reference) as audit:
@@ -145,12 +156,17 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
         | {
             each.name: as_variable(each, dataset[each.name].values, spec) for each in start_declarations(spec)
         },
-        {**_attributes(dataset, spec), _STATEMENTS: to_text(statements)},
+        {**_attributes(dataset, spec, reference), _STATEMENTS: to_text(statements), **_sample(reference)},
     )
 
 
 def verify_to_file(
-    dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, file: Path | None = None
+    dataset: "xr.Dataset",
+    path: Path,
+    *,
+    overwrite: bool = False,
+    file: Path | None = None,
+    seed: int | None = None,
 ) -> Findings:
     """Write the audit of an atlas, as `verify` returns it, to a new file, and return its `findings`.
 
@@ -165,6 +181,8 @@ def verify_to_file(
         Replace an existing file, at the very end.
     file : Path, optional
         As in `findings_of`.
+    seed : int, optional
+        As in `verify`.
 
     Raises
     ------
@@ -175,21 +193,22 @@ def verify_to_file(
         If the file system refuses.
     """
     dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset)
+    spec, reference = _checked(dataset, seed)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     summary = AuditSummary(reference.audit)
     check_target(path, overwrite)
     needed = FILE_SHARE * spec.size * sum(np.dtype(each.dtype).itemsize for each in declared) + 1e5
     check_room(path, needed)
     with published(path, needed) as unfinished, _audit(dataset, spec, reference, file) as audit:
-        writer = AtlasWriter(unfinished, spec, _attributes(dataset, spec), usable_threads(None), declared)
+        attributes = _attributes(dataset, spec, reference)
+        writer = AtlasWriter(unfinished, spec, attributes, usable_threads(None), declared)
         blocks = (Block(span, _stored(declared, found)) for span, found in audit.blocks())
         for block in writer.write_cells(blocks):
             summary.add(block.span.start, block.columns)
         text = to_text(audit.statements())
-        writer.add_attributes({_STATEMENTS: text})
+        writer.add_attributes({_STATEMENTS: text, **_sample(reference)})
         writer.check()
-    return _findings(spec, summary, spec.tolerance, from_text(text))
+    return _findings(spec, summary, spec.tolerance, from_text(text), reference.sampled)
 
 
 def _stored(
@@ -199,13 +218,17 @@ def _stored(
     return {each.name: np.asarray(found[each.name], each.dtype) for each in declared}
 
 
-def _attributes(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, Any]:
+def _sample(reference: Reference) -> dict[str, str]:
+    """Return the attribute that says which cells were computed a second time, where these are only a sample."""
+    return {_SAMPLE: reference.sampled} if reference.sampled else {}
+
+
+def _attributes(dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> dict[str, Any]:
     """Return the attributes of an audit, but for its statements."""
     return {
         **{str(name): value for name, value in dataset.attrs.items()},
         "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
-        "summary": "Every cell of a stability atlas held against the exact extreme "
-        f"{spec.model.coordinate}s and period of its motion.",
+        "summary": reference.audit.summary,
         "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
         "tolerance": spec.tolerance,
         "method": spec.method,
@@ -224,10 +247,11 @@ def findings(audited: "xr.Dataset") -> Findings:
         summary,
         float(audited.attrs["tolerance"]),
         from_text(str(audited.attrs[_STATEMENTS])),
+        str(audited.attrs.get(_SAMPLE, "")),
     )
 
 
-def findings_of(dataset: "xr.Dataset", file: Path | None = None) -> Findings:
+def findings_of(dataset: "xr.Dataset", file: Path | None = None, seed: int | None = None) -> Findings:
     """Return `findings` of the audit of an atlas, of which no more than some blocks are in memory at once.
 
     Parameters
@@ -235,6 +259,8 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None) -> Findings:
     dataset : xarray.Dataset
     file : Path, optional
         The file that it has just been opened from; see `sweep.files.cell_reader.CellReader`.
+    seed : int, optional
+        As in `verify`.
 
     Raises
     ------
@@ -242,13 +268,13 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None) -> Findings:
         As from `verify`.
     """
     dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset)
+    spec, reference = _checked(dataset, seed)
     summary = AuditSummary(reference.audit)
     with _audit(dataset, spec, reference, file) as audit:
         for span, found in audit.blocks():
             summary.add(span.start, found)
         statements = audit.statements()
-    return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)))
+    return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)), reference.sampled)
 
 
 def _findings(
@@ -256,6 +282,7 @@ def _findings(
     summary: AuditSummary,
     tolerance: float,
     statements: Sequence[Statement],
+    sampled: str,
 ) -> Findings:
     model, audit = spec.model, _reference(spec).audit
     named = []
@@ -269,7 +296,7 @@ def _findings(
         disagreeing=summary.sum_of(audit.disagreeing),
         missing=summary.sum_of((audit.missing,)),
         coordinate=model.coordinate,
-        units=model.parameters[model.coordinate].units,
+        units=audit.units,
         extremes=summary.extremes.summary(),
         period=summary.period.summary(),
         period_share=summary.period_share,
@@ -277,12 +304,15 @@ def _findings(
         tolerance=tolerance,
         method=spec.method,
         statements=statements,
+        sampled=sampled,
+        told=audit.told,
+        has_period=audit.period is not None,
     )
 
 
 @contextlib.contextmanager
 def _audit(
-    dataset: "xr.Dataset", spec: SweepSpec, reference: ExactReference, file: Path | None = None
+    dataset: "xr.Dataset", spec: SweepSpec, reference: Reference, file: Path | None = None
 ) -> Iterator["_Audit"]:
     """Open an atlas for an audit of all that it holds."""
     use_threads(None)
@@ -298,7 +328,7 @@ class _Audit:
         self,
         dataset: "xr.Dataset",
         spec: SweepSpec,
-        reference: ExactReference,
+        reference: Reference,
         reader: CellReader,
         held: Sequence[str],
     ) -> None:
@@ -341,19 +371,20 @@ def _stride(dataset: "xr.Dataset", reader: CellReader, held: Sequence[str]) -> i
     return stride_of(stored[STEPS] for _, stored in reader.blocks([STEPS]))
 
 
-def _reference(spec: SweepSpec) -> ExactReference:
-    if spec.model.exact is None:
+def _reference(spec: SweepSpec, seed: int | None = None) -> Reference:
+    found = spec.model.reference(spec.size, seed)
+    if found is None:
         raise RequestError(
             f"The model {spec.model.name} has no exact reference to verify an atlas with.",
             hint="Compare with an atlas of a smaller tolerance instead: eulerdisk compare.",
         )
-    return spec.model.exact
+    return found
 
 
-def _checked(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference]:
+def _checked(dataset: "xr.Dataset", seed: int | None) -> tuple[SweepSpec, Reference]:
     """Return the spec of an atlas and the reference of its model, or refuse an atlas that cannot be verified."""
     require_atlas(dataset)
-    reference = _reference(spec_named(dataset))
+    reference = _reference(spec_named(dataset), seed)
     names = reference.needed(spec_named(dataset))
     listed = spec_named(dataset).listed
     require(dataset, (*names, *listed))
@@ -374,7 +405,7 @@ def _checked(dataset: "xr.Dataset") -> tuple[SweepSpec, ExactReference]:
     return spec, reference
 
 
-def _held(dataset: "xr.Dataset", spec: SweepSpec, reference: ExactReference) -> list[str]:
+def _held(dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> list[str]:
     """Return the variables with one value per cell; an older file lacks those that were added later."""
     names = dict.fromkeys((*reference.needed(spec), *spec.model.cell_variables(spec)))
     return [name for name in names if name in dataset and dataset[name].dims == spec.axes]

@@ -18,12 +18,17 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
     lines = [
         f"cells        {counted}",
-        f"{found.coordinate + 's':<12} the extremes differ from the exact ones by {_spread(found.extremes)} "
-        f"{found.units}",
-        f"periods      differ from the exact ones by {_spread(found.period)} of them; "
-        f"largest {found.period_share:.2g} of what the tolerance allows",
-        f"tolerance    {found.tolerance:.1e} {found.units}",
+        f"{found.told} {_spread(found.extremes)} {found.units}",
     ]
+    if found.has_period:
+        lines.append(
+            f"periods      differ from the exact ones by {_spread(found.period)} of them; "
+            f"largest {found.period_share:.2g} of what the tolerance allows"
+        )
+    if found.sampled:
+        lines.append(f"sample       {found.sampled}")
+    units = spec.model.settings["tolerance"].units
+    lines.append(f"tolerance    {found.tolerance:.1e} {units}".removesuffix(" 1"))
     head = "wrong" if found.disagreeing else "worst cell"
     lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
     if found.disagreeing > len(found.named):
@@ -78,6 +83,11 @@ def _small(value: float) -> str:
 
 def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
+    if found.passed and found.sampled:
+        return (
+            f"verified: {found.agreeing} of {found.cells} cells against themselves, and only a sample against a second "
+            f"computation ({found.sampled}), largest difference {found.extremes[2]:.1e} {found.units}"
+        )
     if found.passed and not np.isfinite(found.extremes[2]):
         cells = f"{found.agreeing} of {found.cells} cells"
         return f"verified: {cells}; none has extremes that could be held against exact ones"

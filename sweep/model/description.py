@@ -134,9 +134,10 @@ class Audit:
     """What `verify` stores of each cell, and which of its codes mean what.
 
     `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `other` is the code, one of
-    `disagreeing`, of a cell in which a variable is wrong that the model itself did not check. `difference` names the
-    variable with the error of the extremes, `period` those with the error of the period, the exact period, and the
-    error over what is allowed.
+    `disagreeing`, of a cell in which a variable is wrong that the model itself did not check; `ended_by_time`, if
+    there is one, that of a cell whose difference says nothing. `difference` names the variable whose distribution is
+    shown, in `units`, after the words `told`; `period` those with the error of the period, the exact period, and the
+    error over what is allowed, if there is a period. `summary` says what was done, for the file.
     """
 
     variables: Mapping[str, Quantity]
@@ -144,9 +145,12 @@ class Audit:
     disagreeing: tuple[int, ...]
     missing: int
     other: int
-    ended_by_time: int
     difference: str
-    period: tuple[str, str, str]
+    units: str
+    told: str
+    summary: str
+    ended_by_time: int | None = None
+    period: tuple[str, str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -232,7 +236,37 @@ class Request(Protocol):
         """Return the value of a word."""
 
 
-class ExactReference(Protocol):
+class Reference(Protocol):
+    """What `verify` holds the cells of an atlas against."""
+
+    @property
+    def audit(self) -> Audit:
+        """What `verify` stores."""
+
+    @property
+    def sampled(self) -> str:
+        """Which cells were held against more than themselves, in words, where these are only a sample; else empty."""
+
+    def needed(self, spec: Request) -> tuple[str, ...]:
+        """Return the variables of an atlas that `check` reads."""
+
+    def truth(self, spec: Request, starts: Starts, first: int) -> Columns:
+        """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels.
+
+        `first` is the number of the first of them in the atlas.
+        """
+
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns, truth: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
+        """Hold cells with these starts and stored values, shape (n,), against their `truth`; this calls no kernel.
+
+        `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
+        `audit`, and the check of each variable.
+        """
+
+
+class ExactReference(Reference, Protocol):
     """A way to the extremes of a motion without time stepping; a model may lack it."""
 
     @property
@@ -243,31 +277,12 @@ class ExactReference(Protocol):
     def compared(self) -> tuple[str, ...]:
         """Measures that have an exact value, in the order in which `explain` shows them."""
 
-    @property
-    def audit(self) -> Audit:
-        """What `verify` stores."""
-
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
     ) -> dict[str, npt.NDArray[Any]]:
         """Return the measures and counts of a model, and `variables`, for starts of shape (n,).
 
         With `extremes_only` measures may be NaN that no verdict needs.
-        """
-
-    def needed(self, spec: Request) -> tuple[str, ...]:
-        """Return the variables of an atlas that `check` reads."""
-
-    def truth(self, spec: Request, starts: Starts) -> Columns:
-        """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels."""
-
-    def check(
-        self, spec: Request, starts: Starts, stored: Columns, exact: Columns
-    ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
-        """Hold cells with these starts and stored values, shape (n,), against their `truth`; this calls no kernel.
-
-        `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
-        `audit`, and the check of each variable.
         """
 
     def untimed(self, spec: Request) -> str:
@@ -304,6 +319,8 @@ class Model(ABC):
         The measures with the smallest and the largest value of that coordinate.
     error_name : str
         The measure with the estimated error of the extremes.
+    of_criterion : tuple of str
+        Measures that depend on the criterion: an atlas that is judged by another one loses them.
     chosen_by : tuple of str
         Words that choose the model in a request which names none, and which the model that it would have does not know.
     peak : str
@@ -350,6 +367,7 @@ class Model(ABC):
     coordinate: str
     extremes: tuple[str, str]
     error_name: str
+    of_criterion: tuple[str, ...] = ()
     peak: str
     lost_name: str = ""
     chosen_by: tuple[str, ...] = ()
@@ -405,6 +423,13 @@ class Model(ABC):
     def from_extremes(self) -> frozenset[str]:
         """The extremes, and the variables that follow from them and the start."""
         return frozenset(self.extremes) | (self.variables.keys() - {*self.measures, *self.counts})
+
+    def reference(self, size: int, seed: int | None = None) -> Reference | None:
+        """Return what `verify` holds an atlas of `size` cells against; by default the exact reference, if there is one.
+
+        `seed` says which cells a sample has, where the reference takes one; a fresh one if not given.
+        """
+        return self.exact
 
     def integrator(self, spec: Request) -> Kernel:
         """Return the kernel that integrates the cells of a spec: `integrate`, or a variant of it."""

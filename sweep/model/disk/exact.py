@@ -44,7 +44,7 @@ class ExactReduction:
 
     variables = REDUCTION
     compared = ("tilt_min", "tilt_max", "nutation_period")
-    audit = audit.AUDIT
+    audit, sampled = audit.AUDIT, ""
 
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
@@ -86,7 +86,7 @@ class ExactReduction:
         needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
-    def truth(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
         """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
         exact = self.measures(spec, starts)
         # endings are compared many times

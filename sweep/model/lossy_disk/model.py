@@ -8,11 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kernels.lossy_disk import arrays
-from sweep.model.description import Columns, LineWords, Model, Request, Starts, Words
+from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
 from sweep.model.lossy_disk import tables, theory
+from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.requirements import check_losses
 from sweep.model.lossy_disk.variants import integrator
 from sweep.model.quantity import Array
@@ -32,7 +33,7 @@ class LossyDisk(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "end_time"
-    lost_name = "the disk falls flat"
+    lost_name, of_criterion = "the disk falls flat", ("breach_time",)
     presets = Path(__file__).with_name("presets")
     integrate = integrator(
         contour=True, damping=False, rolling=False, pivoting=False, air=tables.NO_AIR, slips=False
@@ -98,6 +99,10 @@ class LossyDisk(Model):
         size = starts["tilt"].shape
         constants = {name: np.full(size, value) for name, value in named.items() if value is not None}
         return complete(spec, {**starts, **constants})
+
+    def reference(self, size: int, seed: int | None = None) -> Reference:
+        """Return the check of every cell against itself, and of a sample against a second computation."""
+        return SampledAudit(size, seed)
 
     def integrator(self, spec: Request) -> Kernel:
         """Return the kernel with the laws that the cells of a spec need, and no others."""

@@ -201,8 +201,7 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("largest_loss", "", "1", "the loss that took most energy", DECISION, "none where nothing was lost", "i1",
              MappingProxyType(dict(enumerate(("none", *LOSSES))))),
     Quantity("breach_time", "t_b", "s", "time until the criterion of the request was first broken", _STATE,
-             "missing where it was not, and for a criterion that limits no departure; another criterion, to which an "
-             "atlas is reclassified, does not change it"),
+             "missing where it was not, and for a criterion that limits no departure"),
     Quantity("energy_imbalance", r"|\Delta E|", "1",
              "largest imbalance of the energy and all losses, over mass * gravity * radius", ERROR_GAUGE,
              "the exact motion has none, so this is an error of the integration", "f4"),

@@ -1,0 +1,323 @@
+"""What `verify` does with an atlas with losses: every cell against itself, and a sample against a second computation.
+
+There is no exact reduction of a motion with losses. In every cell the ledger, the ending and the verdict have to follow
+from one another; a sample of cells is integrated with half the step, and some of these by another integrator.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
+from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample
+from sweep.model.quantity import DECISION, PROMISED, Array, Quantity, Tolerance, Truths, table
+
+NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, INVALID, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
+
+_AUDITED = Tolerance(1e-8, 0.0, "a difference is as large as the error that it measures")
+
+# fmt: off
+AUDIT = Audit(
+    variables=table(
+        Quantity("audit", "", "1", "what was found of the cell", DECISION,
+                 "consistent: ending, ledger and verdict follow from one another; agrees: a second computation too; "
+                 "other_values_differ: another variable is wrong", "i1",
+                 {
+                     NOT_COMPUTED: "not_computed", CONSISTENT: "consistent", AGREES: "agrees",
+                     UNRESOLVED: "unresolved_in_the_atlas", INVALID: "invalid", CONTRADICTORY: "contradictory",
+                     DIFFERS: "differs", OTHER_DIFFERS: "other_values_differ"}),
+        Quantity("time_difference", r"\Delta t", "s", "difference of end_time from that of a second computation",
+                 _AUDITED, "missing where the cell is not one of the sample"),
+        Quantity("ledger_difference", r"\Delta E", "1", "energy at the start less all losses, less the least that the "
+                 "ending leaves, over mass * gravity * radius", _AUDITED,
+                 "0 or above; 0 where the disk is at rest"),
+    ),
+    agreeing=(CONSISTENT, AGREES),
+    disagreeing=(CONTRADICTORY, DIFFERS, OTHER_DIFFERS),
+    missing=NOT_COMPUTED,
+    other=OTHER_DIFFERS,
+    difference="time_difference",
+    units="s",
+    told="times        of the sample differ from those of a second computation by",
+    summary="Every cell of a stability atlas held against itself, its ledger of energy and its criterion, and a sample "
+    "against a second computation.",
+)
+# fmt: on
+
+_LOSSES = tuple(measure for _, measure in tables.LOSSES.values())
+_ITSELF, _ENDING, _START = (
+    "the other values of the cell",
+    "the ending, which says where it is missing",
+    "the start",
+)
+
+#: A stated error is a magnitude: a second computation may be this many times as far off, and by this share and number.
+_TIMES, _SHARE, _LEAST = 10.0, 1e-8, 1e-10
+
+#: Relative rounding of what follows from stored values by a few operations.
+_ROUNDING = 1e-12
+
+
+class SampledAudit:
+    """See `sweep.model.description.Reference`; one for each audit.
+
+    Parameters
+    ----------
+    size : int
+        Number of cells of the atlas.
+    seed : int, optional
+        Which cells are drawn.
+    """
+
+    audit = AUDIT
+
+    def __init__(self, size: int, seed: int | None = None) -> None:
+        self._sample = Sample(size, seed)
+
+    @property
+    def sampled(self) -> str:
+        """What was computed a second time, and which cells."""
+        found, seed = self._sample, self._sample.seed
+        return f"{found.count} cells, drawn with seed {seed}, by half the step, {found.others} of them by DOP853 too"
+
+    def needed(self, spec: Request) -> tuple[str, ...]:
+        """Return the variables of an atlas that `check` reads."""
+        own = (
+            "ending",
+            "stability",
+            "tilt_min",
+            "tilt_max",
+            "peak_tilt",
+            "amplification",
+            "end_time",
+            "end_tilt",
+        )
+        more = (*_LOSSES, "largest_loss", "energy_imbalance", "tilt_error", "time_error")
+        return tuple(dict.fromkeys((*own, *more, *spec.criterion.needs(spec.model))))
+
+    def truth(self, spec: Request, starts: Starts, first: int) -> Columns:
+        """Return what a second computation says of the cells from `first` on that are drawn."""
+        return self._sample.of(spec, starts, first)
+
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns, truth: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
+        """Hold cells against themselves and against their second computation."""
+        facts = _Facts(spec, starts, stored, truth)
+        checks = [
+            *_decisions(facts), *_of_the_ending(facts), *_ledger(facts), *_following(facts), *_second(facts),
+        ]  # fmt: skip
+        code = np.full(facts.ending.shape, CONSISTENT, np.int8)
+        code[facts.drawn] = AGREES
+        code[facts.ended("unresolved")] = UNRESOLVED
+        code[facts.ended("invalid")] = INVALID
+        for each in checks:
+            code[each.wrong] = DIFFERS if each.against.startswith(_AGAIN) else CONTRADICTORY
+        code[facts.ended("not_computed")] = NOT_COMPUTED
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(stored["end_time"] - truth[f"{AGAIN}end_time"])
+        return {"audit": code, "time_difference": apart, "ledger_difference": facts.left}, checks
+
+
+@dataclass(frozen=True)
+class _Facts:
+    """What an audit knows of some cells, arrays of shape (n,): their starts, stored values, and second computation."""
+
+    spec: Request
+    starts: Starts
+    stored: Columns
+    truth: Columns
+
+    def ended(self, *names: str) -> Truths:
+        """Return which cells have one of the endings."""
+        return np.asarray(np.isin(self.ending, [tables.ENDINGS.code(name) for name in names]))
+
+    @property
+    def ending(self) -> npt.NDArray[Any]:
+        """The codes of the endings."""
+        return np.asarray(self.stored["ending"])
+
+    @cached_property
+    def moved(self) -> Truths:
+        """Which cells have numbers."""
+        return self.ended("flat", "rest", "horizon", "lift_off", "slip")
+
+    @cached_property
+    def drawn(self) -> Truths:
+        """Which cells have numbers and were computed a second time with numbers."""
+        return np.asarray(self.moved & np.isfinite(self.truth[f"{AGAIN}end_time"]))
+
+    @cached_property
+    def left(self) -> Array:
+        """Energy at the start less all losses, less the potential energy at the ending, over m g R."""
+        starts, stored = self.starts, self.stored
+        unit = np.sqrt(starts["radius"] / starts["gravity"])
+        sin, cos = np.sin(starts["tilt"]), np.cos(starts["tilt"])
+        w, turn = starts["tilt_rate"] * unit, starts["precession_rate"] * unit
+        s, o = starts["roll_rate"] * unit + turn * sin, turn * cos
+        with np.errstate(invalid="ignore", over="ignore"):
+            kinetic = (
+                (1.0 + 0.5 * starts["alpha"]) * w**2
+                + (1.0 + starts["alpha"]) * s**2
+                + 0.5 * starts["alpha"] * o**2
+            )
+            lost = np.sum([stored[name] for name in _LOSSES], axis=0)
+            return np.asarray(0.5 * kinetic + cos - lost - np.cos(stored["end_tilt"]))
+
+    @cached_property
+    def slack(self) -> Array:
+        """By how much the ledger may be off: its stated imbalance, and rounding of the energy."""
+        energy = np.abs(self.left) + np.sum([np.abs(self.stored[name]) for name in _LOSSES], axis=0) + 1.0
+        return np.asarray(_TIMES * np.nan_to_num(self.stored["energy_imbalance"]) + _ROUNDING * energy)
+
+
+#: The beginning of what a second computation is called.
+_AGAIN = "a second computation"
+
+
+def _decided(name: str, against: str, right: Truths, judged: Truths) -> CellCheck:
+    """Return the check of what is right or wrong: the difference is 0 or 1."""
+    return CellCheck(name, against, np.where(right, 0.0, 1.0), np.zeros(right.shape), judged)
+
+
+def _decisions(facts: _Facts) -> Iterator[CellCheck]:
+    """Yield the checks of ending and verdict."""
+    spec, stored, model = facts.spec, facts.stored, facts.spec.model
+    every = np.ones(facts.ending.shape, bool)
+    yield _decided(
+        "ending", "the codes that there are", np.isin(facts.ending, list(tables.ENDINGS.flags)), every
+    )
+    with np.errstate(invalid="ignore"):
+        reach = model.reach(spec, facts.starts, stored)
+    scale = model.perturbation(spec, facts.starts)
+    verdict = spec.criterion.verdict(model.endings, {**facts.starts, **stored}, reach, scale)
+    # the last bit of a logarithm in an axis may differ between processors
+    edge = spec.criterion.on_edge(spec, facts.starts, [stored], lambda _: np.full(scale.shape, _ROUNDING))
+    yield _decided(
+        "stability", "the criterion, on the stored values", (stored["stability"] == verdict) | edge, every
+    )
+
+
+def _of_the_ending(facts: _Facts) -> Iterator[CellCheck]:
+    """Yield the checks of what an ending says of time, tilt and of which values are missing."""
+    stored, moved, spec = facts.stored, facts.moved, facts.spec
+    every = np.ones(moved.shape, bool)
+    for name in ("end_time", "end_tilt", "tilt_min", "tilt_max", *_LOSSES):
+        yield _decided(name, _ENDING, np.isfinite(stored[name]) == moved, every)
+    time, tilt, duration = stored["end_time"], stored["end_tilt"], np.full(moved.shape, float(spec.duration))
+    with np.errstate(invalid="ignore"):
+        apart = np.where(
+            facts.ended("horizon"),
+            np.abs(time - duration),
+            np.maximum(time - duration, -np.minimum(time, 0.0)),
+        )
+        yield CellCheck("end_time", "the duration", np.where(moved, apart, 0.0), _ROUNDING * duration, moved)
+        flat = facts.ended("flat") & (np.abs(facts.starts["tilt"]) < spec.flat_tilt)
+        off = np.abs(np.abs(tilt) - spec.flat_tilt)
+        yield CellCheck("end_tilt", "flat_tilt", np.where(flat, off, 0.0), np.full(moved.shape, _LEAST), flat)
+        slack = _TIMES * np.nan_to_num(np.asarray(stored["tilt_error"], np.float64)) + _LEAST
+        for name, sign in (("tilt_min", 1.0), ("tilt_max", -1.0)):
+            beyond = np.maximum(sign * (stored[name] - tilt), sign * (stored[name] - facts.starts["tilt"]))
+            yield CellCheck(
+                name,
+                "the tilts at start and ending",
+                np.where(moved, np.maximum(beyond, 0.0), 0.0),
+                slack,
+                moved,
+            )
+
+
+def _ledger(facts: _Facts) -> Iterator[CellCheck]:
+    """Yield the checks of the energy and of the losses."""
+    stored, moved, left = facts.stored, facts.moved, facts.left
+    # at rest nothing but the height is left, else what moves has energy above that
+    apart = np.where(facts.ended("rest"), np.abs(left), np.maximum(-left, 0.0))
+    for name in _LOSSES:
+        yield CellCheck(
+            name, "the energy at start and ending", np.where(moved, apart, 0.0), facts.slack, moved
+        )
+    for law, name in tables.LOSSES.values():
+        with np.errstate(invalid="ignore"):
+            right = np.where(facts.starts[law] == 0.0, stored[name] == 0.0, stored[name] >= 0.0)
+        yield _decided(name, f"{law}, and no loss below 0", right | ~moved, moved)
+    stated = np.asarray(stored["energy_imbalance"], np.float64)
+    with np.errstate(invalid="ignore"):
+        over = np.where(moved, np.maximum(stated - facts.spec.tolerance, 0.0), 0.0)
+    yield CellCheck(
+        "energy_imbalance", "the tolerance", over, np.full(moved.shape, 1e-7 * facts.spec.tolerance), moved
+    )
+
+
+def _following(facts: _Facts) -> Iterator[CellCheck]:
+    """Yield the checks of what follows from measures and start."""
+    spec, stored, model = facts.spec, facts.stored, facts.spec.model
+    every = np.ones(facts.ending.shape, bool)
+    derived = model.derive(facts.starts, stored)
+    scale = model.perturbation(spec, facts.starts)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        amplified = np.where(scale > 0.0, model.reach(spec, facts.starts, stored) / scale, np.nan)
+    yield _same("peak_tilt", "the stored extremes", stored["peak_tilt"], derived["peak_tilt"], 0.0, every)
+    yield _same(
+        "amplification",
+        "the stored extremes and the start",
+        stored["amplification"],
+        amplified,
+        _ROUNDING,
+        every,
+    )
+    yield _decided(
+        "largest_loss", "the stored losses", stored["largest_loss"] == derived["largest_loss"], every
+    )
+    for name in (each for each in ("precession_rate", "roll_rate") if each in stored):
+        values = np.where(np.isfinite(facts.starts[name]), facts.starts[name], np.nan)
+        yield _same(name, _START, stored[name], values, _ROUNDING, every)
+
+
+def _same(
+    name: str, against: str, stored: Array, values: Array, rounding: float, judged: Truths
+) -> CellCheck:
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(stored - values)
+    apart = np.where(np.isnan(stored) & np.isnan(values), 0.0, apart)
+    return CellCheck(name, against, apart, rounding * np.abs(np.nan_to_num(values)), judged)
+
+
+def _second(facts: _Facts) -> Iterator[CellCheck]:
+    """Yield the checks of the sample by its second computations."""
+    for prefix, words in ((AGAIN, f"{_AGAIN} with half the step"), (OTHER, f"{_AGAIN} by DOP853")):
+        judged = facts.moved & np.isfinite(facts.truth[f"{prefix}end_time"])
+        if prefix == AGAIN:
+            yield _decided("ending", f"{words}, of a sample", _endings_agree(facts) | ~judged, judged)
+        same_end = judged & (prefix == OTHER) | (facts.truth[f"{AGAIN}ending"] == facts.ending)
+        for name in COMPARED[1:]:
+            values = facts.truth[f"{prefix}{name}"]
+            known = judged & same_end & np.isfinite(values)
+            with np.errstate(invalid="ignore"):
+                apart = np.where(known, np.abs(facts.stored[name] - values), 0.0)
+            yield CellCheck(name, f"{words}, of a sample", apart, _allowed(facts, name, values), known)
+
+
+def _endings_agree(facts: _Facts) -> Truths:
+    """Return where endings are the same, or the motion ends as the duration does."""
+    again = facts.truth[f"{AGAIN}ending"]
+    with np.errstate(invalid="ignore"):
+        late = np.abs(facts.truth[f"{AGAIN}end_time"] - facts.spec.duration) <= _allowed(
+            facts, "end_time", facts.stored["end_time"]
+        )
+    return np.asarray((again == facts.ending) | late)
+
+
+def _allowed(facts: _Facts, name: str, values: Array) -> Array:
+    """Return how far a value may be from a second computation of it, in its unit."""
+    stated = {"end_time": "time_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error"}.get(name)
+    size = np.abs(np.nan_to_num(values))
+    if stated is None:
+        rule = tables.VARIABLES[name].tolerance
+        return np.asarray(rule.absolute + rule.relative * size)
+    error = np.nan_to_num(np.asarray(facts.stored[stated], np.float64))
+    return np.asarray(_TIMES * PROMISED * error + _SHARE * size + _LEAST)
