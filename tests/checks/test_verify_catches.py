@@ -198,8 +198,8 @@ def without_period(monkeypatch, place):
     """Let the reduction of `verify` lack the period of a cell."""
     truth = ExactReduction.truth
 
-    def lacking(self, spec, starts):
-        found = truth(self, spec, starts)
+    def lacking(self, spec, starts, first):
+        found = truth(self, spec, starts, first)
         found["nutation_period"][place] = np.nan
         return found
 
