@@ -7,6 +7,8 @@ half of the true errors are below a thousandth of the stated ones. Beyond were m
 thousandfold.
 """
 
+import math
+
 from kernels.jit import internal
 from kernels.lossy_disk.endings import FLAT, HORIZON
 
@@ -35,7 +37,8 @@ def stated_errors(ending, time, speed, peak, lost, imbalance, tolerance):
     (tilt_error, time_error)
     """
     late = _SHARE_OF_TIME * time * (tolerance + imbalance / (lost + imbalance + tolerance))
-    tilt_error = _SHARE_OF_TILT * tolerance * peak
+    # near flat a tilt is the more uncertain the smaller its cosine
+    tilt_error = _SHARE_OF_TILT * tolerance * peak + imbalance / math.cos(peak)
     if ending != FLAT:
         tilt_error += _SHARE_OF_TIME * tolerance * time * abs(speed)
     return tilt_error, 0.0 if ending == HORIZON else late

@@ -8,10 +8,9 @@ S, C, T, W, O_RATE, P, TIME = offsets(0, 7)
 TURNED, PATH, ROLLED, PIVOTED, RUBBED, DAMPED, BLOWN = offsets(7, 14)
 #: sines of the extreme tilts before the last two steps, half the length of one of them,
 LEAST, GREATEST, LAST = offsets(14, 17)
-#: steps that may still be made.
-STEPS_LEFT = offsets(17, 18)[0]
-#: Sines of the extreme tilts in the last two steps; half the length of each of the next two, and of the present ones.
-LATEST_LEAST, LATEST_GREATEST, HALF, TAKEN = offsets(18, 22)
+#: sines of the extreme tilts in the last two steps, steps that may still be made, half the length of each of the next
+#: two; and of the present ones.
+LATEST_LEAST, LATEST_GREATEST, STEPS_LEFT, HALF, TAKEN = offsets(17, 22)
 
 # What a step only reads: `kernels.lossy_disk.rk4.Inertia`,
 I_TILT, I_ROLL, I_SPIN, I_INVERSE, DRAG, INVERSE_SPIN = offsets(22, 28)
@@ -25,7 +24,7 @@ SCALE, LONGEST = offsets(38, 40)
 LOW, HIGH = offsets(40, 42)
 
 #: Numbers of the lanes while they step; of these, the numbers that a block needs back after an event.
-STEPPING, RETURNED = 42 * LANES, LATEST_LEAST
+STEPPING, RETURNED = 42 * LANES, TAKEN
 
 # What is kept of a cell between its events: the start,
 S_0, C_0, W_0, O_RATE_0, P_0, ENERGY_0 = offsets(42, 48)

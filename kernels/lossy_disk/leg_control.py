@@ -325,6 +325,8 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     if ending == FLAT:
         tilt = math.copysign(run.flat_tilt, tilt)
         least, greatest = min(least, tilt), max(greatest, tilt)
+        # the sine, which the lanes look at, says little about a tilt there
+        least, greatest = max(least, -run.flat_tilt), min(greatest, run.flat_tilt)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     lost, peak = rolled + pivoted + rubbed + damped + blown, max(abs(least), abs(greatest))
     tilt_error, time_error = stated_errors(
@@ -364,9 +366,7 @@ def _begun(cell, lane, run, lanes, measures, counts):
         if event == BREACHES:
             record = Record(record.least, record.greatest, 0.0, record.steps, record.switches)
         if ending == MOVING and not slides(motion, case):
-            motion, record, ending = follow(
-                motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], 0.0
-            )
+            motion, record, ending = _followed(motion, record, case, lane, 0.0, lanes)
         state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     return state == _GOES_ON
 
@@ -395,16 +395,49 @@ def _gone_back(lane, lanes):
 
 
 @internal
+def _broken(record, lane, lanes):
+    """Whether a motion has been farther from the reference of the criterion than it allows."""
+    reference, reach = lanes[at.REFERENCE + lane], lanes[at.REACH + lane]
+    return max(record.greatest - reference, reference - record.least) > reach
+
+
+@internal
+def _breach(motion, record, case, lane, past, lanes):
+    """Return when a motion first breaks the criterion: about at `past`, if it is there by less than an error."""
+    _, found, _ = follow(motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past)
+    return found.breach if found.breach == found.breach else past
+
+
+@internal
+def _followed(motion, record, case, lane, past, lanes):
+    """`follow`, without a step that ends at a breach of the criterion: no other result may depend on the criterion."""
+    after, kept, ending = follow(motion, record, case, lanes[at.END + lane], math.inf, past)
+    if record.breach == record.breach or not _broken(kept, lane, lanes):
+        return after, kept, ending
+    breach = _breach(motion, record, case, lane, after.time, lanes)
+    return after, Record(kept.least, kept.greatest, breach, kept.steps, kept.switches), ending
+
+
+@internal
+def _breaks_only(lane, lanes):
+    """Whether a leg ended because of the criterion: its lane can go on as if nothing had been."""
+    breaks = lanes[at.LATEST_LEAST + lane] < lanes[at.LOW + lane]
+    return breaks or lanes[at.LATEST_GREATEST + lane] > lanes[at.HIGH + lane]
+
+
+@internal
 def finish_leg(cell, lane, run, lanes, measures, counts):
-    """Go through the event of a leg; set the cell off again, or write it."""
+    """Go through the event of a leg; let the cell go on, or write it."""
     lanes[at.STEPS_KEPT + lane] += STEPS_OF_A_CALL * (lanes[at.STEPS + lane] - 1.0)
     motion, case, past = _gone_back(lane, lanes), _case_of(lane, run, lanes), lanes[at.TIME + lane]
     record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
+    if _breaks_only(lane, lanes):
+        lanes[at.BREACH + lane] = _breach(motion, record, case, lane, past, lanes)
+        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
+        return True
     ending = UNRESOLVED
     if lanes[at.STEPS_LEFT + lane] > 0.0:
-        motion, record, ending = follow(
-            motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past
-        )
+        motion, record, ending = _followed(motion, record, case, lane, past, lanes)
     state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     goes_on = state == _GOES_ON
     if state == _AGAIN:

@@ -132,7 +132,8 @@ def rolling_friction(motion, free, lift, i_tilt, arm):
     rate = math.sqrt(square if square > _LEAST_SQUARE else _LEAST_SQUARE)  # max() is a call
     share = (1.0 - lift) / (rate - i_tilt * S * arm * w)
     slowed = arm * share
-    return free - i_tilt * slowed * w, 1.0 - share * rate, slowed, slowed * square, -slowed * (C * across)
+    tilted = i_tilt * slowed * w
+    return free - tilted, lift - tilted * S, slowed, slowed * square, -slowed * (C * across)
 
 
 @simd

@@ -171,10 +171,9 @@ def lane_step(state, first, sense, inertia, losses, half):
 
 
 @simd
-def corrected(state):
-    """State with T nearer to S/C, by one of Newton's steps: without a quotient."""
-    S, C, T, w, o, p = state
-    return S, C, T + (C + S * T) * (S - T * C), w, o, p
+def tangent_correction(S, C, T):
+    """What T lacks of S/C, by one of Newton's steps: without a quotient."""
+    return (C + S * T) * (S - T * C)
 
 
 @simd

@@ -13,7 +13,7 @@ from kernels.jit import simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.loss_laws import Losses
-from kernels.lossy_disk.rk4 import Inertia, changes, corrected, entries, inertia, lane_step
+from kernels.lossy_disk.rk4 import Inertia, changes, entries, inertia, lane_step, tangent_correction
 from kernels.lossy_disk.step_size import half_step, hurry, hurry_by_rolling_friction
 from kernels.simd_math import sine_cosine
 
@@ -171,15 +171,15 @@ def turning_sine(state, dw, reach):
 
 
 @simd
-def goes_on_rolling(state, f):
+def goes_on_rolling(state, f, arm):
     """Whether rolling friction does not hold a disk yet."""
     _, C, _, w, _, _ = state
     across = C * f
-    return w * w + across * across > SLOW_CONTACT * SLOW_CONTACT
+    return (arm == 0.0) | (w * w + across * across > SLOW_CONTACT * SLOW_CONTACT)
 
 
 @simd
-def always_goes_on_rolling(state, f):
+def always_goes_on_rolling(state, f, arm):
     """`goes_on_rolling` without rolling friction."""
     return True
 
@@ -190,7 +190,7 @@ def goes_on_turning(state, forces, sense, i_inverse, arm):
     S, C, _, _, o, p = state
     v = o * C + i_inverse * p * S
     left = arm * forces.normal - abs(forces.held) if sense == 0.0 else sense * v
-    return left >= 0.0
+    return (arm == 0.0) | (left >= 0.0)
 
 
 @simd
@@ -297,7 +297,7 @@ def advance(lane, run, lanes):
     # so written, a NaN is an event too
     going = (rates[1] >= 0.0) & (forces.normal > 0.0) & (state[1] >= run.cos_flat_tilt) & (t < end)
     going &= (smaller >= low) & (larger <= high) & (left > 0.0)
-    going &= goes_on_rolling(state, forces.f)
+    going &= goes_on_rolling(state, forces.f, losses.rolling)
     going &= goes_on_turning(state, forces, sense[1], of_disk.i_inverse, losses.pivoting)
     going &= grips(state, change, forces.normal, of_disk.i_inverse, friction)
     # with a step of zero the lane rests
@@ -326,10 +326,13 @@ def coast(lane, run, lanes):
     smaller, larger = lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane]
     change, forces = changes(state, sense, of_disk, losses)
     extreme = turning_sine(state, change[3], _NEAREST * taken)
-    store_state(lane, lanes, corrected(lane_step(state, change, sense, of_disk, losses, taken)))
+    S, C, T, w, o, p = lane_step(state, change, sense, of_disk, losses, taken)
+    # a lane that rests keeps its bits
+    T += tangent_correction(S, C, T) if taken > 0.0 else 0.0
+    store_state(lane, lanes, (S, C, T, w, o, p))
     store_ledger(lane, lanes, ledger, (8.0 / 3.0) * taken, entries(state, sense, forces))
-    lanes[at.LATEST_LEAST + lane] = extreme if extreme < smaller else smaller
-    lanes[at.LATEST_GREATEST + lane] = extreme if extreme > larger else larger
+    lanes[at.LATEST_LEAST + lane] = extreme if (extreme < smaller) & (taken > 0.0) else smaller
+    lanes[at.LATEST_GREATEST + lane] = extreme if (extreme > larger) & (taken > 0.0) else larger
 
 
 @simd
