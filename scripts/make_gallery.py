@@ -134,6 +134,42 @@ ENTRIES = (
         "the film is shaded. Films and figures of motions: [motions](motions.md).",
     ),
     Entry(
+        ("stopping.png",),
+        (
+            "python -m sweep simulate toy tilt=80deg \"title=Euler's disk stops\" -o {folder}/motion.nc "
+            "--plot {folder}/stopping.png --overwrite",
+        ),
+        "How Euler's disk stops",
+        "The toy from an inclination of 10 degrees, with dry contour friction and Bildsten's drag of air. Its wobble "
+        "goes round ever faster while the disk itself hardly turns. The ledger says where the energy went: most to the "
+        "contact, and more and more to the air. Below, inclination and precession rate against the time that is left, "
+        "with the slopes that each law alone would give them: 2/3 and -1/3, 4/9 and -2/9.",
+    ),
+    Entry(
+        ("stop.gif",),
+        (
+            "python -m sweep simulate radius=11.625mm tilt=50deg precession_rate=wobble roll_rate=wobble "
+            "contour_friction=0.5mm 'title=A coin wobbles until it is flat' -o {folder}/motion.nc "
+            "--animate {folder}/stop.gif --size 400x280 --fps 20 --overwrite",
+        ),
+        "A film of a motion that stops",
+        "A coin with a worn edge wobbles about its centre, which stays over its place, and lies flat after a quarter "
+        "of a second: sixteen times slower than it is.",
+    ),
+    Entry(
+        ("losses.png",),
+        (
+            "python -m sweep run toy contour_friction=0.3um:30um:60:log tilt=50deg:89deg:60 precession_rate=wobble "
+            "rolling_friction=15um \"title=Which loss stops Euler's disk\" -o {folder}/losses.nc --overwrite",
+            "python -m sweep plot {folder}/losses.nc --losses -o {folder}/losses.png",
+        ),
+        "Which loss stops Euler's disk?",
+        "Wobbles of the toy from many tilts, with rolling friction of 15 micrometres, Bildsten's drag of air, and "
+        "more and more contour friction to the right. The hue is the law that took most of the energy, its strength "
+        "the time aloft. Rolling friction decides far from flat, air near it, and contour friction where its arm is more than "
+        "a few micrometres. What is measured: [why does it stop?](losses.md)",
+    ),
+    Entry(
         tuple(
             f"report/{name}.png"
             for name in (

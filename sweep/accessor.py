@@ -210,6 +210,7 @@ class Eulerdisk:
         quantity: str | None = None,
         contours: Any = None,
         family: bool = False,
+        losses: bool = False,
         friction: float | None = None,
         width: "str | float | None" = None,
         height: "str | float | None" = None,
@@ -233,6 +234,8 @@ class Eulerdisk:
             Levels of contour lines of it, as in ``"5deg,20deg"`` (numbers are SI), or ``"auto"``.
         family : bool
             Draw an atlas of more than two axes as a family of boundary curves, not as a map each.
+        losses : bool
+            Of a disk with losses: draw how long it stays aloft, and which law took most of its energy.
         friction : float, optional
             Hatch where rolling without slip needs a larger friction coefficient.
         width, height : str or float, optional
@@ -252,11 +255,25 @@ class Eulerdisk:
             "height": height, "font_size": font_size, "dpi": dpi,
         }  # fmt: skip
         if is_motion(self._dataset):
-            return self._plot_motion({**words, "ax": ax, "friction": friction})
+            return self._plot_motion({**words, "losses": losses, "ax": ax, "friction": friction})
         from sweep.figures import plots
         from sweep.figures.look import Look
 
-        return plots.figure([self.atlas], friction, Look.read(**words), ax)
+        if not losses:
+            return plots.figure([self.atlas], friction, Look.read(**words), ax)
+        others = {
+            "quantity": quantity,
+            "contours": contours,
+            "family": family or None,
+            "friction": friction,
+            "ax": ax,
+        }
+        if given := [name for name, value in others.items() if value is not None]:
+            raise RequestError(
+                f"A map of losses has times and laws, and nothing else; got losses with {' and '.join(given)}.",
+                hint=f"Leave {' and '.join(given)} out.",
+            )
+        return plots.losses([self.atlas], Look.read(**words))
 
     def _plot_motion(self, words: "dict[str, Any]") -> "Figure":
         if given := [name for name, value in words.items() if value is not None and value is not False]:

@@ -29,8 +29,10 @@ def test_its_commands_run(command, tmp_path):
     small = "tilt=0.1deg:4deg:9 roll_rate=2:4:12"
     assert command(f"run rolling {small} -o rolling.nc")[0] == 0
     assert command(f"run rolling {small} alpha=0.2,0.5,1 -o alphas.nc")[0] == 0
+    toy = "tilt=60deg:85deg:6 contour_friction=1um:30um:7:log rolling_friction=15um precession_rate=wobble"
+    assert command(f"run toy {toy} -o toy.nc")[0] == 0
     lines = blocks("bash")
-    assert len(lines) >= 7
+    assert len(lines) >= 8
     for line in lines:
         program, _, words = line.partition(" ")
         status, _, err = command(words)

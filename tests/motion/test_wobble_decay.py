@@ -14,7 +14,7 @@ pytestmark = pytest.mark.compiled
 
 AIR = {"mass": 0.4, "air_viscosity": 1.8e-5, "air_density": 1.2}
 
-#: Law -> its words, and the exponent of the inclination that the literature gives (docs/losses.md).
+#: Law -> its words, and the exponent of the inclination that the literature gives.
 LAWS = {
     "contour": ({"contour_friction": "1um"}, Fraction(2, 3)),
     "viscous": ({"contour_damping": 1e-9, "mass": 0.4}, Fraction(1, 2)),

@@ -9,6 +9,8 @@ import pytest
 import sweep
 from sweep.figures.disk import film_options, film_timing, view
 from sweep.figures.disk.film_options import CAMERAS, FilmOptions
+from sweep.motion.preset import is_preset, request_of_preset
+from sweep.motion.request import split_motion_words
 
 pytestmark = pytest.mark.compiled
 
@@ -22,7 +24,11 @@ def test_its_commands_are_requests_that_can_be_met(monkeypatch):
     for line in block.splitlines():
         words = shlex.split(line)
         assert words[:2] == ["eulerdisk", "simulate"]
-        sweep.TrajectorySpec.from_words([word for word in words[2:] if "=" in word])
+        given = [word for word in words[2:] if "=" in word]
+        if is_preset(words[2]):
+            request_of_preset(words[2], split_motion_words(given))
+        else:
+            sweep.TrajectorySpec.from_words(given)
         options = {
             words[i].removeprefix("--"): words[i + 1] for i in range(len(words)) if words[i][:2] == "--"
         }

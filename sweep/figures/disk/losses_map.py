@@ -18,7 +18,7 @@ from sweep.errors import RequestError
 from sweep.figures.arrange import arrange
 from sweep.figures.blocks import Block
 from sweep.figures.disk.loss_colours import COLOURS
-from sweep.figures.drawing import HALO, INK, hatch, sheet
+from sweep.figures.drawing import INK, hatch, sheet
 from sweep.figures.look import Look
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
@@ -39,6 +39,14 @@ _NEEDED = ("end_time", "largest_loss", "ending")
 
 #: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and of no loss.
 _STRENGTH, _GREY, _NONE = (0.18, 0.95), "0.25", "0.6"
+
+#: What numbers of contour lines stand on.
+_BESIDE: dict[str, Any] = {
+    "boxstyle": "round,pad=0.08",
+    "facecolor": "white",
+    "alpha": 0.85,
+    "linewidth": 0.0,
+}
 
 #: Contour lines at most, and the distance of their numbers from the border, over the width or the height of a map.
 _MOST_LINES, _FROM_BORDER = 6, 0.04
@@ -214,8 +222,8 @@ def _draw_lines(axes: "Axes", each: LossesMap) -> None:
         linewidths=0.8,
         zorder=3,
     )
-    for text in axes.clabel(lines, fmt=lambda level: f"{level:g} s", fontsize="smaller"):
-        text.set_path_effects([*HALO])
+    for text in axes.clabel(lines, fmt=lambda level: f"{level:g} s", fontsize="smaller", inline=False):
+        text.set_bbox(_BESIDE)
         place = axes.transAxes.inverted().transform(axes.transData.transform(text.get_position()))
         # a number that the border would cut off
         if min(*place, *(1.0 - place)) < _FROM_BORDER:
