@@ -4,18 +4,12 @@ Coulomb's law bounds the force of a law that holds; a rate stays zero as long as
 bound, and there is no regularisation. Three rates can be held: the roll rate f (by contour friction), the turning rate
 about the vertical v (by pivoting friction), and the horizontal turning rate (w, C f) as a whole (by rolling friction,
 with the help of contour friction along f).
-
-With the inverse inertia G of the two rates f and v (`compliance`), a force F_f on f and F_v on v change them by
-f' = G_ff F_f + G_fv F_v and v' = G_fv F_f + G_vv F_v. Where w = f = 0 nothing else changes them.
 """
 
 import math
-from typing import NamedTuple
 
 from kernels.jit import internal, kernel
-from kernels.lossy_disk.equations import turning_rate
-from kernels.lossy_disk.held_roll import extended, held_rates, held_turning_rate, pull_at_rest, reduced
-from kernels.lossy_disk.rk4 import rates
+from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, pull_at_rest
 
 #: A breaking away disk is carried over its first instant of this scaled length (over 1 + |v|) with the acceleration
 #: that it breaks away with: at rest rolling friction has no direction. The square of it is lost.
@@ -30,79 +24,29 @@ LETS_GO, SEIZES_ANYHOW = 0.0, math.inf
 _HALVINGS = 60
 
 
-class Senses(NamedTuple):
-    """Against what dry friction acts during a leg of a motion.
-
-    Attributes
-    ----------
-    roll : float
-        Sign of the roll rate f; 0 where friction holds it.
-    turn : float
-        Sign of the turning rate about the vertical v; 0 where pivoting friction holds it.
-    tilt : float
-        While f is held, the sign of the tilt rate w, or 0 where that is held too; otherwise without meaning.
-    """
-
-    roll: float
-    turn: float
-    tilt: float
-
-
 @internal
 def sign(x):
     """Sign of a number: -1, 0 or 1."""
     return 0.0 if x == 0.0 else math.copysign(1.0, x)
 
 
-@kernel
-def compliance(S, K, inertia):
-    """Inverse inertia of f and v: G_ff, G_fv, for S and K = 1/C of the tilt."""
-    T = S * K
-    return inertia.i_inverse + inertia.inverse_spin * T * T, S * (inertia.i_inverse - inertia.inverse_spin)
-
-
-@kernel
-def force_that_holds_roll(state, turn, normal, inertia, losses):
-    """Force on f by which f = 0 stays, of a state whose roll rate is zero; pivoting friction acts against `turn`."""
-    S, C, K, w, _, _ = state
-    G_ff, G_fv = compliance(S, K, inertia)
-    v = held_turning_rate(state, inertia)
-    return (w * v * C * (1.0 + inertia.i_inverse) + G_fv * (losses.pivoting * normal * turn)) / G_ff
-
-
-@internal
-def _without_roll(state, inertia):
-    """Return the state with the roll rate zero, to which a force on it alone would bring it."""
-    return extended(reduced(state, inertia), inertia)
-
-
-@internal
-def _without_turn(state, inertia):
-    """Return the state with the turning rate zero, to which a force on it alone would bring it."""
-    S, C, K, w, o, p = state
-    push = -turning_rate(state, inertia.i_inverse) / (
-        inertia.inverse_spin * C * C + inertia.i_inverse * S * S
-    )
-    return S, C, K, w, o + inertia.inverse_spin * C * push, p + S * push
-
-
 @internal
 def _beginning_roll(state, inertia):
     """Sign with which a roll rate begins that no force sets going: it comes with the tilting, as f' = -w v C (...)."""
-    S, C, _, w, _, _ = state
-    v = turning_rate(state, inertia.i_inverse)
+    S, C, _, w, _, v = state
     tilting = w if w != 0.0 else pull_at_rest(S, C, v, inertia)
     return -1.0 if tilting * v > 0.0 else 1.0
 
 
 @internal
 def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
-    """Senses of a motion whose roll rate has just vanished while its tilt rate has not."""
-    still = _without_roll(state, inertia)
-    _, _, normal = held_rates(reduced(still, inertia), (sign(state[3]), turn), inertia, losses)
-    needed = force_that_holds_roll(still, turn, normal, inertia, losses)
-    if 0.0 < losses.contour and abs(needed) <= strength * losses.contour * normal:
-        return still, Senses(0.0, turn, sign(state[3]))
+    """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
+    S, C, K, w, _, v = state
+    still, held = (S, C, K, w, 0.0, v), Senses(0.0, turn, sign(w) if w != 0.0 else sign(S))
+    _, _, forces = contact_rates(still, held, inertia, losses)
+    needed = forces.roll
+    if 0.0 < losses.contour and abs(needed) <= strength * losses.contour * forces.normal:
+        return still, held
     sense = -sign(needed) if needed != 0.0 else _beginning_roll(still, inertia)
     if strength == SEIZES_ANYHOW:
         sense = -roll
@@ -111,11 +55,13 @@ def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
 
 @internal
 def _turn_held_or_let_go(state, roll, strength, inertia, losses):
-    """Senses of a motion whose turning rate about the vertical has just vanished while its roll rate has not."""
-    still = _without_turn(state, inertia)
-    _, _, (normal, needed) = rates(still, (roll, 0.0), inertia, losses)
-    if abs(needed) <= strength * losses.pivoting * normal:
-        return still, Senses(roll, 0.0, 0.0)
+    """Return state and senses of a motion whose turning rate has just vanished while its roll rate has not."""
+    S, C, K, w, f, _ = state
+    still, held = (S, C, K, w, f, 0.0), Senses(roll, 0.0, 0.0)
+    _, _, forces = contact_rates(still, held, inertia, losses)
+    needed = forces.turn
+    if abs(needed) <= strength * losses.pivoting * forces.normal:
+        return still, held
     return state, Senses(roll, -sign(needed), 0.0)
 
 
@@ -138,13 +84,13 @@ def is_held(S, C, turning, pivoted, inertia, losses):
     pull = pull_at_rest(S, C, turning, inertia)
     if not abs(pull) <= losses.rolling:
         return False
-    G_ff, G_fv = compliance(S, 1.0 / C, inertia)
+    G_ff, G_fv, _ = compliance(S, C, 1.0 / C, inertia)
     left = C * math.sqrt((losses.rolling - pull) * (losses.rolling + pull))
     return abs(G_fv * pivoted) <= G_ff * (losses.contour + left)
 
 
 @internal
-def _balance(angle, pull, push, S, C, K, inertia, losses):
+def _balance(angle, pull, push, disk, inertia, losses):
     """How far the acceleration of a disk that breaks away at an angle is from having that direction.
 
     Parameters
@@ -153,17 +99,19 @@ def _balance(angle, pull, push, S, C, K, inertia, losses):
         Direction of (w, C f), from 0 (tilting alone) to a right angle.
     pull, push : float
         What tilts the disk, and |F_v G_fv| of pivoting friction per normal force; none negative.
+    disk : tuple of 3 floats
+        Sine of the tilt towards which it is pulled, C, G_ff.
 
     Returns
     -------
     (excess, w', f', normal)
         The excess is positive where the angle is too large.
     """
+    lean, C, G_ff = disk
     across, along = math.cos(angle), math.sin(angle)
-    lever = inertia.i_tilt * S
+    lever = inertia.i_tilt * lean
     normal = (1.0 - lever * pull) / (1.0 - lever * losses.rolling * across)
     tilting = inertia.i_tilt * (pull - losses.rolling * normal * across)
-    G_ff, _ = compliance(S, K, inertia)
     rolling = normal * (push - G_ff * (losses.rolling * C * along + losses.contour))
     return along * tilting - across * C * rolling, tilting, rolling, normal
 
@@ -189,16 +137,16 @@ def breaking_away(S, C, K, turning, turn, inertia, losses):
     directions: the direction is that of the acceleration which it allows. Of all directions between tilting alone and
     rolling alone one is; it is found by halving.
     """
-    pull, (_, G_fv) = pull_at_rest(S, C, turning, inertia), compliance(S, K, inertia)
+    pull, (G_ff, G_fv, _) = pull_at_rest(S, C, turning, inertia), compliance(S, C, K, inertia)
     tilt_sense, push = math.copysign(1.0, pull), -G_fv * losses.pivoting * turn
-    size, lean, along = abs(pull), S * tilt_sense, sign(push)
+    size, along, disk = abs(pull), sign(push), (S * tilt_sense, C, G_ff)
     least, most = 0.0, 0.5 * math.pi
-    _, tilting, rolling, normal = _balance(0.0, size, abs(push), lean, C, K, inertia, losses)
+    _, tilting, rolling, normal = _balance(0.0, size, abs(push), disk, inertia, losses)
     if rolling <= 0.0:
         return tilt_sense * tilting, 0.0, normal
     for _ in range(_HALVINGS):
         angle = 0.5 * (least + most)
-        excess, tilting, rolling, normal = _balance(angle, size, abs(push), lean, C, K, inertia, losses)
+        excess, tilting, rolling, normal = _balance(angle, size, abs(push), disk, inertia, losses)
         if excess < 0.0:
             least = angle
         else:
@@ -208,25 +156,22 @@ def breaking_away(S, C, K, turning, turn, inertia, losses):
 
 @internal
 def _set_going(state, turn, inertia, losses):
-    """State and senses an instant after a disk at rest on its contact point has broken away; and the instant.
+    """Return state and senses an instant after a disk at rest on its contact has broken away; and the instant.
 
     Where contour friction holds the roll rate the tilt alone moves, and no instant is needed.
     """
-    S, C, K, _, _, _ = state
-    v = turning_rate(state, inertia.i_inverse)
+    S, C, K, _, _, v = state
     tilting, rolling, normal = breaking_away(S, C, K, v, turn, inertia, losses)
     if rolling == 0.0 and losses.contour > 0.0:
         return state, Senses(0.0, turn, sign(tilting)), 0.0
-    h = _INSTANT / (1.0 + abs(v))
-    # the forces that these accelerations need give those of o and p
-    pivoted = -losses.pivoting * turn * normal
-    G_ff, G_fv = compliance(S, K, inertia)
+    h, pivoted = _INSTANT / (1.0 + abs(v)), -losses.pivoting * turn * normal
+    G_ff, G_fv, G_vv = compliance(S, C, K, inertia)
     along = (rolling - G_fv * pivoted) / G_ff
-    w, angle = h * tilting, 0.5 * h * h * tilting
-    _, _, _, _, o, p = state
-    o += h * inertia.inverse_spin * (pivoted * C - along * S * K)
-    p += h * (along + pivoted * S)
-    there = S + angle * C, C - angle * S, K + angle * K * K * S, w, o, p
+    angle, turning = 0.5 * h * h * tilting, G_fv * along + G_vv * pivoted
+    there = (
+        S + angle * C, C - angle * S, K + angle * K * K * S, h * tilting, h * rolling,
+        v + h * (turning if turn != 0.0 else 0.0),
+    )  # fmt: skip
     sense = sign(rolling) if rolling != 0.0 else _beginning_roll(there, inertia)
     return there, Senses(sense, turn, 0.0), h
 
@@ -238,8 +183,8 @@ def decided(state, senses, vanished, strength, inertia, losses):
     Parameters
     ----------
     state : tuple of 6 floats
-        S, C, K, w, o, p; rates that vanished are zero to rounding.
-    senses : Senses
+        S, C, K, w, f, v; rates that vanished are zero to rounding.
+    senses : kernels.lossy_disk.contact_motion.Senses
         Of the motion before: what was held and did not vanish now is still held.
     vanished : tuple of 3 bools
         Whether roll rate, turning rate about the vertical, and tilt rate vanish, those that are held included.
@@ -247,35 +192,32 @@ def decided(state, senses, vanished, strength, inertia, losses):
         Share of its bound up to which friction holds a single rate: SEIZES; LETS_GO where what held has just let go;
         SEIZES_ANYHOW where a rate that was let go turns back at once.
     inertia, losses
-        As of `kernels.lossy_disk.rk4.rates`.
+        As of `kernels.lossy_disk.contact_motion.contact_rates`.
 
     Returns
     -------
     (state, senses, instant)
-        A rate that is held is zero to the last bits of o and p. The scaled time that has passed.
+        A rate that is held is zero. The scaled time that has passed.
     """
     no_roll, no_turn, no_tilting = vanished
     turn = 0.0 if no_turn and losses.pivoting > 0.0 else senses.turn
-    S, C, K, w, o, p = state
+    S, C, K, w, f, v = state
     if no_roll and no_turn:
-        o, p = 0.0, 0.0
+        # the disk falls straight, and no force turns it
+        v = 0.0
     if no_roll and no_tilting:
-        still = _without_roll((S, C, K, 0.0, o, p), inertia)
-        v = turning_rate(still, inertia.i_inverse)
+        still = S, C, K, 0.0, 0.0, v
         if is_held(S, C, v, -losses.pivoting * turn, inertia, losses):
             return still, Senses(0.0, turn, 0.0), 0.0
         if losses.rolling > 0.0:
             return _set_going(still, turn, inertia, losses)
-    state = S, C, K, w, o, p
-    if no_roll and no_turn:
-        held = 0.0 if losses.contour > 0.0 else 1.0
-        return state, Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
+        w = 0.0
+    state = S, C, K, w, f, v
+    if no_roll and no_turn and turn == 0.0:
+        held = 0.0 if losses.contour > 0.0 else senses.roll
+        return (S, C, K, w, 0.0, v), Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
     if no_roll:
         state, senses = _roll_held_or_let_go(state, senses.roll, turn, strength, inertia, losses)
-        if senses.roll == 0.0 and senses.tilt == 0.0:
-            senses = Senses(0.0, turn, sign(S))
-        return state, senses, 0.0
-    if no_turn:
+    elif no_turn:
         state, senses = _turn_held_or_let_go(state, senses.roll, strength, inertia, losses)
-        return state, senses, 0.0
     return state, senses, 0.0

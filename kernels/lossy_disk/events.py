@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 from kernels.jit import internal
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.dry_friction import HOLDS_ON, force_that_holds_roll
-from kernels.lossy_disk.equations import roll_rate, turning_rate
-from kernels.lossy_disk.held_roll import held_step
+from kernels.lossy_disk.contact_motion import contact_rates, contact_step
+from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import Losses
-from kernels.lossy_disk.rk4 import Inertia, rates, step
+from kernels.lossy_disk.rk4 import Inertia
 
 #: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
 #: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
@@ -35,8 +34,8 @@ from kernels.lossy_disk.rk4 import Inertia, rates, step
 ) = range(10)
 CONTACT_RESTS, RESTS, FAILS, NO_EVENT = 10, 11, 12, -1
 
-#: Scaled horizontal turning rate below which, while it falls, it counts as vanished; over 1 + |precession part|.
-_REST = 1.0e-10
+#: Scaled horizontal turning rate below which, while it falls, it counts as vanished.
+_REST = 1.0e-13
 
 _MOST_TRIALS, _MOST_HALVINGS = 80, 40
 
@@ -51,8 +50,8 @@ class Case(NamedTuple):
     ----------
     inertia : kernels.lossy_disk.rk4.Inertia
     losses : kernels.lossy_disk.loss_laws.Losses
-    cos_flat : float
-        Cosine of flat_tilt.
+    flat_tilt, cos_flat : float
+        flat_tilt [rad] and its cosine.
     friction : float
         Coefficient of friction; infinite where the disk cannot slip.
     reference : float
@@ -65,19 +64,12 @@ class Case(NamedTuple):
 
     inertia: Inertia
     losses: Losses
+    flat_tilt: float
     cos_flat: float
     friction: float
     reference: float
     relative_step: float
     longest: float
-
-
-@internal
-def moved(state, senses, case, h):
-    """State and gain of the ledger after one step of scaled length h, with the senses of friction as they are."""
-    if senses.roll == 0.0:
-        return held_step(state, (senses.tilt, senses.turn), case.inertia, case.losses, h)
-    return step(state, (senses.roll, senses.turn), case.inertia, case.losses, h)
 
 
 @internal
@@ -87,31 +79,28 @@ def _margins(state, senses, heading, case, reach):
     `heading` is the sign of the tilt rate before; the criterion is broken where the tilt is farther than `reach` [rad]
     from its reference.
     """
-    inertia, losses, none = case.inertia, case.losses, math.inf
-    S, C, _, w, _, _ = state
-    normal, across, along = contact_forces(state, senses, inertia, losses)
-    rolls, lets_roll, lets_turn, tilts = none, none, none, none
+    losses, none = case.losses, math.inf
+    S, C, _, w, f, v = state
+    across, along, forces = contact_forces(state, senses, case.inertia, losses)
+    rolls, lets_roll, turns, lets_turn, tilts = none, none, none, none, none
     if senses.roll == 0.0:
-        needed = force_that_holds_roll(state, senses.turn, normal, inertia, losses)
-        lets_roll = HOLDS_ON * losses.contour * normal - abs(needed)
+        lets_roll = HOLDS_ON * losses.contour * forces.normal - abs(forces.roll)
         tilts = senses.tilt * w if losses.rolling > 0.0 else none
     else:
-        rolls = senses.roll * roll_rate(state, inertia.i_inverse)
+        rolls = senses.roll * f
         if senses.turn == 0.0:
-            _, _, (_, needed) = rates(state, (senses.roll, 0.0), inertia, losses)
-            lets_turn = HOLDS_ON * losses.pivoting * normal - abs(needed)
-    turns = none
+            lets_turn = HOLDS_ON * losses.pivoting * forces.normal - abs(forces.turn)
     if senses.turn != 0.0 and losses.pivoting > 0.0:
-        turns = senses.turn * turning_rate(state, inertia.i_inverse)
+        turns = senses.turn * v
     slips = none
     if case.friction < math.inf:
-        slips = case.friction * normal - math.sqrt(across * across + along * along)
+        slips = case.friction * forces.normal - math.sqrt(across * across + along * along)
     breaches = none
     if reach < math.inf:
         breaches = reach - abs(math.atan2(S, C) - case.reference)
     return (
         heading * w if heading != 0.0 else none,
-        rolls, turns, lets_roll, lets_turn, tilts, C - case.cos_flat, normal, slips, breaches,
+        rolls, turns, lets_roll, lets_turn, tilts, C - case.cos_flat, forces.normal, slips, breaches,
     )  # fmt: skip
 
 
@@ -133,14 +122,14 @@ def _time_of(event, state, senses, heading, case, reach, h):
     """
     before, after, side = 0.0, h, 0
     low = _margins(state, senses, heading, case, reach)[event]
-    there, _ = moved(state, senses, case, h)
+    there, _ = contact_step(state, senses, case.inertia, case.losses, h)
     high = _margins(there, senses, heading, case, reach)[event]
     for _ in range(_MOST_HALVINGS):
         if low > _SHARP * -high:
             break
         # a rate that has just begun
         before = 0.5 * after
-        there, _ = moved(state, senses, case, before)
+        there, _ = contact_step(state, senses, case.inertia, case.losses, before)
         low = _margins(there, senses, heading, case, reach)[event]
         if low < 0.0:
             after, high = before, low
@@ -150,7 +139,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
         trial = after - high * (after - before) / (high - low)
         if not before < trial < after:
             trial = 0.5 * (before + after)
-        there, _ = moved(state, senses, case, trial)
+        there, _ = contact_step(state, senses, case.inertia, case.losses, trial)
         margin = _margins(there, senses, heading, case, reach)[event]
         if margin > 0.0:
             before, low = trial, margin
@@ -171,20 +160,15 @@ def _contact_rests(state, senses, case):
     if senses.roll == 0.0 or not case.losses.rolling > 0.0:
         return False
     size, change, _ = horizontal_rate(state, senses, case)
-    _, _, K, _, o, _ = state
-    return size < _REST * (1.0 + abs(o * K)) and change < 0.0
+    return size < _REST and change < 0.0
 
 
 @internal
 def horizontal_rate(state, senses, case):
     """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
-    S, C, K, w, o, _ = state
-    inertia = case.inertia
-    f = roll_rate(state, inertia.i_inverse)
-    (_, _, _, dw, do, dp), _, _ = rates(state, (senses.roll, senses.turn), inertia, case.losses)
-    df = inertia.i_inverse * dp - do * (S * K) - o * w * K * K
-    across = C * f
-    changing = C * df - S * w * f
+    S, C, _, w, f, _ = state
+    (_, _, _, dw, df, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
+    across, changing = C * f, C * df - S * w * f
     size = math.sqrt(w * w + across * across)
     falling = (w * dw + across * changing) / size if size > 0.0 else 0.0
     return size, falling, math.sqrt(dw * dw + changing * changing)
@@ -197,7 +181,7 @@ def step_to_event(state, senses, case, reach, h):
     Parameters
     ----------
     state : tuple of 6 floats
-    senses : kernels.lossy_disk.dry_friction.Senses
+    senses : kernels.lossy_disk.contact_motion.Senses
     case : Case
     reach : float
         Distance of the tilt from the reference [rad] that breaks the criterion; infinite where it has been broken.
@@ -212,11 +196,11 @@ def step_to_event(state, senses, case, reach, h):
     w = state[3]
     heading = 0.0 if w == 0.0 else math.copysign(1.0, w)
     found = NO_EVENT
-    after, gain = moved(state, senses, case, h)
+    after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
     if heading * after[3] < 0.0:
         h, found = _time_of(TURNS, state, senses, heading, case, reach, h), TURNS
-        after, gain = moved(state, senses, case, h)
+        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     margins, least = _margins(after, senses, heading, case, reach), h
     for event in range(ROLL_VANISHES, BREACHES + 1):
         if margins[event] < 0.0:
@@ -225,7 +209,7 @@ def step_to_event(state, senses, case, reach, h):
                 found, least = event, time
     if least < h:
         h = least
-        after, gain = moved(state, senses, case, h)
+        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     if (found == NO_EVENT or found == TURNS) and _contact_rests(after, senses, case):
         found = CONTACT_RESTS
     return after, gain, h, found

@@ -8,9 +8,10 @@ import math
 from typing import NamedTuple
 
 from kernels.jit import internal, kernel
-from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, SEIZES_ANYHOW, Senses, compliance, decided
+from kernels.lossy_disk.contact import all_held
+from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, contact_state, entered, moved
+from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, SEIZES_ANYHOW, decided
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
-from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.events import (
     BREACHES,
     CONTACT_RESTS,
@@ -30,8 +31,7 @@ from kernels.lossy_disk.events import (
     horizontal_rate,
     step_to_event,
 )
-from kernels.lossy_disk.held_roll import vertical_inertia
-from kernels.lossy_disk.rk4 import rates
+from kernels.lossy_disk.loss_laws import viscosity
 
 #: Of a motion that goes on.
 MOVING = -1
@@ -46,7 +46,8 @@ _SHARE_UNTIL_REST, _SHARE_OF_RELAXING = 2.0, 4.0
 #: Longest scaled time over which the last of the horizontal turning rate vanishes.
 _LAST = 1.0e-6
 
-_MOST_STEPS = 1.0e8
+#: Steps here after which a motion is abandoned: a disk that all but stands, on the brink of its holding tilt.
+MOST_STEPS = 1.0e7
 
 #: Switches of friction in excess of its steps after which a motion is abandoned: it would switch for ever.
 _MOST_SWITCHES = 1000.0
@@ -61,8 +62,8 @@ class Motion(NamedTuple):
     Attributes
     ----------
     state : tuple of 6 floats
-        S, C, K, w, o, p (`kernels.lossy_disk.equations`).
-    senses : kernels.lossy_disk.dry_friction.Senses
+        S, C, K, w, f, v (`kernels.lossy_disk.contact_motion`).
+    senses : kernels.lossy_disk.contact_motion.Senses
     time : float
         Scaled.
     ledger : tuple of 7 floats
@@ -96,38 +97,21 @@ class Record(NamedTuple):
 
 
 @internal
-def _added(ledger, gain, h):
-    """`ledger` + h * `gain`."""
-    a0, a1, a2, a3, a4, a5, a6 = ledger
-    b0, b1, b2, b3, b4, b5, b6 = gain
-    return (
-        a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
-    )  # fmt: skip
-
-
-@internal
 def tilt_of(state):
     """Tilt [rad] of a state."""
     return math.atan2(state[0], state[1])
 
 
 @internal
-def all_held(senses):
-    """Whether friction holds tilt and roll rate: the disk can only turn about the vertical through its contact."""
-    return senses.roll == 0.0 and senses.tilt == 0.0
-
-
-@internal
 def step_length(state, senses, case):
     """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
-    S, C, K, w, o, p = state
+    S, C, K, w, f, v = state
     inertia, losses = case.inertia, case.losses
-    s, f = inertia.i_inverse * p, roll_rate(state, inertia.i_inverse)
+    s, o = f * C * C + v * S, C * (v - f * S)
     own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
     h = case.relative_step * C / math.sqrt(C * C * own + o * o + w * w)
     # a roll rate relaxes fast near flat, where little inertia opposes it
-    viscous = losses.damping + losses.film * K + 1.5 * losses.layer * math.sqrt(abs(f))
-    G_ff, _ = compliance(S, K, inertia)
+    viscous, (G_ff, _, _) = viscosity(f, (S, C, S * K), losses), compliance(S, C, K, inertia)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
         h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
     if losses.rolling > 0.0 and senses.roll != 0.0:
@@ -135,6 +119,10 @@ def step_length(state, senses, case):
         share = _SHARE_UNTIL_REST * case.relative_step
         if change * h > share * size:
             h = share * size / change
+        # across its direction a slow motion is stiff; one that falls straight has nothing across
+        stiff = losses.rolling * (inertia.i_tilt + C * C * G_ff)
+        if stiff * h > size and not (f == 0.0 and v == 0.0):
+            h = size / stiff
     return min(h, case.longest)
 
 
@@ -151,12 +139,13 @@ def begun(state, case, reach):
         As of `kernels.lossy_disk.events.step_to_event`.
     """
     S, C, K, w, o, p = state
-    inverse = case.inertia.i_inverse
-    f, v, s = roll_rate(state, inverse), turning_rate(state, inverse), inverse * p
+    contact = contact_state(state, case.inertia)
+    _, _, _, _, f, v = contact
+    s = case.inertia.i_inverse * p
     no_roll = abs(f) <= _ROUNDING * (abs(s) + abs(o * S * K))
     no_turn = abs(v) <= _ROUNDING * (abs(o * C) + abs(s * S))
     senses = Senses(math.copysign(1.0, f), math.copysign(1.0, v), 0.0)
-    motion = Motion(state, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    motion = Motion(contact, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     if no_roll or no_turn:
         motion = _switched(motion, (no_roll, no_turn, w == 0.0), SEIZES, case)
     return motion, beyond(motion.state, motion.senses, case, reach)
@@ -168,9 +157,9 @@ def _switched(motion, vanished, strength, case):
     state, senses, instant = decided(
         motion.state, motion.senses, vanished, strength, case.inertia, case.losses
     )
-    v = turning_rate(state, case.inertia.i_inverse)
+    _, _, _, _, _, v = state
     gain = (v, 0.0, 0.0, case.losses.pivoting * abs(v), 0.0, 0.0, 0.0)
-    return Motion(state, senses, motion.time + instant, _added(motion.ledger, gain, instant))
+    return Motion(state, senses, motion.time + instant, entered(motion.ledger, instant, gain))
 
 
 @internal
@@ -179,20 +168,17 @@ def _come_to_rest(motion, case, until):
     state, senses = motion.state, motion.senses
     size, change, _ = horizontal_rate(state, senses, case)
     h = min(size, -change * _LAST, -change * (until - motion.time)) / -change
-    changes, gain, _ = rates(state, (senses.roll, senses.turn), case.inertia, case.losses)
-    S, C, K, w, o, p = state
-    dS, dC, dK, _, do, dp = changes
-    there = S + h * dS, C + h * dC, K + h * dK, 0.0, o + h * do, p + h * dp
+    changes, gain, _ = contact_rates(state, senses, case.inertia, case.losses)
     # its own loss ends with it
-    return Motion(there, senses, motion.time + h, _added(motion.ledger, gain, h))
+    return Motion(moved(state, h, changes), senses, motion.time + h, entered(motion.ledger, h, gain))
 
 
 @internal
 def _turned(motion, case, until):
     """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event."""
-    S, C, K, w, o, p = motion.state
+    S, C, K, _, _, v = motion.state
     turn, arm = motion.senses.turn, case.losses.pivoting
-    I_v, v = vertical_inertia(S, C, K, case.inertia), turning_rate(motion.state, case.inertia.i_inverse)
+    I_v = case.inertia.i_roll * S * S + case.inertia.i_spin * C * C
     h, event, later = until - motion.time, NO_EVENT, v
     if v == 0.0 or turn == 0.0:
         return motion, RESTS
@@ -205,9 +191,9 @@ def _turned(motion, case, until):
     # pivoting friction is constant, and so is the deceleration
     mean = 0.5 * (v + later)
     gain = (mean, 0.0, 0.0, arm * abs(mean), 0.0, 0.0, 0.0)
-    state = S, C, K, 0.0, later * C, case.inertia.i_roll * (later * S)
     time = until if event == NO_EVENT else motion.time + h
-    return Motion(state, motion.senses, time, _added(motion.ledger, gain, h)), event
+    state = S, C, K, 0.0, 0.0, later
+    return Motion(state, motion.senses, time, entered(motion.ledger, h, gain)), event
 
 
 @internal
@@ -235,7 +221,7 @@ def leap(motion, case, until, reach):
     h = min(step_length(motion.state, motion.senses, case), left)
     state, gain, length, event = step_to_event(motion.state, motion.senses, case, reach, h)
     time = until if length == left else motion.time + length
-    after = Motion(state, motion.senses, time, _added(motion.ledger, gain, 1.0))
+    after = Motion(state, motion.senses, time, entered(motion.ledger, 1.0, gain))
     if not math.isfinite(state[0] + state[2] + state[3] + state[4] + state[5] + after.ledger[0]):
         return motion, 0.0, FAILS
     if event == CONTACT_RESTS:
@@ -284,6 +270,8 @@ def ending_of(event):
 def recorded(record, motion, event, case):
     """Return the record with one more leap, behind which the motion is and at whose end an event was."""
     tilt = tilt_of(motion.state)
+    if event == FLATTENS:
+        tilt = math.copysign(case.flat_tilt, tilt)
     switch = is_switch(event) and (event != ROLL_VANISHES or case.losses.contour > 0.0)
     return Record(
         min(record.least, tilt),
@@ -296,8 +284,8 @@ def recorded(record, motion, event, case):
 
 @internal
 def endless(record):
-    """Whether a motion is to be abandoned: it has too many steps, or friction switches and nothing moves."""
-    return record.steps > _MOST_STEPS or record.switches > _MOST_SWITCHES + 0.5 * record.steps
+    """Whether friction switches again and again where nothing moves."""
+    return record.switches > _MOST_SWITCHES + 0.5 * record.steps
 
 
 @kernel
@@ -323,12 +311,12 @@ def follow(motion, record, case, until, reach, past):
     (motion, record, ending)
         The ending is a code of `kernels.lossy_disk.endings`, or MOVING.
     """
-    ending = MOVING
+    ending, most = MOVING, record.steps + MOST_STEPS
     while ending == MOVING and motion.time < until:
         left = math.inf if record.breach == record.breach else reach
         motion, _, event = leap(motion, case, until, left)
         record = recorded(record, motion, event, case)
-        ending = UNRESOLVED if endless(record) else ending_of(event)
+        ending = UNRESOLVED if endless(record) or record.steps > most else ending_of(event)
         calm = event == NO_EVENT or event == TURNS
         if ending == MOVING and calm and motion.time > past and slides(motion, case):
             return motion, record, MOVING

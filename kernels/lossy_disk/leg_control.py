@@ -49,7 +49,7 @@ from kernels.lossy_disk.arrays import (
     TILT_RATE,
     TIME_ERROR,
 )
-from kernels.lossy_disk.dry_friction import Senses
+from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
 from kernels.lossy_disk.endings import FLAT, INVALID, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
@@ -227,18 +227,17 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
 def _case_of(lane, run, lanes):
     """Return what does not change along the motion of a lane."""
     return Case(
-        inertia_of(lane, lanes), losses_of(lane, lanes), run.cos_flat_tilt, lanes[at.FRICTION + lane],
+        inertia_of(lane, lanes), losses_of(lane, lanes), run.flat_tilt, run.cos_flat_tilt,
+        lanes[at.FRICTION + lane],
         lanes[at.REFERENCE + lane], 2.0 * lanes[at.SCALE + lane], 2.0 * lanes[at.LONGEST + lane],
     )  # fmt: skip
 
 
 @internal
-def _motion_at_start(lane, lanes):
-    """Return the motion at the beginning of the first leg."""
+def _start_of(lane, lanes):
+    """Return the state at the beginning of the first leg."""
     S, C, w = lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_W + lane]
-    state = S, C, 1.0 / C, w, lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane]
-    senses = Senses(lanes[at.LEG_ROLL_SENSE + lane], lanes[at.LEG_TURN_SENSE + lane], 0.0)
-    return Motion(state, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return S, C, 1.0 / C, w, lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane]
 
 
 @internal
@@ -253,7 +252,7 @@ def _record_of(lane, lanes, least, greatest):
 @internal
 def _store_leg(lane, motion, record, lanes):
     """Store where the next leg begins, and the record so far."""
-    S, C, K, w, o, p = motion.state
+    S, C, K, w, o, p = spin_state(motion.state, inertia_of(lane, lanes))
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S * K
     lanes[at.LEG_W + lane], lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane] = w, o, p
@@ -303,7 +302,8 @@ def _imbalance(state, ledger, lane, lanes):
 @internal
 def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
-    error = max(lanes[at.IMBALANCE + lane], _imbalance(motion.state, motion.ledger, lane, lanes))
+    state = spin_state(motion.state, inertia_of(lane, lanes))
+    error = max(lanes[at.IMBALANCE + lane], _imbalance(state, motion.ledger, lane, lanes))
     lanes[at.IMBALANCE + lane] = error
     if ending == UNRESOLVED or not error <= run.tolerance:
         if ending != UNRESOLVED and _refined(lane, error, run, lanes):
@@ -359,8 +359,8 @@ def _begun(cell, lane, run, lanes, measures, counts):
     """Begin a cell; returns whether it slides in its lane from its start, or from where friction lets it slide."""
     state = _AGAIN
     while state == _AGAIN:
-        motion, case = _motion_at_start(lane, lanes), _case_of(lane, run, lanes)
-        motion, event = begun(motion.state, case, lanes[at.REACH + lane])
+        case = _case_of(lane, run, lanes)
+        motion, event = begun(_start_of(lane, lanes), case, lanes[at.REACH + lane])
         S, ending = lanes[at.LEG_S + lane], ending_of(event)
         record = _record_of(lane, lanes, S, S)
         if event == BREACHES:
@@ -391,7 +391,7 @@ def _gone_back(lane, lanes):
     for _ in range(4):
         state, gain = step(state, sense, inertia, losses, h)
         t, ledger = t + h, _added(ledger, gain, 1.0)
-    return Motion(state, Senses(sense[0], sense[1], 0.0), t, ledger)
+    return Motion(contact_state(state, inertia), Senses(sense[0], sense[1], 0.0), t, ledger)
 
 
 @internal

@@ -43,14 +43,13 @@ from kernels.lossy_disk.arrays import (
     TRAJECTORY_RELATIVE_STEP,
     TRAJECTORY_STEP,
 )
-from kernels.lossy_disk.contact import contact_forces
+from kernels.lossy_disk.contact import all_held, contact_forces
+from kernels.lossy_disk.contact_motion import contact_step
 from kernels.lossy_disk.endings import FLAT, HORIZON, UNRESOLVED
-from kernels.lossy_disk.equations import roll_rate
-from kernels.lossy_disk.events import Case, moved
+from kernels.lossy_disk.events import Case
 from kernels.lossy_disk.follow import (
     MOVING,
     Record,
-    all_held,
     begun,
     ending_of,
     endless,
@@ -62,6 +61,9 @@ from kernels.lossy_disk.loss_laws import scaled_losses
 from kernels.lossy_disk.rk4 import inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
+
+#: Steps after which a motion is abandoned.
+_MOST_STEPS = 1.0e8
 
 
 @kernel
@@ -88,6 +90,7 @@ def case_of(start, settings):
     return Case(
         inertia(start[ALPHA]),
         losses,
+        settings[TRAJECTORY_FLAT_TILT],
         math.cos(settings[TRAJECTORY_FLAT_TILT]),
         start[FRICTION],
         start[TILT],
@@ -102,16 +105,10 @@ def _carried(place, before, after, h, case):
     if all_held(before.senses):
         return place
     angle, x, y = place
-    inverse = case.inertia.i_inverse
-    middle, gain = moved(before.state, before.senses, case, 0.5 * h)
-    end, _ = moved(before.state, before.senses, case, h)
-    heading_0, heading_2 = before.ledger[0], after.ledger[0]
-    heading_1 = heading_0 + gain[0]
-    roll_0, roll_1, roll_2 = (
-        roll_rate(before.state, inverse),
-        roll_rate(middle, inverse),
-        roll_rate(end, inverse),
-    )
+    middle, gain = contact_step(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
+    end, _ = contact_step(before.state, before.senses, case.inertia, case.losses, h)
+    heading_0, heading_1, heading_2 = before.ledger[0], before.ledger[0] + gain[0], after.ledger[0]
+    roll_0, roll_1, roll_2 = before.state[4], middle[4], end[4]
     side = roll_0 * math.sin(heading_0) + 4.0 * roll_1 * math.sin(heading_1) + roll_2 * math.sin(heading_2)
     ahead = roll_0 * math.cos(heading_0) + 4.0 * roll_1 * math.cos(heading_1) + roll_2 * math.cos(heading_2)
     sixth = h / 6.0
@@ -128,14 +125,12 @@ def _held(senses):
 
 @internal
 def _record(samples, i, motion, place, case, unit, radius):
-    S, C, K, w, o, _ = motion.state
+    S, _, _, w, f, v = motion.state
     angle, x, y = place
     samples[TILT, i] = tilt_of(motion.state)
     samples[TILT_RATE, i] = w / unit
-    samples[PRECESSION_RATE, i] = o * K / unit
-    samples[ROLL_RATE, i] = roll_rate(motion.state, case.inertia.i_inverse) / unit
-    if motion.senses.roll == 0.0:
-        samples[ROLL_RATE, i] = 0.0
+    samples[PRECESSION_RATE, i] = (v - f * S) / unit
+    samples[ROLL_RATE, i] = f / unit
     samples[SAMPLE_HEADING, i] = motion.ledger[0]
     samples[SAMPLE_ROLL_ANGLE, i] = angle
     samples[SAMPLE_CONTACT_X, i] = radius * x
@@ -145,8 +140,8 @@ def _record(samples, i, motion, place, case, unit, radius):
     samples[SAMPLE_CONTOUR_LOSS, i] = motion.ledger[4]
     samples[SAMPLE_DAMPING_LOSS, i] = motion.ledger[5]
     samples[SAMPLE_AIR_LOSS, i] = motion.ledger[6]
-    normal, across, along = contact_forces(motion.state, motion.senses, case.inertia, case.losses)
-    samples[SAMPLE_NORMAL_FORCE, i] = normal
+    across, along, forces = contact_forces(motion.state, motion.senses, case.inertia, case.losses)
+    samples[SAMPLE_NORMAL_FORCE, i] = forces.normal
     samples[SAMPLE_FRICTION_ACROSS, i], samples[SAMPLE_FRICTION_ALONG, i] = across, along
     samples[SAMPLE_HELD, i] = _held(motion.senses)
 
@@ -187,7 +182,7 @@ def trajectory(start, settings, times, samples):
             motion, h, event = leap(before, case, until, math.inf)
             record = recorded(record, motion, event, case)
             place = _carried(place, before, motion, h, case)
-            ending = UNRESOLVED if endless(record) else ending_of(event)
+            ending = UNRESOLVED if endless(record) or record.steps > _MOST_STEPS else ending_of(event)
             if ending != MOVING:
                 _record(samples, i, motion, place, case, unit, radius)
                 if ending == FLAT:

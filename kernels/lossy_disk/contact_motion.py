@@ -1,0 +1,170 @@
+"""The motion in the rates of its contact: the roll rate f and the turning rate about the vertical v are its state.
+
+The lanes carry o and p (`kernels.lossy_disk.equations`), of which f = s - o T and v = o C + s S are small differences
+where friction is about to hold them. Here a rate that is held is zero, and a rate that begins has all its digits:
+o = C (v - f S) and s = f C^2 + v S. The laws are those of the lanes (`kernels.lossy_disk.loss_laws`).
+"""
+
+from typing import NamedTuple
+
+from kernels.jit import internal, kernel
+from kernels.lossy_disk.equations import roll_rate, turning_rate
+from kernels.lossy_disk.loss_laws import contour_friction, drag, rolling_friction
+
+
+class Senses(NamedTuple):
+    """Against what dry friction acts during a leg of a motion.
+
+    Attributes
+    ----------
+    roll : float
+        Sign of the roll rate f; 0 where friction holds it.
+    turn : float
+        Sign of the turning rate about the vertical v; 0 where pivoting friction holds it.
+    tilt : float
+        While f is held, the sign of the tilt rate w, or 0 where that is held too; otherwise without meaning.
+    """
+
+    roll: float
+    turn: float
+    tilt: float
+
+
+class Forces(NamedTuple):
+    """Forces of the plane on a disk.
+
+    Attributes
+    ----------
+    normal : float
+        Normal force over m g.
+    roll, turn : float
+        Generalised forces on f and v, of all laws together, over m g R. Of a rate that is held it is what holds it.
+    """
+
+    normal: float
+    roll: float
+    turn: float
+
+
+@internal
+def contact_state(state, inertia):
+    """State (S, C, K, w, f, v) of a state (S, C, K, w, o, p)."""
+    S, C, K, w, _, _ = state
+    return S, C, K, w, roll_rate(state, inertia.i_inverse), turning_rate(state, inertia.i_inverse)
+
+
+@internal
+def spin_state(state, inertia):
+    """State (S, C, K, w, o, p) of a state (S, C, K, w, f, v)."""
+    S, C, K, w, f, v = state
+    return S, C, K, w, C * (v - f * S), inertia.i_roll * (f * C * C + v * S)
+
+
+@kernel
+def compliance(S, C, K, inertia):
+    """Inverse inertia of f and v: G_ff, G_fv, G_vv; a force on one of them changes both."""
+    T = S * K
+    return (
+        inertia.i_inverse + inertia.inverse_spin * T * T,
+        S * (inertia.i_inverse - inertia.inverse_spin),
+        inertia.i_inverse * S * S + inertia.inverse_spin * C * C,
+    )
+
+
+@kernel
+def pull_at_rest(S, C, turning, inertia):
+    """Torque that tilts a disk which turns with the rate v = `turning` about its contact point, over m g R.
+
+    Gravity and the centrifugal and gyroscopic torque: S (1 + (1 + alpha/2) v^2 C).
+    """
+    return S * (1.0 + turning * turning * C / inertia.i_tilt)
+
+
+@internal
+def contact_rates(state, senses, inertia, losses):
+    """How a motion and its ledger change in scaled time, whatever friction holds but the tilt.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+        S, C, K, w, f, v.
+    senses : Senses
+    inertia : kernels.lossy_disk.rk4.Inertia
+    losses : kernels.lossy_disk.loss_laws.Losses
+
+    Returns
+    -------
+    derivatives, ledger, Forces
+        The derivatives of a rate that is held are zero; ledger as of `kernels.lossy_disk.rk4.rates`.
+
+    Notes
+    -----
+    Chaplygin's equations for o and s (`kernels.lossy_disk.equations.slopes`) in f and v, with the forces on these. What
+    holds a rate is what leaves its derivative zero.
+    """
+    S, C, K, w, f, v = state
+    T, heading = S * K, v - f * S
+    o, s = C * heading, f * C * C + v * S
+    free = inertia.i_tilt * (S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading)))
+    # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
+    pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
+    dw, lift, _, rolled, roll = rolling_friction(
+        (S, C, opposed, f), free, free * S + w * w * C, inertia.i_tilt, losses.rolling
+    )
+    normal, blown = 1.0 - lift, drag(f, (S, C, T), losses)
+    rubbed, along = contour_friction(f, senses.roll, lift, losses)
+    roll += blown - along
+    turn = -losses.pivoting * normal * senses.turn
+    free_roll = w * (2.0 * f * T - (1.0 + inertia.i_inverse) * o)
+    free_turn = -w * (s * C + inertia.i_inverse * o * S)
+    G_ff, G_fv, G_vv = compliance(S, C, K, inertia)
+    if senses.roll == 0.0:
+        roll = -(free_roll + G_fv * turn) / G_ff
+    elif senses.turn == 0.0:
+        turn = -(free_turn + G_fv * roll) / G_vv
+    rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
+    turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
+    changes = C * w, -(S * w), K * (T * w), dw, rolling, turning
+    ledger = (
+        heading, senses.roll * f, pace * rolled, losses.pivoting * normal * (senses.turn * v), rubbed * f,
+        losses.damping * f * f, -blown * f,
+    )  # fmt: skip
+    return changes, ledger, Forces(normal, roll, turn)
+
+
+@internal
+def moved(state, h, change):
+    """`state` + h * `change`, of six numbers each."""
+    S, C, K, w, f, v = state
+    dS, dC, dK, dw, df, dv = change
+    return S + h * dS, C + h * dC, K + h * dK, w + h * dw, f + h * df, v + h * dv
+
+
+@internal
+def entered(ledger, h, change):
+    """`ledger` + h * `change`, of seven numbers each."""
+    a0, a1, a2, a3, a4, a5, a6 = ledger
+    b0, b1, b2, b3, b4, b5, b6 = change
+    return (
+        a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
+    )  # fmt: skip
+
+
+@kernel
+def contact_step(state, senses, inertia, losses, h):
+    """State and gain of the ledger after one classical Runge-Kutta step of scaled length h (Kutta 1901).
+
+    Parameters
+    ----------
+    state, senses, inertia, losses
+        As of `contact_rates`.
+    h : float
+    """
+    total, gained, _ = contact_rates(state, senses, inertia, losses)
+    change, more, _ = contact_rates(moved(state, 0.5 * h, total), senses, inertia, losses)
+    total, gained = moved(total, 2.0, change), entered(gained, 2.0, more)
+    change, more, _ = contact_rates(moved(state, 0.5 * h, change), senses, inertia, losses)
+    total, gained = moved(total, 2.0, change), entered(gained, 2.0, more)
+    change, more, _ = contact_rates(moved(state, h, change), senses, inertia, losses)
+    sixth, nothing = h / 6.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return moved(state, sixth, moved(total, 1.0, change)), entered(nothing, sixth, entered(gained, 1.0, more))

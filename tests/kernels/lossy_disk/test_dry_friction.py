@@ -1,0 +1,128 @@
+"""What dry friction holds and how it lets go, at the instant: against the laws themselves."""
+
+import math
+
+import lossy_referee as referee
+import numpy as np
+import pytest
+from lossy_follower import followed
+from scipy.optimize import brentq
+
+from kernels.jit import kernel
+from kernels.lossy_disk import dry_friction, endings
+from kernels.lossy_disk.loss_laws import Losses
+from kernels.lossy_disk.rk4 import inertia
+
+
+@kernel
+def _breaking_away(S, C, K, v, turn, alpha, losses):
+    return dry_friction.breaking_away(S, C, K, v, turn, inertia(alpha), losses)
+
+
+@kernel
+def _is_held(S, C, v, pivoted, alpha, losses):
+    return dry_friction.is_held(S, C, v, pivoted, inertia(alpha), losses)
+
+
+def losses(rolling=0.0, pivoting=0.0, contour=0.0):
+    """Dry friction with these arms over the radius."""
+    return Losses(contour, 0.0, rolling, pivoting, 0.0, 0.0)
+
+
+def compliance(S, C, alpha):
+    """Inverse inertia of roll rate and turning rate, from the kinetic energy of s = f C^2 + v S and o = C (v - f S)."""
+    change = np.array([[C * C, S], [-C * S, C]])
+    return np.linalg.inv(change.T @ np.diag([1.0 + alpha, 0.5 * alpha]) @ change)
+
+
+def holding_tilt(arm, turning, alpha):
+    """Tilt up to which rolling friction holds: S [1 + (1 + alpha/2) psidot^2 C] = arm."""
+    return brentq(
+        lambda tilt: math.sin(tilt) * (1 + (1 + alpha / 2) * turning**2 * math.cos(tilt)) - arm,
+        0.0, 0.5, xtol=1e-16, rtol=1e-15,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("turning", [0.0, 0.7, -2.5])
+@pytest.mark.parametrize("alpha", [0.5, 0.62, 1.0])
+@pytest.mark.parametrize("arm", [1e-6, 1e-3, 0.2])
+def test_rolling_friction_holds_up_to_the_holding_tilt(arm, alpha, turning):
+    """Just below its closed form a disk stands for ever, in the bits of its tilt; just above it falls: 1e-12."""
+    tilt = holding_tilt(arm, turning, alpha)
+    for side in (-1.0, 1.0):
+        start = referee.starts(
+            tilt=side * tilt * (1 - 1e-12), precession_rate=turning, alpha=alpha, rolling_friction=arm
+        )
+        stood = followed(start[:, 0], horizon=1e4)
+        assert stood.ending == (endings.HORIZON if turning else endings.REST)
+        assert stood.state[0] == math.sin(start[0, 0]) and stood.tilt_min == stood.tilt_max == stood.end_tilt
+        assert stood.heading_turned == pytest.approx(turning * stood.end_time, rel=1e-15)
+        start[0] = side * tilt * (1 + 1e-12)
+        fell = followed(start[:, 0], horizon=1e4)
+        assert fell.ending == endings.HORIZON or fell.ending == endings.FLAT or fell.ending == endings.LIFT_OFF
+        assert side * fell.end_tilt > 1.1 * tilt or fell.tilt_max - fell.tilt_min > 1.1 * tilt
+
+
+def test_a_disk_that_stands_does_not_creep():
+    """Pivoting friction stops the turning of a held disk: linearly, and then all rests in the bits of its tilt."""
+    start = referee.starts(
+        tilt=0.01, precession_rate=0.5, rolling_friction=0.02, pivoting_friction=1e-3, contour_friction=1e-3
+    )
+    found = followed(start[:, 0], horizon=1e5)
+    S, C, alpha = math.sin(0.01), math.cos(0.01), 0.5
+    stop = 0.5 * ((1 + alpha) * S * S + alpha / 2 * C * C) / 1e-3
+    assert found.ending == endings.REST
+    assert found.state[0] == S and found.state[3:] == (0.0, 0.0, 0.0)
+    assert found.end_time == pytest.approx(stop, rel=1e-14)
+    assert found.pivoting_loss == pytest.approx(1e-3 * 0.5 * 0.5 * stop, rel=1e-14)
+    assert found.heading_turned == pytest.approx(0.5 * 0.5 * stop, rel=1e-14)
+
+
+def test_a_disk_breaks_away_along_its_own_acceleration():
+    """Where rolling friction lets go, its torque opposes the acceleration, with its full arm, to 1e-12."""
+    rng = np.random.default_rng()
+    seen = 0
+    for _ in range(2000):
+        alpha, tilt, v = rng.uniform(0.3, 1.0), rng.uniform(-1.4, 1.4), rng.normal(0, 2)
+        arms = losses(*(10 ** rng.uniform(-3, -0.3, 3)))
+        S, C, turn = math.sin(tilt), math.cos(tilt), math.copysign(1.0, v)
+        if _is_held(S, C, v, -arms.pivoting * turn, alpha, arms):
+            continue
+        seen += 1
+        tilting, rolling, normal = _breaking_away(S, C, 1 / C, v, turn, alpha, arms)
+        assert normal == pytest.approx(1 - S * tilting, rel=1e-12)
+        # the torques that these accelerations need
+        across = (1 + alpha / 2) * tilting - S * (1 + (1 + alpha / 2) * v * v * C)
+        G = compliance(S, C, alpha)
+        along = (rolling + G[0, 1] * arms.pivoting * normal * turn) / G[0, 0]
+        speed = math.hypot(tilting, C * rolling)
+        assert across == pytest.approx(-arms.rolling * normal * tilting / speed, abs=1e-12)
+        rest = along + arms.rolling * normal * C * C * rolling / speed
+        if rolling != 0.0:
+            assert rest == pytest.approx(-arms.contour * normal * math.copysign(1.0, rolling), abs=1e-11)
+        else:
+            assert abs(rest) <= arms.contour * abs(normal) * (1 + 1e-12)
+    assert seen > 500
+
+
+def test_what_is_held_is_where_forces_suffice():
+    """A hold is granted exactly where torques within the disc and the arm balance the pull (a search over both)."""
+    rng = np.random.default_rng(1)
+    angles, sizes = np.meshgrid(np.linspace(0, 2 * math.pi, 721), np.linspace(0, 1, 201))
+    held = 0
+    for _ in range(300):
+        alpha, v = rng.uniform(0.3, 1.0), rng.normal(0, 0.5)
+        tilt, arms = rng.uniform(-0.3, 0.3), losses(*(10 ** rng.uniform(-2, -0.3, 3)))
+        S, C, turn = math.sin(tilt), math.cos(tilt), math.copysign(1.0, v)
+        G = compliance(S, C, alpha)
+        pull, push = S * (1 + (1 + alpha / 2) * v * v * C), G[0, 1] * arms.pivoting * turn / G[0, 0]
+        torque = arms.rolling * sizes
+        lack = np.hypot(
+            torque * np.cos(angles) - pull,
+            np.maximum(0.0, abs(C * torque * np.sin(angles) - push) - arms.contour),
+        )
+        granted = _is_held(S, C, v, -arms.pivoting * turn, alpha, arms)
+        # the search has a grain of one part in 200 of the arm
+        assert lack.min() < 0.01 * arms.rolling if granted else lack.min() > 0.0
+        held += granted
+    assert 50 < held < 250
