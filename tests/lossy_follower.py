@@ -22,7 +22,9 @@ def _followed(start, settings, horizon, reach, piece):
     tilt, pieces, ending = follow.tilt_of(state), 0, follow.ending_of(event)
     record = follow.Record(tilt, tilt, math.nan, 0.0, 0.0)
     while ending == follow.MOVING:
-        motion, record, ending = follow.follow(motion, record, case, horizon / unit, reach, motion.time + piece)
+        motion, record, ending = follow.follow(
+            motion, record, case, horizon / unit, reach, motion.time + piece
+        )
         pieces += 1
     return motion, record, ending, pieces
 
@@ -39,7 +41,12 @@ class Followed:
             turned, start[arrays.RADIUS] * path, *lost, unit * record.breach,
         )  # fmt: skip
         self.measures = dict(zip(MEASURES[TILT_MIN:], values, strict=False))
-        self.state, self.senses, self.switches, self.steps = motion.state, motion.senses, record.switches, record.steps
+        self.state, self.senses, self.switches, self.steps = (
+            motion.state,
+            motion.senses,
+            record.switches,
+            record.steps,
+        )
         self.lost = sum(lost)
 
     def __getattr__(self, name):
@@ -52,7 +59,14 @@ def _settings(air, relative_step, flat_tilt):
 
 
 def followed(
-    start, *, air="none", horizon=100.0, relative_step=0.03, flat_tilt=FLAT_TILT, reach=math.inf, piece=math.inf
+    start,
+    *,
+    air="none",
+    horizon=100.0,
+    relative_step=0.03,
+    flat_tilt=FLAT_TILT,
+    reach=math.inf,
+    piece=math.inf,
 ):
     """Follow one start, float64[len(arrays.PARAMETERS)]."""
     start = np.ascontiguousarray(start)
@@ -71,8 +85,8 @@ def sampled(start, times, *, air="none", relative_step=0.03, flat_tilt=FLAT_TILT
 
 
 def energy(state, alpha):
-    """Energy over m g R of a scaled state (S, C, K, w, f, v)."""
-    S, C, _, w, f, v = state
+    """Energy over m g R of a scaled state (S, C, w, f, v)."""
+    S, C, w, f, v = state
     s, o = f * C * C + v * S, C * (v - f * S)
     return 0.5 * (1 + alpha / 2) * w * w + 0.5 * (1 + alpha) * s * s + alpha / 4 * o * o + C
 

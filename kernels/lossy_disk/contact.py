@@ -14,11 +14,11 @@ def all_held(senses):
 def _forces(state, senses, inertia, losses):
     """Acceleration of the tilt, and `Forces`."""
     if all_held(senses):
-        S, C, K, _, _, _ = state
+        S, C, _, _, _ = state
         pivoted = -losses.pivoting * senses.turn
-        G_ff, G_fv, _ = compliance(S, C, K, inertia)
+        G_ff, G_fv, _ = compliance(S, C, inertia)
         return 0.0, Forces(1.0, -G_fv * pivoted / G_ff, pivoted)
-    (_, _, _, tilting, _, _), _, forces = contact_rates(state, senses, inertia, losses)
+    (_, _, tilting, _, _), _, forces = contact_rates(state, senses, inertia, losses)
     return tilting, forces
 
 
@@ -28,8 +28,8 @@ def contact_forces(state, senses, inertia, losses):
 
     Parameters
     ----------
-    state : tuple of 6 floats
-        S, C, K, w, f, v.
+    state : tuple of 5 floats
+        S, C, w, f, v.
     senses, inertia, losses
         As of `kernels.lossy_disk.contact_motion.contact_rates`.
 
@@ -43,7 +43,7 @@ def contact_forces(state, senses, inertia, losses):
     The centre of mass moves with the velocity (C w, s, -S w) across, along and up in the frame that turns with the
     heading: Newton's law for it holds with every law of friction. s' = (F_f + F_v S - w o) / (1+alpha).
     """
-    S, C, _, w, f, v = state
+    S, C, w, f, v = state
     tilting, forces = _forces(state, senses, inertia, losses)
     heading = v - f * S
     o, s = C * heading, f * C * C + v * S

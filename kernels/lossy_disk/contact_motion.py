@@ -2,7 +2,8 @@
 
 The lanes carry o and p (`kernels.lossy_disk.equations`), of which f = s - o T and v = o C + s S are small differences
 where friction is about to hold them. Here a rate that is held is zero, and a rate that begins has all its digits:
-o = C (v - f S) and s = f C^2 + v S. The laws are those of the lanes (`kernels.lossy_disk.loss_laws`).
+o = C (v - f S) and s = f C^2 + v S. The tangent comes from sine and cosine: carried
+along, its error would grow with each pass near flat. The laws are those of the lanes (`kernels.lossy_disk.loss_laws`).
 """
 
 from typing import NamedTuple
@@ -48,22 +49,24 @@ class Forces(NamedTuple):
 
 @internal
 def contact_state(state, inertia):
-    """State (S, C, K, w, f, v) of a state (S, C, K, w, o, p)."""
-    S, C, K, w, _, _ = state
-    return S, C, K, w, roll_rate(state, inertia.i_inverse), turning_rate(state, inertia.i_inverse)
+    """State (S, C, w, f, v) of a state (S, C, K, w, o, p)."""
+    S, C, _, w, _, _ = state
+    return S, C, w, roll_rate(state, inertia.i_inverse), turning_rate(state, inertia.i_inverse)
 
 
 @internal
 def spin_state(state, inertia):
-    """State (S, C, K, w, o, p) of a state (S, C, K, w, f, v)."""
-    S, C, K, w, f, v = state
-    return S, C, K, w, C * (v - f * S), inertia.i_roll * (f * C * C + v * S)
+    """State (S, C, K, w, o, p) of a state (S, C, w, f, v)."""
+    S, C, w, f, v = state
+    # the inverse of `contact_state` whatever the error of the steps in S^2 + C^2 = 1: motions go to and fro often
+    square = S * S + C * C
+    return S, C, 1.0 / C, w, C * (v - f * S) / square, inertia.i_roll * (f * C * C + v * S) / square
 
 
 @kernel
-def compliance(S, C, K, inertia):
+def compliance(S, C, inertia):
     """Inverse inertia of f and v: G_ff, G_fv, G_vv; a force on one of them changes both."""
-    T = S * K
+    T = S / C
     return (
         inertia.i_inverse + inertia.inverse_spin * T * T,
         S * (inertia.i_inverse - inertia.inverse_spin),
@@ -86,8 +89,8 @@ def contact_rates(state, senses, inertia, losses):
 
     Parameters
     ----------
-    state : tuple of 6 floats
-        S, C, K, w, f, v.
+    state : tuple of 5 floats
+        S, C, w, f, v.
     senses : Senses
     inertia : kernels.lossy_disk.rk4.Inertia
     losses : kernels.lossy_disk.loss_laws.Losses
@@ -102,8 +105,8 @@ def contact_rates(state, senses, inertia, losses):
     Chaplygin's equations for o and s (`kernels.lossy_disk.equations.slopes`) in f and v, with the forces on these. What
     holds a rate is what leaves its derivative zero.
     """
-    S, C, K, w, f, v = state
-    T, heading = S * K, v - f * S
+    S, C, w, f, v = state
+    T, heading = S / C, v - f * S
     o, s = C * heading, f * C * C + v * S
     free = inertia.i_tilt * (S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading)))
     # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
@@ -117,14 +120,14 @@ def contact_rates(state, senses, inertia, losses):
     turn = -losses.pivoting * normal * senses.turn
     free_roll = w * (2.0 * f * T - (1.0 + inertia.i_inverse) * o)
     free_turn = -w * (s * C + inertia.i_inverse * o * S)
-    G_ff, G_fv, G_vv = compliance(S, C, K, inertia)
+    G_ff, G_fv, G_vv = compliance(S, C, inertia)
     if senses.roll == 0.0:
         roll = -(free_roll + G_fv * turn) / G_ff
     elif senses.turn == 0.0:
         turn = -(free_turn + G_fv * roll) / G_vv
     rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
     turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
-    changes = C * w, -(S * w), K * (T * w), dw, rolling, turning
+    changes = C * w, -(S * w), dw, rolling, turning
     ledger = (
         heading, senses.roll * f, pace * rolled, losses.pivoting * normal * (senses.turn * v), rubbed * f,
         losses.damping * f * f, -blown * f,
@@ -134,10 +137,10 @@ def contact_rates(state, senses, inertia, losses):
 
 @internal
 def moved(state, h, change):
-    """`state` + h * `change`, of six numbers each."""
-    S, C, K, w, f, v = state
-    dS, dC, dK, dw, df, dv = change
-    return S + h * dS, C + h * dC, K + h * dK, w + h * dw, f + h * df, v + h * dv
+    """`state` + h * `change`, of five numbers each."""
+    S, C, w, f, v = state
+    dS, dC, dw, df, dv = change
+    return S + h * dS, C + h * dC, w + h * dw, f + h * df, v + h * dv
 
 
 @internal

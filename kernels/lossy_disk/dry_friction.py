@@ -33,7 +33,7 @@ def sign(x):
 @internal
 def _beginning_roll(state, inertia):
     """Sign with which a roll rate begins that no force sets going: it comes with the tilting, as f' = -w v C (...)."""
-    S, C, _, w, _, v = state
+    S, C, w, _, v = state
     tilting = w if w != 0.0 else pull_at_rest(S, C, v, inertia)
     return -1.0 if tilting * v > 0.0 else 1.0
 
@@ -41,8 +41,8 @@ def _beginning_roll(state, inertia):
 @internal
 def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
     """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
-    S, C, K, w, _, v = state
-    still, held = (S, C, K, w, 0.0, v), Senses(0.0, turn, sign(w) if w != 0.0 else sign(S))
+    S, C, w, _, v = state
+    still, held = (S, C, w, 0.0, v), Senses(0.0, turn, sign(w) if w != 0.0 else sign(S))
     _, _, forces = contact_rates(still, held, inertia, losses)
     needed = forces.roll
     if 0.0 < losses.contour and abs(needed) <= strength * losses.contour * forces.normal:
@@ -56,8 +56,8 @@ def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
 @internal
 def _turn_held_or_let_go(state, roll, strength, inertia, losses):
     """Return state and senses of a motion whose turning rate has just vanished while its roll rate has not."""
-    S, C, K, w, f, _ = state
-    still, held = (S, C, K, w, f, 0.0), Senses(roll, 0.0, 0.0)
+    S, C, w, f, _ = state
+    still, held = (S, C, w, f, 0.0), Senses(roll, 0.0, 0.0)
     _, _, forces = contact_rates(still, held, inertia, losses)
     needed = forces.turn
     if abs(needed) <= strength * losses.pivoting * forces.normal:
@@ -84,7 +84,7 @@ def is_held(S, C, turning, pivoted, inertia, losses):
     pull = pull_at_rest(S, C, turning, inertia)
     if not abs(pull) <= losses.rolling:
         return False
-    G_ff, G_fv, _ = compliance(S, C, 1.0 / C, inertia)
+    G_ff, G_fv, _ = compliance(S, C, inertia)
     left = C * math.sqrt((losses.rolling - pull) * (losses.rolling + pull))
     return abs(G_fv * pivoted) <= G_ff * (losses.contour + left)
 
@@ -117,12 +117,12 @@ def _balance(angle, pull, push, disk, inertia, losses):
 
 
 @kernel
-def breaking_away(S, C, K, turning, turn, inertia, losses):
+def breaking_away(S, C, turning, turn, inertia, losses):
     """Accelerations with which a disk without tilt rate and roll rate breaks away from rolling friction.
 
     Parameters
     ----------
-    S, C, K, turning : float
+    S, C, turning : float
         The tilt, and the turning rate about the vertical.
     turn : float
         Its sense: pivoting friction acts against it.
@@ -137,7 +137,7 @@ def breaking_away(S, C, K, turning, turn, inertia, losses):
     directions: the direction is that of the acceleration which it allows. Of all directions between tilting alone and
     rolling alone one is; it is found by halving.
     """
-    pull, (G_ff, G_fv, _) = pull_at_rest(S, C, turning, inertia), compliance(S, C, K, inertia)
+    pull, (G_ff, G_fv, _) = pull_at_rest(S, C, turning, inertia), compliance(S, C, inertia)
     tilt_sense, push = math.copysign(1.0, pull), -G_fv * losses.pivoting * turn
     size, along, disk = abs(pull), sign(push), (S * tilt_sense, C, G_ff)
     least, most = 0.0, 0.5 * math.pi
@@ -160,16 +160,16 @@ def _set_going(state, turn, inertia, losses):
 
     Where contour friction holds the roll rate the tilt alone moves, and no instant is needed.
     """
-    S, C, K, _, _, v = state
-    tilting, rolling, normal = breaking_away(S, C, K, v, turn, inertia, losses)
+    S, C, _, _, v = state
+    tilting, rolling, normal = breaking_away(S, C, v, turn, inertia, losses)
     if rolling == 0.0 and losses.contour > 0.0:
         return state, Senses(0.0, turn, sign(tilting)), 0.0
     h, pivoted = _INSTANT / (1.0 + abs(v)), -losses.pivoting * turn * normal
-    G_ff, G_fv, G_vv = compliance(S, C, K, inertia)
+    G_ff, G_fv, G_vv = compliance(S, C, inertia)
     along = (rolling - G_fv * pivoted) / G_ff
     angle, turning = 0.5 * h * h * tilting, G_fv * along + G_vv * pivoted
     there = (
-        S + angle * C, C - angle * S, K + angle * K * K * S, h * tilting, h * rolling,
+        S + angle * C, C - angle * S, h * tilting, h * rolling,
         v + h * (turning if turn != 0.0 else 0.0),
     )  # fmt: skip
     sense = sign(rolling) if rolling != 0.0 else _beginning_roll(there, inertia)
@@ -182,8 +182,8 @@ def decided(state, senses, vanished, strength, inertia, losses):
 
     Parameters
     ----------
-    state : tuple of 6 floats
-        S, C, K, w, f, v; rates that vanished are zero to rounding.
+    state : tuple of 5 floats
+        S, C, w, f, v; rates that vanished are zero to rounding.
     senses : kernels.lossy_disk.contact_motion.Senses
         Of the motion before: what was held and did not vanish now is still held.
     vanished : tuple of 3 bools
@@ -201,21 +201,21 @@ def decided(state, senses, vanished, strength, inertia, losses):
     """
     no_roll, no_turn, no_tilting = vanished
     turn = 0.0 if no_turn and losses.pivoting > 0.0 else senses.turn
-    S, C, K, w, f, v = state
+    S, C, w, f, v = state
     if no_roll and no_turn:
         # the disk falls straight, and no force turns it
         v = 0.0
     if no_roll and no_tilting:
-        still = S, C, K, 0.0, 0.0, v
+        still = S, C, 0.0, 0.0, v
         if is_held(S, C, v, -losses.pivoting * turn, inertia, losses):
             return still, Senses(0.0, turn, 0.0), 0.0
         if losses.rolling > 0.0:
             return _set_going(still, turn, inertia, losses)
         w = 0.0
-    state = S, C, K, w, f, v
+    state = S, C, w, f, v
     if no_roll and no_turn and turn == 0.0:
         held = 0.0 if losses.contour > 0.0 else senses.roll
-        return (S, C, K, w, 0.0, v), Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
+        return (S, C, w, 0.0, v), Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
     if no_roll:
         state, senses = _roll_held_or_let_go(state, senses.roll, turn, strength, inertia, losses)
     elif no_turn:

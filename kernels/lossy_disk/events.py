@@ -80,7 +80,7 @@ def _margins(state, senses, heading, case, reach):
     from its reference.
     """
     losses, none = case.losses, math.inf
-    S, C, _, w, f, v = state
+    S, C, w, f, v = state
     across, along, forces = contact_forces(state, senses, case.inertia, losses)
     rolls, lets_roll, turns, lets_turn, tilts = none, none, none, none, none
     if senses.roll == 0.0:
@@ -166,8 +166,8 @@ def _contact_rests(state, senses, case):
 @internal
 def horizontal_rate(state, senses, case):
     """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
-    S, C, _, w, f, _ = state
-    (_, _, _, dw, df, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
+    S, C, w, f, _ = state
+    (_, _, dw, df, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
     across, changing = C * f, C * df - S * w * f
     size = math.sqrt(w * w + across * across)
     falling = (w * dw + across * changing) / size if size > 0.0 else 0.0
@@ -180,7 +180,8 @@ def step_to_event(state, senses, case, reach, h):
 
     Parameters
     ----------
-    state : tuple of 6 floats
+    state : tuple of 5 floats
+        S, C, w, f, v.
     senses : kernels.lossy_disk.contact_motion.Senses
     case : Case
     reach : float
@@ -193,12 +194,12 @@ def step_to_event(state, senses, case, reach, h):
     (state, gain, h, event)
         State and gain of the ledger behind the step; its length; the event that ended it, or NO_EVENT.
     """
-    w = state[3]
+    w = state[2]
     heading = 0.0 if w == 0.0 else math.copysign(1.0, w)
     found = NO_EVENT
     after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
-    if heading * after[3] < 0.0:
+    if heading * after[2] < 0.0:
         h, found = _time_of(TURNS, state, senses, heading, case, reach, h), TURNS
         after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     margins, least = _margins(after, senses, heading, case, reach), h

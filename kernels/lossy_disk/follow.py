@@ -61,8 +61,8 @@ class Motion(NamedTuple):
 
     Attributes
     ----------
-    state : tuple of 6 floats
-        S, C, K, w, f, v (`kernels.lossy_disk.contact_motion`).
+    state : tuple of 5 floats
+        S, C, w, f, v (`kernels.lossy_disk.contact_motion`).
     senses : kernels.lossy_disk.contact_motion.Senses
     time : float
         Scaled.
@@ -105,13 +105,13 @@ def tilt_of(state):
 @internal
 def step_length(state, senses, case):
     """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
-    S, C, K, w, f, v = state
+    S, C, w, f, v = state
     inertia, losses = case.inertia, case.losses
     s, o = f * C * C + v * S, C * (v - f * S)
     own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
     h = case.relative_step * C / math.sqrt(C * C * own + o * o + w * w)
     # a roll rate relaxes fast near flat, where little inertia opposes it
-    viscous, (G_ff, _, _) = viscosity(f, (S, C, S * K), losses), compliance(S, C, K, inertia)
+    viscous, (G_ff, _, _) = viscosity(f, (S, C, S / C), losses), compliance(S, C, inertia)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
         h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
     if losses.rolling > 0.0 and senses.roll != 0.0:
@@ -140,15 +140,20 @@ def begun(state, case, reach):
     """
     S, C, K, w, o, p = state
     contact = contact_state(state, case.inertia)
-    _, _, _, _, f, v = contact
+    _, _, _, f, v = contact
     s = case.inertia.i_inverse * p
     no_roll = abs(f) <= _ROUNDING * (abs(s) + abs(o * S * K))
     no_turn = abs(v) <= _ROUNDING * (abs(o * C) + abs(s * S))
     senses = Senses(math.copysign(1.0, f), math.copysign(1.0, v), 0.0)
-    motion = Motion(contact, senses, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    motion = Motion(contact, senses, 0.0, nothing)
     if no_roll or no_turn:
         motion = _switched(motion, (no_roll, no_turn, w == 0.0), SEIZES, case)
-    return motion, beyond(motion.state, motion.senses, case, reach)
+    event = beyond(motion.state, motion.senses, case, reach)
+    if ending_of(event) != MOVING:
+        # an instant in which it was set going does not count
+        motion = Motion(motion.state, motion.senses, 0.0, nothing)
+    return motion, event
 
 
 @internal
@@ -157,7 +162,7 @@ def _switched(motion, vanished, strength, case):
     state, senses, instant = decided(
         motion.state, motion.senses, vanished, strength, case.inertia, case.losses
     )
-    _, _, _, _, _, v = state
+    _, _, _, _, v = state
     gain = (v, 0.0, 0.0, case.losses.pivoting * abs(v), 0.0, 0.0, 0.0)
     return Motion(state, senses, motion.time + instant, entered(motion.ledger, instant, gain))
 
@@ -176,7 +181,7 @@ def _come_to_rest(motion, case, until):
 @internal
 def _turned(motion, case, until):
     """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event."""
-    S, C, K, _, _, v = motion.state
+    S, C, _, _, v = motion.state
     turn, arm = motion.senses.turn, case.losses.pivoting
     I_v = case.inertia.i_roll * S * S + case.inertia.i_spin * C * C
     h, event, later = until - motion.time, NO_EVENT, v
@@ -192,7 +197,7 @@ def _turned(motion, case, until):
     mean = 0.5 * (v + later)
     gain = (mean, 0.0, 0.0, arm * abs(mean), 0.0, 0.0, 0.0)
     time = until if event == NO_EVENT else motion.time + h
-    state = S, C, K, 0.0, 0.0, later
+    state = S, C, 0.0, 0.0, later
     return Motion(state, motion.senses, time, entered(motion.ledger, h, gain)), event
 
 
@@ -222,14 +227,14 @@ def leap(motion, case, until, reach):
     state, gain, length, event = step_to_event(motion.state, motion.senses, case, reach, h)
     time = until if length == left else motion.time + length
     after = Motion(state, motion.senses, time, entered(motion.ledger, 1.0, gain))
-    if not math.isfinite(state[0] + state[2] + state[3] + state[4] + state[5] + after.ledger[0]):
+    if not math.isfinite(state[0] + state[1] + state[2] + state[3] + state[4] + after.ledger[0]):
         return motion, 0.0, FAILS
     if event == CONTACT_RESTS:
         after = _come_to_rest(after, case, until)
     if is_switch(event):
         no_roll = event == ROLL_VANISHES or event == CONTACT_RESTS or motion.senses.roll == 0.0
         no_turn = event == TURN_VANISHES or motion.senses.turn == 0.0
-        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[3] == 0.0
+        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[2] == 0.0
         after = _switched(after, (no_roll, no_turn, no_tilting), _strength(event, length), case)
     return after, length, event
 

@@ -108,7 +108,7 @@ def _carried(place, before, after, h, case):
     middle, gain = contact_step(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
     end, _ = contact_step(before.state, before.senses, case.inertia, case.losses, h)
     heading_0, heading_1, heading_2 = before.ledger[0], before.ledger[0] + gain[0], after.ledger[0]
-    roll_0, roll_1, roll_2 = before.state[4], middle[4], end[4]
+    roll_0, roll_1, roll_2 = before.state[3], middle[3], end[3]
     side = roll_0 * math.sin(heading_0) + 4.0 * roll_1 * math.sin(heading_1) + roll_2 * math.sin(heading_2)
     ahead = roll_0 * math.cos(heading_0) + 4.0 * roll_1 * math.cos(heading_1) + roll_2 * math.cos(heading_2)
     sixth = h / 6.0
@@ -125,7 +125,7 @@ def _held(senses):
 
 @internal
 def _record(samples, i, motion, place, case, unit, radius):
-    S, _, _, w, f, v = motion.state
+    S, _, w, f, v = motion.state
     angle, x, y = place
     samples[TILT, i] = tilt_of(motion.state)
     samples[TILT_RATE, i] = w / unit
