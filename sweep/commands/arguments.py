@@ -69,13 +69,16 @@ Starts = Annotated[
     ),
 ]
 Spec = Annotated[
-    str, typer.Argument(metavar="SPEC", help="A preset (rolling, spinning, circling) or a .toml file.")
+    str,
+    typer.Argument(
+        metavar="SPEC", help="A preset (rolling, spinning, circling; toy, coin with losses) or a .toml file."
+    ),
 ]
 OptionalSpec = Annotated[
     str | None,
     typer.Argument(
         metavar="SPEC",
-        help="A preset (rolling, spinning, circling) or a .toml file; none with --from.",
+        help="A preset (rolling, spinning, circling; toy, coin with losses) or a .toml file; none with --from.",
         show_default=False,
     ),
 ]

@@ -227,24 +227,31 @@ def warmup() -> None:
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
     from sweep.atlas.dataset import run
+    from sweep.engine.estimate import coarse
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
+    from sweep.request.words import presets
 
     kernels: list[Kernel] = []
-    for name in registry.names():
+    for registered in registry.names():
         try:
-            model = registry.named(name)
+            model = registry.named(registered)
         except RequestError as problem:
             # exit status 0 all the same: the kernels of the other models can be used
             say(f"left out: {problem}")
             continue
-        for method in model.methods:
+        specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
+        # a preset may need a variant of the kernels; how long its motions last does not matter
+        short = {"duration": 1e-3, "criterion": "departure:5deg"}
+        specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}
+        for name, spec in specs.items():
+            if set(model.kernels(spec)) <= set(kernels):
+                continue
             began = time.perf_counter()
-            spec = SweepSpec(model=model.name, method=method)
             run(spec)
             kernels += model.kernels(spec)
-            show(f"{model.name} {method:<6} ready after {time.perf_counter() - began:.1f} s")
+            show(f"{model.name} {name:<6} ready after {time.perf_counter() - began:.1f} s")
     check_cache(kernels)
     show(f"cache  {cache_root()}")
 

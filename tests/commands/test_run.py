@@ -162,7 +162,8 @@ def test_warmup_fills_the_cache(tmp_path):
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
     *ready, last = done.stdout.splitlines()
-    assert [line.split()[:3] for line in ready] == [["disk", "rk4", "ready"], ["disk", "exact", "ready"]]
+    names = ["disk rk4", "disk exact", "lossy_disk rk4", "lossy_disk coin", "lossy_disk toy"]
+    assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
     compiled = {path.name.partition("-")[0].rpartition(".")[2] for path in cache_root().rglob("*.nbc")}
     assert {"integrate_of_disk", "reduce", "build_tables"} <= compiled
@@ -209,7 +210,8 @@ def test_warmup_leaves_out_what_cannot_be_loaded(tmp_path):
     paths = (CHECKOUT, tmp_path / "site", CHECKOUT / "tests" / "models")
     done = run(tmp_path, "warmup", PYTHONPATH=os.pathsep.join(map(str, paths)))
     assert done.returncode == 0
-    assert [line.split()[0] for line in done.stdout.splitlines()] == ["disk", "disk", "bead", "cache"]
+    names = ["disk", "disk", "lossy_disk", "lossy_disk", "lossy_disk", "bead", "cache"]
+    assert [line.split()[0] for line in done.stdout.splitlines()] == names
     assert done.stderr.startswith("eulerdisk: left out: model=aaa: ")
     assert "TypeError('too old')" in done.stderr
     assert done.stderr.count("\n") == 1

@@ -55,7 +55,7 @@ class LossyDisk(Model):
         "the boundary is not beyond it, since falling takes time",
         limit="without losses, in the limit of no perturbation",
         told="what losses take down to that by the end; of a vanishing perturbation the boundary is not beyond it",
-        label="slowed to that by losses, {}",
+        label="upper estimate: sinks to the analytic rate by the end",
         bound=True,
     )
     synonyms = DISK.synonyms
@@ -71,8 +71,9 @@ class LossyDisk(Model):
             for name, (given, _) in tables.LOSSES.items()
             if tables.some(getattr(spec, given))
         ]
-        told = f", with {', '.join(losses)}" if losses else ", without any loss"
-        return DISK.headline(spec) + told
+        told = f"with {', '.join(losses)}" if losses else "without any loss"
+        motion, _, looked_at = DISK.headline(spec).partition(": ")
+        return f"{motion} {told}: {looked_at}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the motion that each start disturbs, as of the disk without losses."""

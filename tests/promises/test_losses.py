@@ -1,0 +1,233 @@
+"""The disk with losses in sweeps: bits, files, kill -9 and resume, every command, and what `verify` finds."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.checks.verify import findings, verify
+from sweep.engine.compute import arithmetic_hash
+from sweep.model.lossy_disk.model import LOSSY_DISK
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+CHECKOUT = Path(__file__).parents[2]
+TOY = "toy inclination=5deg:60deg:7 precession_rate=30:80:6 duration=40s criterion=aloft:20s"
+COIN = "coin roll_rate=15:60:10 rolling_friction=1um:0.2mm:6:log duration=4s"
+LAWS = {
+    "contour": "contour_friction=0,20um",
+    "rolling": "rolling_friction=0,20um",
+    "pivoting": "pivoting_friction=20um contour_friction=5um",
+    "damping": "contour_damping=0,1e-7 mass=7g",
+    "moffatt": "air_law=moffatt air_viscosity=1e-4 mass=7g",
+    "bildsten": "air_law=bildsten air_viscosity=2e-5 air_density=1.2 mass=7g",
+    "slip": "contour_friction=20um friction=0.3",
+}
+GRID = "radius=12mm tilt=10deg:85deg:6 precession_rate=20:90:5 roll_rate=wobble duration=3s criterion=departure:30deg"
+
+
+def spec_of(words):
+    """Return the spec of words, the first of which may be a preset."""
+    first, *others = words.split()
+    if "=" in first:
+        return SweepSpec(**dict(word.split("=", 1) for word in (first, *others)))
+    return SweepSpec.from_words(first, others)
+
+
+def bits(atlas):
+    """Return the bytes of every variable of an atlas."""
+    return {name: variable.values.tobytes() for name, variable in atlas.variables.items()}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_bits_depend_on_the_cell_alone(law):
+    """Threads and blocks change no bit; a part of a grid has the bits of the whole."""
+    spec = spec_of(f"{GRID} {LAWS[law]}")
+    whole = sweep.run(spec, threads=1)
+    assert not np.isin(whole.ending.values, LOSSY_DISK.endings.codes("missing")).any()
+    for threads, cells in ((2, 7), (1, 23)):
+        assert bits(sweep.run(spec, threads=threads, block_cells=cells)) == bits(whole)
+    part = sweep.run(spec.replace(tilt=spec.tilt.at([1, 4]).tolist()))
+    for name in LOSSY_DISK.variables:
+        np.testing.assert_array_equal(part[name].values, whole[name].isel(tilt=[1, 4]).values)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_criterion_changes_the_verdict_and_the_breach_alone(law):
+    """All other measures are the same to the bit, so that an atlas can be judged by another criterion."""
+    spec = spec_of(f"{GRID} {LAWS[law]}")
+    expected = sweep.run(spec)
+    for criterion in ("departure:5deg", "amplification:1.2", "aloft:2s", "end_tilt > 45deg"):
+        found = sweep.run(spec.replace(criterion=criterion))
+        for name in (*LOSSY_DISK.measures, *LOSSY_DISK.counts):
+            if name != "breach_time":
+                np.testing.assert_array_equal(found[name].values, expected[name].values, err_msg=name)
+        judged = sweep.reclassify(expected, criterion)
+        np.testing.assert_array_equal(judged.stability.values, found.stability.values)
+        assert "breach_time" not in judged
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_an_atlas_is_verified(law):
+    """Every resolved cell follows from itself, and the sample from its second computation."""
+    found = findings(verify(sweep.run(spec_of(f"{GRID} {LAWS[law]}"))))
+    assert found.passed, (list(found.wrong), found.counts)
+    assert f"{found.cells} cells, drawn with seed" in found.sampled
+
+
+def test_a_wrong_value_is_found():
+    """A change of one value in one cell is named by its variable."""
+    atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}"))
+    place = tuple(np.argwhere(atlas.ending.values == LOSSY_DISK.endings.code("flat"))[0])
+    for name, change in {
+        "end_time": 1e-3, "tilt_min": -1e-3, "path_length": 1e-2, "contour_loss": 1e-4, "largest_loss": 1,
+        "breach_time": 1e-2, "ending": 1, "peak_tilt": 1e-6,
+    }.items():  # fmt: skip
+        wrong = atlas.copy(deep=True)
+        if not np.isfinite(wrong[name].values[place]):
+            continue
+        wrong[name].values[place] += change
+        assert name in [each.name for each in findings(verify(wrong)).wrong], name
+
+
+def test_cells_are_held_against_themselves_where_the_kernels_are_others():
+    """Of an atlas of other code the ledger, the ending and the verdict alone find what is wrong in any cell."""
+    atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
+    assert findings(verify(atlas, seed=1)).passed
+    place = tuple(np.argwhere(atlas.ending.values == LOSSY_DISK.endings.code("flat"))[0])
+    for name, change in {
+        "contour_loss": 10.0,
+        "end_tilt": 1e-3,
+        "end_time": 10.0,
+        "tilt_max": -0.1,
+        "stability": -1,
+    }.items():
+        wrong = atlas.copy(deep=True)
+        wrong[name].values[place] += change
+        assert name in [each.name for each in findings(verify(wrong)).wrong], name
+
+
+def test_verify_says_that_it_is_a_sample(command):
+    """The report and its last line say how many cells were computed again, and with which seed; a seed repeats it."""
+    assert command(f"run {TOY} -o a.nc")[0] == 0
+    status, out, _ = command("verify a.nc --seed 7 --write audit.nc")
+    assert status == 0, out
+    assert "42 cells, drawn with seed 7, by half the step" in out
+    assert "only a sample against a second computation" in out.splitlines()[-1]
+    with sweep.open_atlas("a.nc") as atlas:
+        first, again = verify(atlas, seed=3), verify(atlas, seed=3)
+        assert first.attrs["audit_sample"] == again.attrs["audit_sample"]
+        np.testing.assert_array_equal(first.time_difference, again.time_difference)
+
+
+def test_every_command_speaks_of_losses(command):
+    """A lossy atlas goes through all commands; what the model lacks is refused in a sentence."""
+    assert command(f"plan {COIN}")[0] == 0
+    assert command(f"run {COIN} -o coin.nc")[0] == 0
+    out = command("info coin.nc")[1]
+    assert "with rolling friction" in out
+    assert "end time" in out
+    out = command("boundary coin.nc")[1]
+    assert "predicted_roll_rate" in out
+    status, out, _ = command("explain coin.nc roll_rate=20 rolling_friction=10um")
+    assert status == 0, out
+    for said in (
+        "friction unlimited",
+        "losses take the roll rate",
+        "largest_loss",
+        "not beyond it",
+        "bit for bit",
+    ):
+        assert said in " ".join(out.split()), said
+    assert command("compare coin.nc coin.nc")[0] == 0
+    assert command("export coin.nc --to csv -o coin.csv")[0] == 0
+    assert "rolling_loss" in Path("coin.csv").read_text().splitlines()[0]
+    assert command("plot coin.nc -o coin.png")[0] == 0
+    assert command("run --from coin.nc -o again.nc")[0] == 0
+    assert command("compare again.nc coin.nc --exact")[0] == 0
+    assert command("run rolling roll_rate=2:4:5 tilt=1deg,2deg -o disk.nc")[0] == 0
+    for line, said in {
+        "plot coin.nc --regimes -o r.png": "no regimes",
+        "plot coin.nc --friction 0.3 -o f.png": "no contact forces",
+        "compare coin.nc disk.nc": "model",
+        "run coin method=exact -o e.nc": "no exact reduction",
+        "run rolling rolling_friction=-1um -o n.nc": "rolling_friction >= 0",
+    }.items():
+        status, out, err = command(line)
+        assert status == 2, (line, out, err)
+        assert said in out + err, line
+
+
+def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():
+    """The cells without a loss have the extremes of the disk without losses, as near as both atlases state."""
+    words = {"tilt": "5deg:30deg:4", "roll_rate": "3.5:6:4", "duration": "60s"}
+    lossy = sweep.run(SweepSpec(**words, contour_friction="0,1um"))
+    plain = sweep.run(SweepSpec(**words))
+    assert "model" not in plain.eulerdisk.spec.canonical()
+    both = plain.ending.values == 1
+    assert both.any()
+    for name in ("tilt_min", "tilt_max"):
+        apart = np.abs(lossy[name].isel(contour_friction=0).values - plain[name].values)
+        assert apart[both].max() < 1e-7, name
+    assert not lossy.contour_loss.isel(contour_friction=0).values.any()
+
+
+def test_a_run_goes_on_after_kill_9(tmp_path):
+    """Killed amid its blocks, it goes on and makes the file of an undisturbed run, byte for byte."""
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT), "SOURCE_DATE_EPOCH": "1700000000"}
+    words = [sys.executable, "-m", "sweep", "run", *TOY.replace(":7 ", ":40 ").replace(":6 ", ":40 ").split()]
+    words += ["--block-cells", "100", "-o", "a.nc"]
+    how = {"env": environment, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    for name in ("whole", "killed"):
+        (tmp_path / name).mkdir()
+    assert subprocess.run(words, cwd=tmp_path / "whole", check=False, **how).returncode == 0
+    running = subprocess.Popen(words, cwd=tmp_path / "killed", **how)
+    while running.poll() is None and not list((tmp_path / "killed").glob("a.nc.run/blocks/*.block")):
+        time.sleep(0.002)
+    running.send_signal(signal.SIGKILL)
+    running.communicate()
+    assert running.returncode == -signal.SIGKILL
+    assert not (tmp_path / "killed" / "a.nc").exists()
+    done = subprocess.run(words, cwd=tmp_path / "killed", check=False, **how)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "killed" / "a.nc").read_bytes() == (tmp_path / "whole" / "a.nc").read_bytes()
+
+
+def test_the_file_is_the_atlas(tmp_path):
+    """Every variable, its attributes and the spec come back from the file; a word for a number is in the spec alone."""
+    spec = spec_of(COIN)
+    made = sweep.run(spec)
+    sweep.save(made, tmp_path / "a.nc")
+    with sweep.open_atlas(tmp_path / "a.nc") as found:
+        assert found.eulerdisk.spec == spec
+        assert found.attrs["kernel_hash"] == arithmetic_hash(spec)
+        assert "friction" not in found.variables
+        assert bits(found.load()) == bits(made)
+        assert found.largest_loss.attrs["flag_meanings"].split()[0] == "none"
+
+
+@pytest.mark.parametrize("kind", ["random", "table"])
+def test_lists_of_starts(kind, tmp_path):
+    """Arms may be drawn or come from a table; each start keeps its own."""
+    words = {
+        "tilt": "70deg",
+        "precession_rate": 30.0,
+        "roll_rate": "wobble",
+        "radius": "37mm",
+        "duration": "5s",
+    }
+    if kind == "random":
+        spec = SweepSpec(**words, contour_friction="loguniform:1um:100um", samples=20)
+    else:
+        (tmp_path / "arms.csv").write_text("contour_friction [mm]\n0.01\n0.02\n0\n")
+        spec = SweepSpec(**words, starts=tmp_path / "arms.csv")
+    atlas = sweep.run(spec)
+    assert atlas.eulerdisk.spec.model is LOSSY_DISK
+    assert findings(verify(atlas)).passed
