@@ -1,0 +1,249 @@
+"""The lanes of the disk with losses: bits, symmetry, order of convergence, limits, endings."""
+
+import math
+
+import lossy_cells
+import lossy_referee as referee
+import lossy_runner
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kernels.disk.arrays import TILT_ERROR
+from kernels.lanes.schedule import CHUNK
+from kernels.lossy_disk.arrays import LOSSES, MEASURES, PARAMETERS, ROLLING_FRICTION
+from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, LIFT_OFF, REST, SLIP, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.integrate import VARIANTS, variant
+
+pytestmark = pytest.mark.compiled
+
+#: Signs that leave the equations alone: the mirror image by a vertical plane through the contact, and the motion the
+#: other way round.
+MIRRORS = {
+    "left and right": ("tilt", "tilt_rate", "roll_rate"),
+    "the other way round": ("roll_rate", "precession_rate"),
+}
+
+
+def cells(n, seed):
+    """Random mixtures of all laws but the air, about n cells."""
+    return lossy_cells.random_cells(3 * n, np.random.default_rng(seed))["none"]
+
+
+def wobbles(n, seed, **parameters):
+    """Nutating wobbles of toys, of about the same length."""
+    rng = np.random.default_rng(seed)
+    alpha = 0.5
+    tilt, turning, rolling = lossy_cells.wobble(rng.uniform(0.05, 0.3, n), alpha)
+    return referee.starts(
+        tilt=tilt, precession_rate=turning * rng.uniform(0.97, 1.03, n), roll_rate=rolling, **parameters
+    )
+
+
+def flipped(given, names):
+    """Starts with the signs of some parameters changed."""
+    return given * np.array([[-1.0 if name in names else 1.0] for name in PARAMETERS])
+
+
+@pytest.mark.parametrize("air", lossy_runner.AIR_LAWS)
+@pytest.mark.parametrize("mirror", MIRRORS)
+def test_mirrored_starts_have_mirrored_motions(mirror, air):
+    """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
+    given, names = lossy_cells.random_cells(300, np.random.default_rng(3))[air], MIRRORS[mirror]
+    found, other = (lossy_runner.run(each, air=air) for each in (given, flipped(given, names)))
+    tilted, turned = "tilt" in names, "precession_rate" in names
+    expected = dict(vars(other))
+    if tilted:
+        expected |= {"tilt_min": -other.tilt_max, "tilt_max": -other.tilt_min, "end_tilt": -other.end_tilt}
+    if turned:
+        expected["heading_turned"] = -other.heading_turned
+    for name, column in vars(found).items():
+        assert np.array_equal(column, expected[name], equal_nan=True), name
+
+
+def test_the_bits_of_a_cell_depend_on_the_cell_alone():
+    """Whatever the threads, the order, the number of cells and the place in a chunk: the same bits."""
+    given = np.concatenate([cells(CHUNK, 5), referee.starts(tilt=[0.0, 1.5705, math.nan])], axis=1)
+    rng = np.random.default_rng(6)
+    given = np.ascontiguousarray(given[:, rng.permutation(given.shape[1])])
+    n = given.shape[1]
+    assert n > CHUNK
+    found = lossy_runner.run(given, threads=1)
+    assert set(found.ending) >= {FLAT, REST, HORIZON, LIFT_OFF, SLIP, UNDISTURBED, INVALID}
+    bits = lossy_runner.bits(found)
+    order = rng.permutation(n)
+    again = lossy_runner.run(np.ascontiguousarray(given[:, order]), threads=2)
+    assert np.array_equal(lossy_runner.bits(again), bits[order])
+    for start, stop in ((0, 1), (5, 22), (n - 1, n), (100, 400), (CHUNK - 1, CHUNK + 1)):
+        part = lossy_runner.run(np.ascontiguousarray(given[:, start:stop]))
+        assert np.array_equal(lossy_runner.bits(part), bits[start:stop])
+
+
+@settings(max_examples=20)
+@given(st.data())
+def test_impossible_neighbours_disturb_nobody(data):
+    """Starts that are no disk end invalid, and the cells between them keep their bits."""
+    given = cells(60, 7)
+    n = given.shape[1]
+    bits = lossy_runner.bits(lossy_runner.run(given, duration=1.0))
+    chosen = data.draw(st.lists(st.integers(0, n - 1), min_size=1, max_size=30, unique=True))
+    broken = given.copy()
+    for cell in chosen:
+        # the mass, and the air, count only for laws that need them
+        row = data.draw(st.sampled_from([name for name in PARAMETERS if name[:3] not in ("mas", "air")]))
+        wrong = [math.nan, -math.inf] if row == "friction" else [math.nan, math.inf, -math.inf]
+        broken[PARAMETERS.index(row), cell] = data.draw(st.sampled_from(wrong))
+    found = lossy_runner.run(broken, duration=1.0)
+    assert (found.ending[chosen] == INVALID).all()
+    assert all(np.isnan(getattr(found, name)[chosen]).all() for name in MEASURES)
+    others = np.setdiff1d(np.arange(n), chosen)
+    assert np.array_equal(lossy_runner.bits(found, others), bits[others])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"rolling_friction": -1e-9}, {"pivoting_friction": 1.0}, {"contour_friction": math.inf}, {"friction": -0.1},
+        {"contour_damping": 1e-3, "mass": 0.0}, {"contour_damping": -1e-3}, {"alpha": 1.1}, {"tilt": 1.6},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_is_no_disk(wrong):
+    """Arms are lengths below the radius; what is not proportional to the weight needs a mass."""
+    assert lossy_runner.run(referee.starts(**{"tilt": 0.3, **wrong})).ending == INVALID
+
+
+def test_air_needs_its_viscosity_and_the_mass():
+    """Where the request has no law of the air, its numbers do not matter."""
+    given = referee.starts(tilt=0.1, roll_rate=2.0, mass=math.nan, air_viscosity=-1.0)
+    assert lossy_runner.run(given).ending == HORIZON
+    assert lossy_runner.run(given, air="moffatt").ending == INVALID
+
+
+def test_what_does_not_move():
+    """Upright without a tilt rate nothing is disturbed; at flat_tilt and beyond the disk is flat at once."""
+    found = lossy_runner.run(referee.starts(tilt=[0.0, 1.5705, -1.5705], precession_rate=3.0))
+    assert list(found.ending) == [UNDISTURBED, FLAT, FLAT]
+    assert list(found.end_time[1:]) == [0.0, 0.0]
+    assert list(found.steps) == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("law", "air"),
+    [
+        ({"contour_friction": 1e-3}, "none"),
+        ({"contour_damping": 1e-4}, "none"),
+        ({"rolling_friction": 1e-3}, "none"),
+        ({"air_viscosity": 1e-5}, "moffatt"),
+        ({"air_viscosity": 1e-7, "air_density": 1.0}, "bildsten"),
+    ],
+    ids=["contour", "damping", "rolling", "moffatt", "bildsten"],
+)
+def test_times_converge_with_the_fourth_power_of_the_step(law, air):
+    """Against the referee; the tolerance sets the step, and here every step is accepted that it sets."""
+    given = wobbles(12, 8, **law)
+    truth = referee.run(given, air=air, duration=1e3, flat_tilt=lossy_runner.FLAT_TILT, rtol=1e-13).end_time
+    worst = []
+    for share in (8.0, 4.0):
+        found = lossy_runner.run(given, air=air, duration=1e3, tolerance=1e-8 * share**4)
+        assert (found.ending == FLAT).all()
+        assert (found.refinements == 0).all()
+        worst.append(np.abs(found.end_time - truth).max())
+    assert 10.0 < worst[0] / worst[1] < 32.0
+
+
+def test_without_losses_the_extremes_are_those_of_the_disk():
+    """All coefficients zero: another kernel and other steps agree within the errors that both state."""
+    from sweep.model.disk.model import DISK
+
+    rng = np.random.default_rng(9)
+    given = referee.starts(
+        tilt=10.0 ** rng.uniform(-4, -0.3, 300), roll_rate=rng.uniform(0.7, 2.0, 300),
+        precession_rate=rng.uniform(-0.5, 0.5, 300),
+    )  # fmt: skip
+    measures, counts = np.empty((len(DISK.measures), 300)), np.empty((len(DISK.counts), 300), np.int32)
+    DISK.integrate.load()(
+        np.ascontiguousarray(given[:7]), np.array([60.0, 0.0, lossy_runner.FLAT_TILT, 1e-8]), measures, counts
+    )
+    found = lossy_runner.run(given, duration=60.0, variant="integrate_dry")
+    bounded = counts[0] == 1
+    assert bounded.sum() > 250
+    allowed = found.tilt_error + measures[TILT_ERROR]
+    for mine, its in ((found.tilt_min, measures[0]), (found.tilt_max, measures[1])):
+        assert (np.abs(mine - its) <= allowed)[bounded].all()
+        assert np.abs(mine - its)[bounded].max() < 1e-8
+    assert all((getattr(found, name) == 0.0).all() for name in LOSSES)
+
+
+@pytest.mark.parametrize("limit", [0.1, 0.7])
+def test_a_criterion_changes_nothing_but_when_it_was_broken(limit):
+    """An atlas is judged by another criterion without a new integration."""
+    given = cells(200, 10)
+    found, judged = lossy_runner.run(given), lossy_runner.run(given, limited=1.0, limit=limit)
+    truth = referee.run(given, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, limit=limit)
+    same = truth.ending == judged.ending
+    assert same.mean() > 0.98
+    broken = same & np.isfinite(judged.breach_time)
+    assert broken.sum() > 50
+    assert np.array_equal(np.isfinite(truth.breach_time)[same], np.isfinite(judged.breach_time)[same])
+    np.testing.assert_allclose(judged.breach_time[broken], truth.breach_time[broken], rtol=1e-5, atol=1e-9)
+    judged.breach_time = found.breach_time
+    assert np.array_equal(lossy_runner.bits(found), lossy_runner.bits(judged))
+
+
+def test_a_criterion_in_sizes_of_the_perturbation():
+    """A tilt rate counts as the tilt that it is worth: a disk that stands falls like exp(t/sqrt(1 + alpha/2))."""
+    rate = 1e-3
+    given = referee.starts(tilt=0.0, tilt_rate=rate, alpha=0.5)
+    found = lossy_runner.run(given, limited=2.0, limit=20.0)
+    # tilt = (rate/k) sinh(k t) with k^2 = 1/(1 + alpha/2), as long as it is small
+    k = 1.0 / math.sqrt(1.25)
+    assert found.breach_time == pytest.approx(math.asinh(20.0) / k, rel=1e-4)
+
+
+def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
+    """A zero within an axis of an arm is computed by the variant with the law: no event, no force."""
+    given = cells(300, 11)
+    given[ROLLING_FRICTION] = 0.0
+    given[PARAMETERS.index("pivoting_friction")] = 0.0
+    given[PARAMETERS.index("friction")] = math.inf
+    plain, full = lossy_runner.run(given, variant="integrate"), lossy_runner.run(given)
+    assert np.array_equal(plain.ending, full.ending)
+    assert UNRESOLVED not in plain.ending
+    assert (np.abs(plain.end_time - full.end_time) <= full.time_error).all()
+    assert (np.abs(plain.tilt_max - full.tilt_max) <= full.tilt_error).all()
+
+
+@pytest.mark.parametrize("air", lossy_runner.AIR_LAWS)
+def test_stated_errors(air):
+    """Against the referee, of fresh mixtures: beyond its stated error is next to none, and every cell is resolved."""
+    given = lossy_cells.random_cells(600, np.random.default_rng())[air]
+    found = lossy_runner.run(given, air=air)
+    sharp, truth = (
+        referee.run(given, air=air, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=rtol)
+        for rtol in (1e-12, 1e-13)
+    )
+    # where the referee agrees with itself
+    sure = (sharp.ending == truth.ending) & (np.abs(sharp.end_time - truth.end_time) <= 1e-7 * truth.end_time)
+    assert sure.mean() > 0.95
+    assert (found.ending != UNRESOLVED).mean() > 0.99
+    assert (found.ending == truth.ending)[sure].mean() > 0.99
+    sure &= found.ending == truth.ending
+    assert found.energy_imbalance[sure].max() <= 1e-8
+    beyond = np.abs(found.end_time - truth.end_time) > found.time_error + 1e-9 * truth.end_time
+    beyond |= np.abs(found.tilt_max - truth.tilt_max) > found.tilt_error
+    beyond |= np.abs(found.tilt_min - truth.tilt_min) > found.tilt_error
+    assert beyond[sure].mean() < 0.02
+
+
+def test_names_of_variants():
+    """There is a variant for every set of laws, and a name of no variant is no attribute."""
+    from kernels.lossy_disk import integrate
+
+    assert variant(True, True, False, False, 0, False) == "integrate"
+    assert variant(False, False, True, True, 2, True) == "integrate_dry_rolling_pivoting_bildsten_slipping"
+    assert variant(False, True, False, False, 1, False) == "integrate_viscous_moffatt"
+    assert len(VARIANTS) == 72
+    assert integrate.integrate_viscous is integrate.integrate_viscous
+    assert not hasattr(integrate, "integrate_sticky")

@@ -1,0 +1,47 @@
+"""How the tests call the kernels that integrate the disk with losses: starts in, named results out."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from kernels.lossy_disk.arrays import COUNTS, MEASURES, SETTINGS
+from kernels.native import workers
+from sweep.model.kernel import Kernel
+
+FLAT_TILT = np.deg2rad(89.9)
+
+#: The variant with all laws, by the law of the air.
+WITH_ALL_LAWS = {
+    "none": "integrate_rolling_pivoting_slipping",
+    "moffatt": "integrate_rolling_pivoting_moffatt_slipping",
+    "bildsten": "integrate_rolling_pivoting_bildsten_slipping",
+}
+AIR_LAWS = tuple(WITH_ALL_LAWS)
+
+
+def run(starts, *, air="none", variant="", threads=None, **settings):
+    """Integrate starts, float64[len(PARAMETERS), n], of `lossy_referee.starts`; settings are rows of `SETTINGS`.
+
+    Returns
+    -------
+    SimpleNamespace
+        The measures and counts, each an array of shape (n,).
+    """
+    values = {"duration": 30.0, "flat_tilt": FLAT_TILT, "tolerance": 1e-8, "air_law": AIR_LAWS.index(air)}
+    row = np.array([float({**values, **settings}.get(name, 0.0)) for name in SETTINGS])
+    n = starts.shape[1]
+    measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
+    kernel = Kernel("kernels.lossy_disk.integrate", variant or WITH_ALL_LAWS[air]).load()
+    workers.use(workers.processors() if threads is None else threads)
+    try:
+        with np.errstate(all="ignore"):
+            kernel(np.ascontiguousarray(starts), row, measures, counts)
+    finally:
+        workers.use(None)
+    return SimpleNamespace(**dict(zip((*MEASURES, *COUNTS), (*measures, *counts), strict=True)))
+
+
+def bits(results, cells=slice(None)):
+    """Return all results of some cells as bytes, one row per cell."""
+    columns = [np.ascontiguousarray(column[cells]) for column in vars(results).values()]
+    return np.concatenate([column.view(np.uint8).reshape(len(column), -1) for column in columns], axis=1)
