@@ -3,6 +3,7 @@
 import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -169,3 +170,24 @@ def test_the_width_changes_no_bit(compiled):
     n = 3 * LINKS
     expected = 0.7**n * numbers + 0.3 * (1.0 - 0.7**n) / (1.0 - 0.7)
     np.testing.assert_allclose(results[0], expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "place", ["disk.integrate:integrate", "lossy_disk.integrate:integrate_rolling_pivoting_moffatt_slipping"]
+)
+def test_the_loops_over_lanes_are_vector_code(code_of, place):
+    """One call that is left in a loop over lanes keeps it scalar, seven times as slow."""
+    from sweep.platforms import host_features
+
+    if not host_features().get("avx512f"):
+        pytest.skip("a processor without AVX-512")
+    module, _, name = place.partition(":")
+    assembly = code_of(getattr(import_module(f"kernels.{module}"), name), 512)[1]
+    # the longest stretch without a jump is a step of all lanes
+    step = max(
+        re.split(r"\n\t(?:j|call)\w*|\n\.?\w+:", assembly), key=lambda code: len(re.findall("zmm", code))
+    )
+    fused = len(re.findall(r"\n\tvf\w+pd\t[^\n]*zmm", step))
+    scalar = len(re.findall(r"\n\tv(?:f\w+|mul|add|sub)sd\t", step))
+    assert fused > 30
+    assert scalar == 0
