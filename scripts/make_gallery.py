@@ -166,8 +166,8 @@ ENTRIES = (
         "Which loss stops Euler's disk?",
         "Wobbles of the toy from many tilts, with rolling friction of 15 micrometres, Bildsten's drag of air, and "
         "more and more contour friction to the right. The hue is the law that took most of the energy, its strength "
-        "the time aloft. Rolling friction decides far from flat, air near it, and contour friction where its arm is more "
-        "than a few micrometres. What is measured: [why does it stop?](losses.md)",
+        "the time aloft. Rolling friction decides far from flat, air near it, and contour friction where its arm is "
+        "more than a few micrometres. What is measured: [why does it stop?](losses.md)",
     ),
     Entry(
         tuple(

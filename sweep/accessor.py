@@ -15,7 +15,7 @@ from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas, require_atlas
 from sweep.errors import RequestError, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.motion.sampling import check_motion, end_of, is_motion
+from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -435,9 +435,12 @@ def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         filter(None, (f"{times.size} samples from {times[0]:g} to {times[-1]:g} s", end_of(dataset)))
     )
     yield "time", ending
+    if lost := losses_of(dataset):
+        yield "losses", lost
     limit = rolling_limit(dataset)
     friction = float(dataset["friction"])
-    rolls = f"rolls all the time with friction {friction:g}; it needs {limit.needed:.4g}"
+    coefficient = f" with friction {friction:g}" if friction < float("inf") else ""
+    rolls = f"rolls all the time{coefficient}; it needs {limit.needed:.4g}"
     yield "contact", limit.words(float(times[0]), friction) or rolls
 
 

@@ -240,6 +240,29 @@ def test_a_motion_says_what_it_is(fall):
     assert "<th" in fall.eulerdisk._repr_html_()
 
 
+def test_a_motion_with_losses_says_where_its_energy_went():
+    """Its end, what each law took of what was lost, and that it rolls all the time."""
+    motion = sweep.simulate("toy", tilt="80deg")
+    lines = repr(motion.eulerdisk).splitlines()
+    assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "losses", "contact"]
+    assert f"flat at {float(motion['end_time']):.6g} s" in lines[2]
+    lost = {name: float(motion[name][-1]) for name in ("contour_loss", "air_loss")}
+    share = lost["contour_loss"] / sum(lost.values())
+    assert f"{sum(lost.values()):.4g} J, of it contour friction {share:.1%}, the drag of air" in lines[3]
+    assert "rolls all the time; it needs " in lines[4]
+    assert "losses" not in repr(sweep.simulate(tilt=0.1, duration=0.1).eulerdisk)
+
+
+def test_a_map_of_losses_is_a_word_of_plot():
+    """It has nothing else to draw, and a motion has no map."""
+    atlas = sweep.run("toy", tilt="60deg,80deg", precession_rate="60,80")
+    assert atlas.eulerdisk.plot(losses=True).axes[-1].get_ylabel() == "time aloft (s)"
+    with pytest.raises(RequestError, match="losses with quantity and family"):
+        atlas.eulerdisk.plot(losses=True, quantity="steps", family=True)
+    with pytest.raises(RequestError, match="losses belong to the map"):
+        sweep.simulate(duration=0.1).eulerdisk.plot(losses=True)
+
+
 @pytest.mark.parametrize(
     ("ask", "words"),
     [

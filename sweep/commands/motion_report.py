@@ -9,7 +9,7 @@ from sweep.atlas.dataset import require
 from sweep.errors import plain_text, printable
 from sweep.files.atlas_file import AtlasFile
 from sweep.motion.kind import TIME
-from sweep.motion.sampling import end_of, kind_of
+from sweep.motion.sampling import end_of, kind_of, losses_of
 
 #: Characters of an attribute that are shown.
 _MOST_SHOWN = 300
@@ -33,9 +33,10 @@ def describe_motion(path: Path) -> str:
         # a loss that is not there, and a friction coefficient without a limit, say nothing
         values = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
         disk = [kind.inputs[name].spell(value, 6) for name, value in values.items()]
-        times, ending = file[TIME.name].values, end_of(file)
+        times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
         peak = kind.variables["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
     ending = f", {ending}" if ending else ""
+    losses = [f"losses      {lost}"] if lost else []
     lines = [
         "This file holds one motion in time, as eulerdisk simulate makes it; it is no stability atlas.",
         "",
@@ -44,6 +45,7 @@ def describe_motion(path: Path) -> str:
         f"disk        {_pairs(tuple(values), disk)}",
         f"time        {times.size} samples from {times[0]:g} to {times[-1]:g} s{ending}",
         f"peak tilt   {peak}",
+        *losses,
         f"made        {made}",
         f"by          {source}",
     ]

@@ -24,9 +24,9 @@ _TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=8.0)
 _IMBALANCE = 1e-9
 _RELATIVE_STEP, _MOST_REFINEMENTS = 0.1, 6
 
-#: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, the least
-#: and the largest number of samples.
-_TURN, _LEAST_SAMPLES, _MOST_SAMPLES = 0.18, 1000, 200_000
+#: With interval=auto: the angle [rad] by which tilt, heading and roll angle should change between two samples, the
+#: least and the largest number of samples. With what `_ENOUGH` allows no angle is over 0.2, and there are 1000 samples.
+_TURN, _LEAST_SAMPLES, _MOST_SAMPLES = 0.18, 1150, 200_000
 
 #: Samples for each factor e by which the time that is left of a motion shrinks, down to this share of its length.
 _TOWARDS_END, _NEAREST = 60.0, 1e-5

@@ -1,7 +1,6 @@
 """Motions as datasets: whether a dataset is one, and the same motion with samples close enough to be drawn."""
 
 import json
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from sweep.atlas.contents import Atlas
 from sweep.errors import RequestError
 from sweep.motion.kind import TIME, MotionKind
+from sweep.motion.lossy_tables import LAWS
 from sweep.motion.request import REQUESTS, MotionRequest, TrajectorySpec
 from sweep.request.words import AUTOMATIC
 
@@ -47,6 +47,16 @@ def end_of(dataset: Atlas) -> str:
     if not time <= dataset[TIME.name].values[-1]:
         return ""
     return f"{kind.endings[ending_of(dataset)]} at {time:.6g} s"
+
+
+def losses_of(dataset: Atlas) -> str:
+    """Return what took the energy of a motion, in words with shares; empty if nothing was lost, or nothing can be."""
+    if not kind_of(dataset).stops:
+        return ""
+    lost = {words: float(dataset[name].values[-1] - dataset[name].values[0]) for name, words in LAWS.items()}
+    total = sum(lost.values())
+    parts = [f"{words} {energy / total:.1%}" for words, energy in lost.items() if energy > 0.0]
+    return f"{total:.4g} J, of it {', '.join(parts)}" if parts else ""
 
 
 def check_motion(dataset: "xr.Dataset") -> None:
@@ -128,6 +138,7 @@ def request_of(dataset: "xr.Dataset") -> MotionRequest:
 def _is_close(dataset: "xr.Dataset", request: MotionRequest) -> bool:
     times = dataset[TIME.name].values
     ended = float(dataset[request.kind.ending_time])
-    length = request.duration if math.isnan(ended) else ended
+    # a disk that is at rest from its start is sampled for the duration
+    length = ended if ended > 0.0 else request.duration
     turns = [np.abs(np.diff(dataset[name].values)).max() for name in ("tilt", "heading", "roll_angle")]
     return bool(_LEAST * np.diff(times).max() <= length and max(turns) <= _TURN)

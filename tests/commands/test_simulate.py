@@ -1,4 +1,5 @@
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -231,6 +232,19 @@ def test_info_tells_of_a_motion(tmp_path, command):
         status, _, err = command(line)
         assert status == 2
         assert "holds one motion in time" in err
+
+
+def test_info_tells_where_the_energy_of_a_motion_went(command):
+    """The losses that there are, the end, and only the coefficients that are not zero."""
+    assert command("simulate toy tilt=85deg -o stop.nc")[0] == 0
+    status, out, _ = command("info stop.nc")
+    assert status == 0
+    assert "contour_friction 1.5e-05 m" in out
+    assert "rolling_friction" not in out
+    assert ", flat at " in out
+    assert re.search(
+        r"\nlosses      0\.0\d+ J, of it contour friction \d+\.\d%, the drag of air \d+\.\d%\n", out
+    )
 
 
 def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):
