@@ -14,7 +14,7 @@ from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
-from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, scale
+from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale
 from sweep.figures.shade import Shade, drawable, shade
 from sweep.model.description import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
@@ -375,7 +375,7 @@ def fixed_parameters(spec: SweepSpec) -> str:
 
 def value_text(spec: SweepSpec, name: str) -> str:
     """Return a parameter that is the same in every cell with its value, in mathtext."""
-    quantity = spec.model.parameters[name]
+    quantity = readable(spec.model.parameters[name], abs(getattr(spec, name)))
     unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
     unit = unit.replace(" ", "\u00a0")
     # what belongs together is not broken at the end of a line

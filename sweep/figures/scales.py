@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,9 @@ _APART = {"x": 0.7, "y": 0.4}
 #: Numbers with which a bar of colours can be read.
 _LEAST_NUMBERS = 3
 
+
+#: Lengths below this one [m] are shown in micrometres.
+_SHORT = 2e-3
 
 #: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
 _SPEEDS = ((1.0, "m", 1.0), (0.01, "cm", 1e2), (0.0, "mm", 1e3))
@@ -144,6 +147,33 @@ class Scale:
         return f"${self.quantity.symbol}^2$" if rate == SQUARED else f"${self.quantity.symbol}$"
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Short(Input):
+    """A length that figures show in micrometres, such as the arm of a friction; its values are in m."""
+
+    @property
+    def shown_units(self) -> str:
+        """Micrometres, in ASCII."""
+        return "um"
+
+    @property
+    def plot_label(self) -> str:
+        """Label of an axis."""
+        return super().plot_label.replace("(m)", "(\u00b5m)")
+
+    @property
+    def plot_scale(self) -> float:
+        """Micrometres in a metre."""
+        return 1e6
+
+
+def readable(quantity: Input, largest: float) -> Input:
+    """Return a quantity as figures show it whose values have this size at most [SI]: short lengths in micrometres."""
+    if quantity.units != "m" or not 0.0 < largest < _SHORT:
+        return quantity
+    return _Short(**{each.name: getattr(quantity, each.name) for each in fields(quantity)})
+
+
 def scale(
     quantity: Input,
     values: Array,
@@ -188,6 +218,7 @@ def scale(
         if from_zero and not log and values[0] <= reach:
             borders[0] = 0.0
     largest = float(np.abs(values).max())
+    quantity = readable(quantity, largest)
     bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit, speed, largest)
     borders = bare.shown(borders)
     return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
