@@ -139,6 +139,55 @@ def test_cells_without_a_leg(integrate):
     assert (values[2::4] == 65.0).all()
 
 
+@simd
+def opposite(value):
+    """What the small model does without its part."""
+    return value
+
+
+@simd
+def doubled(value):
+    """The other part."""
+    return 2.0 * value
+
+
+@simd
+def advance_by_part(lane, run, lanes):
+    """As `advance`, with a function that a variant may replace."""
+    rate = lanes[RATE + lane]
+    value = lanes[VALUE + lane] + opposite(rate)
+    ended = (value >= run[0]) | (value <= 0.0)
+    lanes[VALUE + lane] = value
+    lanes[RATE + lane] = 0.0 if ended else rate
+    return ended
+
+
+def test_a_variant_has_other_parts(integrate):
+    """A part is replaced where the model's functions call it, and in this variant alone."""
+    rates = 2.0 ** np.random.default_rng(1).integers(-2, 5, 100)
+    usual = bind(MODEL._replace(name="by part", advance=advance_by_part))
+    other = bind(MODEL._replace(name="by other part", advance=advance_by_part, parts=((opposite, doubled),)))
+    assert (results(usual, rates)[1] == results(integrate, rates)[1]).all()
+    # twice as fast up, and back at once: the way back begins with a step of the rate that a leg ends with
+    assert (results(other, rates)[1] == GOAL / rates).all()
+
+
+@simd
+def coast_on(lane, run, lanes):
+    """A second step, without a look at the goal; a lane that rests has a rate of zero."""
+    lanes[VALUE + lane] += lanes[RATE + lane]
+
+
+def test_a_model_may_make_a_step_without_looking_for_events():
+    """It comes after each step that looks: half the looks reach the goal, and a lane with an event rests."""
+    coasting = bind(MODEL._replace(name="coasting", coast=coast_on))
+    rates = np.array([4.0, 1.0, 8.0, 2.0])
+    values, looks = results(coasting, rates)
+    # steps 1, 3, 5, ... look: up to the first odd number beyond the goal, and as many back
+    assert (values == GOAL + rates).all()
+    assert (looks == GOAL / rates / 2 + 2).all()
+
+
 def test_each_model_has_an_entry_point_of_its_own(integrate):
     """Binding one model changes neither the schedule nor the entry point of another."""
     assert bind(MODEL) is not integrate
