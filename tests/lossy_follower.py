@@ -94,3 +94,14 @@ def energy(state, alpha):
 def lost_in(samples):
     """Sum of all losses of samples, over m g R."""
     return sum(samples[name] for name in LOSSES)
+
+
+def energy_of(start):
+    """Energy over m g R of a start."""
+    S, C, unit = (
+        math.sin(start[0]),
+        math.cos(start[0]),
+        math.sqrt(start[arrays.RADIUS] / start[arrays.GRAVITY]),
+    )
+    w, heading, f = unit * start[1:4]
+    return energy((S, C, w, f, heading + f * S), start[arrays.ALPHA])
