@@ -18,7 +18,7 @@ _INSTANT = 1.0e-7
 #: Share of its bound by which friction may be needed more than that and still hold, and hold on when it held before:
 #: where rounding decides, friction does not let go and seize again for ever.
 SEIZES, HOLDS_ON = 1.0 + 1.0e-12, 1.0 + 2.0e-12
-LETS_GO, SEIZES_ANYHOW = 0.0, math.inf
+LETS_GO = 0.0
 
 #: Halvings of the interval of directions in which a disk breaks away: to the last bit of an angle.
 _HALVINGS = 60
@@ -39,7 +39,7 @@ def _beginning_roll(state, inertia):
 
 
 @internal
-def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
+def _roll_held_or_let_go(state, turn, strength, inertia, losses):
     """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
     S, C, w, _, v = state
     still, held = (S, C, w, 0.0, v), Senses(0.0, turn, sign(w) if w != 0.0 else sign(S))
@@ -48,8 +48,6 @@ def _roll_held_or_let_go(state, roll, turn, strength, inertia, losses):
     if 0.0 < losses.contour and abs(needed) <= strength * losses.contour * forces.normal:
         return still, held
     sense = -sign(needed) if needed != 0.0 else _beginning_roll(still, inertia)
-    if strength == SEIZES_ANYHOW:
-        sense = -roll
     return state, Senses(sense, turn, 0.0)
 
 
@@ -189,8 +187,7 @@ def decided(state, senses, vanished, strength, inertia, losses):
     vanished : tuple of 3 bools
         Whether roll rate, turning rate about the vertical, and tilt rate vanish, those that are held included.
     strength : float
-        Share of its bound up to which friction holds a single rate: SEIZES; LETS_GO where what held has just let go;
-        SEIZES_ANYHOW where a rate that was let go turns back at once.
+        Share of its bound up to which friction holds a single rate: SEIZES, or LETS_GO where what held has just let go.
     inertia, losses
         As of `kernels.lossy_disk.contact_motion.contact_rates`.
 
@@ -217,7 +214,7 @@ def decided(state, senses, vanished, strength, inertia, losses):
         held = 0.0 if losses.contour > 0.0 else senses.roll
         return (S, C, w, 0.0, v), Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
     if no_roll:
-        state, senses = _roll_held_or_let_go(state, senses.roll, turn, strength, inertia, losses)
+        state, senses = _roll_held_or_let_go(state, turn, strength, inertia, losses)
     elif no_turn:
         state, senses = _turn_held_or_let_go(state, senses.roll, strength, inertia, losses)
     return state, senses, 0.0

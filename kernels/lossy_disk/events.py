@@ -127,7 +127,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
     for _ in range(_MOST_HALVINGS):
         if low > _SHARP * -high:
             break
-        # a rate that has just begun
+        # a rate that has just begun, and that turns back within this step
         before = 0.5 * after
         there, _ = contact_step(state, senses, case.inertia, case.losses, before)
         low = _margins(there, senses, heading, case, reach)[event]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from kernels.jit import internal, kernel
 from kernels.lossy_disk.contact import all_held
 from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, contact_state, entered, moved
-from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, SEIZES_ANYHOW, decided
+from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, decided
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
 from kernels.lossy_disk.events import (
     BREACHES,
@@ -235,18 +235,9 @@ def leap(motion, case, until, reach):
         no_roll = event == ROLL_VANISHES or event == CONTACT_RESTS or motion.senses.roll == 0.0
         no_turn = event == TURN_VANISHES or motion.senses.turn == 0.0
         no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[2] == 0.0
-        after = _switched(after, (no_roll, no_turn, no_tilting), _strength(event, length), case)
+        strength = LETS_GO if event == ROLL_LET_GO or event == TURN_LET_GO else SEIZES
+        after = _switched(after, (no_roll, no_turn, no_tilting), strength, case)
     return after, length, event
-
-
-@internal
-def _strength(event, length):
-    """How strongly friction holds after an event at the end of a step of some length: see `decided`."""
-    if event == ROLL_LET_GO or event == TURN_LET_GO:
-        return LETS_GO
-    if length == 0.0 and (event == ROLL_VANISHES or event == TURN_VANISHES):
-        return SEIZES_ANYHOW
-    return SEIZES
 
 
 @internal
