@@ -90,8 +90,8 @@ ENDING, STEPS, REFINEMENTS, SWITCHES = range(len(COUNTS))
 #: Losses of the ledger, in the order of `MEASURES` and of the trajectory.
 LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
 
-#: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: that of the atlases),
-#: flat_tilt [rad], law of the air.
+#: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: half that of the
+#: atlases), flat_tilt [rad], law of the air.
 TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt", "air_law")
 TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FLAT_TILT, TRAJECTORY_AIR_LAW = range(
     len(TRAJECTORY_SETTINGS)

@@ -62,6 +62,9 @@ from kernels.lossy_disk.rk4 import inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
 
+#: Step of a single motion over that of the atlases, which repeat a motion whose energy is not balanced.
+_SHARE = 0.5
+
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 1.0e8
 
@@ -94,7 +97,7 @@ def case_of(start, settings):
         math.cos(settings[TRAJECTORY_FLAT_TILT]),
         start[FRICTION],
         start[TILT],
-        relative if relative > 0.0 else RELATIVE_STEP,
+        relative if relative > 0.0 else _SHARE * RELATIVE_STEP,
         longest / unit if longest > 0.0 else math.inf,
     )
 
