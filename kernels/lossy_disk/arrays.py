@@ -3,14 +3,16 @@
 Units are SI, angles in rad. A torque of dry friction is its lever arm times the normal force of the moment.
 """
 
-from kernels.disk.arrays import PARAMETERS as DISK_PARAMETERS
 from kernels.disk.arrays import STATE as STATE
 
 #: Start of a cell: that of the disk without losses; mass [kg]; lever arms of rolling, pivoting and contour friction
 #: [m]; viscous contour friction [N m s]; viscosity [Pa s] and density [kg m^-3] of the air; friction coefficient [1],
 #: infinite where the disk cannot slip.
 PARAMETERS = (
-    *DISK_PARAMETERS,
+    *STATE,
+    "alpha",
+    "radius",
+    "gravity",
     "mass",
     "rolling_friction",
     "pivoting_friction",
@@ -20,8 +22,14 @@ PARAMETERS = (
     "air_density",
     "friction",
 )
-TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, ALPHA, RADIUS, GRAVITY = range(len(DISK_PARAMETERS))
 (
+    TILT,
+    TILT_RATE,
+    PRECESSION_RATE,
+    ROLL_RATE,
+    ALPHA,
+    RADIUS,
+    GRAVITY,
     MASS,
     ROLLING_FRICTION,
     PIVOTING_FRICTION,
@@ -30,7 +38,7 @@ TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, ALPHA, RADIUS, GRAVITY = range(len(
     AIR_VISCOSITY,
     AIR_DENSITY,
     FRICTION,
-) = range(len(DISK_PARAMETERS), len(PARAMETERS))
+) = range(len(PARAMETERS))
 
 #: Laws of the drag of air: settings name one by its number.
 NO_AIR, MOFFATT, BILDSTEN = range(3)

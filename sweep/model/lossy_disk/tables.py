@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from kernels.lossy_disk import arrays
 from kernels.lossy_disk import endings as code
 from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.disk import tables as disk
@@ -72,7 +73,7 @@ _ARM = "its torque is this arm times the normal force, against the sense of that
 
 # fmt: off
 PARAMETERS: Mapping[str, Input] = table(
-    *disk.PARAMETERS.values(),
+    *(row for name, row in disk.PARAMETERS.items() if name in arrays.PARAMETERS),
     Input("mass", "m", "kg", "mass of the disk", GRID,
           f"{UNKNOWN}: no law of the request needs it",
           default=UNKNOWN, rule="mass > 0", allows=positive, words=(UNKNOWN,), constants={UNKNOWN: 1.0}),
