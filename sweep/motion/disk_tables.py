@@ -93,7 +93,8 @@ DISK_MOTION = MotionKind(
     inputs=MOTION_INPUTS,
     words=MOTION_WORDS,
     variables=TRAJECTORY,
-    fixed=("alpha", "radius", "gravity", "mass", "friction"),
+    # a parameter that the disk gets is one of the file too
+    fixed=(*(name for name in PARAMETERS if name not in TRAJECTORY), "mass", "friction"),
     largest_tilt="fall_tilt",
     ending_time="fall_time",
     endings={"fell": "fell"},
