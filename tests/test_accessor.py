@@ -248,7 +248,10 @@ def test_a_motion_with_losses_says_where_its_energy_went():
     assert f"flat at {float(motion['end_time']):.6g} s" in lines[2]
     lost = {name: float(motion[name][-1]) for name in ("contour_loss", "air_loss")}
     share = lost["contour_loss"] / sum(lost.values())
-    assert f"{sum(lost.values()):.4g} J, of it contour friction {share:.1%}, the drag of air" in lines[3]
+    assert (
+        f"{sum(lost.values()):.4g} J, of it contour friction {100.0 * share:.1f} %, the drag of air"
+        in lines[3]
+    )
     assert "rolls all the time; it needs " in lines[4]
     assert "losses" not in repr(sweep.simulate(tilt=0.1, duration=0.1).eulerdisk)
 

@@ -55,7 +55,7 @@ def losses_of(dataset: Atlas) -> str:
         return ""
     lost = {words: float(dataset[name].values[-1] - dataset[name].values[0]) for name, words in LAWS.items()}
     total = sum(lost.values())
-    parts = [f"{words} {energy / total:.1%}" for words, energy in lost.items() if energy > 0.0]
+    parts = [f"{words} {100.0 * energy / total:.1f} %" for words, energy in lost.items() if energy > 0.0]
     return f"{total:.4g} J, of it {', '.join(parts)}" if parts else ""
 
 

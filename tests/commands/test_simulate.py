@@ -243,7 +243,7 @@ def test_info_tells_where_the_energy_of_a_motion_went(command):
     assert "rolling_friction" not in out
     assert ", flat at " in out
     assert re.search(
-        r"\nlosses      0\.0\d+ J, of it contour friction \d+\.\d%, the drag of air \d+\.\d%\n", out
+        r"\nlosses      0\.0\d+ J, of it contour friction \d+\.\d %, the drag of air \d+\.\d %\n", out
     )
 
 

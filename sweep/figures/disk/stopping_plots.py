@@ -136,7 +136,10 @@ def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
     energy = dataset["energy"].values
     unit, factor = _energy_unit(float(energy[0]))
     total = max(sum(each[-1] for each in lost), 1e-300)
-    labels = [f"{_law(dataset, name)}: {each[-1] / total:.0%}" for name, each in zip(laws, lost, strict=True)]
+    labels = [
+        f"{_law(dataset, name)}: {100.0 * each[-1] / total:.0f} %"
+        for name, each in zip(laws, lost, strict=True)
+    ]
     axes.stackplot(
         times, [factor * each for each in (*lost, energy)], labels=[*labels, "left"],
         colors=[*(COLOURS[name] for name in laws), _LEFT], linewidth=0.0,

@@ -77,8 +77,8 @@ def test_the_areas_of_the_ledger_are_the_losses(toy):
     labels = axes.get_legend_handles_labels()[1]
     lost = {name: float(toy[name][-1]) for name in ("contour_loss", "air_loss")}
     share = lost["contour_loss"] / sum(lost.values())
-    assert f"contour friction 15 \u00b5m: {share:.0%}" in labels
-    assert f"the drag of air (Bildsten): {1.0 - share:.0%}" in labels
+    assert f"contour friction 15 \u00b5m: {100.0 * share:.0f} %" in labels
+    assert f"the drag of air (Bildsten): {100.0 - 100.0 * share:.0f} %" in labels
 
 
 @pytest.mark.parametrize(
