@@ -97,8 +97,9 @@ def test_a_wrong_value_is_found():
         assert name in [each.name for each in findings(verify(wrong)).wrong], name
 
 
-def test_cells_are_held_against_themselves_where_the_kernels_are_others():
-    """Of an atlas of other code the ledger, the ending and the verdict alone find what is wrong in any cell."""
+def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypatch):
+    """Of an atlas of other code, in cells beside the sample, ledger, ending and verdict alone find what is wrong."""
+    monkeypatch.setattr("sweep.model.lossy_disk.sample.CELLS", 0)
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
     assert findings(verify(atlas, seed=1)).passed
     place = tuple(np.argwhere(atlas.ending.values == LOSSY_DISK.endings.code("flat"))[0])
