@@ -1,0 +1,62 @@
+"""docs/losses.md is runnable: its commands and the times of its table are computed here, and its slopes are the code's."""
+
+import math
+import re
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import sweep
+from sweep.model.lossy_disk.model import LOSSY_DISK
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+PAGE = (CHECKOUT / "docs" / "losses.md").read_text(encoding="utf-8")
+
+#: The disk of the table, as its text describes it.
+TOY = {
+    "tilt": math.pi / 2 - 0.1, "precession_rate": "wobble", "roll_rate": "wobble",
+    "alpha": 0.5, "radius": 0.03755, "mass": 0.4387, "duration": 300.0,
+}  # fmt: skip
+
+
+def table(heading):
+    """Return the rows of the table that begins with a heading, each a list of cells."""
+    lines = PAGE[PAGE.index(f"| {heading} |") :].split("\n\n")[0].splitlines()[2:]
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+
+
+def test_the_page_names_every_loss():
+    """The table of laws has every coefficient that a request may give, and no other."""
+    named = set(re.findall(r"`(\w+)`", "".join(row[1] for row in table("law"))))
+    assert named == {name for name in LOSSY_DISK.parameters if name.endswith(("friction", "damping"))} - {
+        "friction"
+    } | {"air_viscosity", "air_density", "mass"}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("words", "said"), [(row[0], row[1]) for row in table("losses")])
+def test_its_times_are_those_of_the_program(words, said):
+    """Each time of the table comes out of the words beside it, to its last digit."""
+    given = dict(word.split("=") for word in words.strip("`").split())
+    motion = sweep.simulate(**TOY, **given)
+    seconds = said.removesuffix(" s")
+    assert f"{float(motion['elapsed_time'][-1]):.2f}" == seconds
+
+
+def test_the_exponents_of_the_precession_rate_are_half_those_of_the_inclination():
+    """In every row of the closed forms: precession^2 is proportional to 1/inclination."""
+    section = PAGE[PAGE.index("## How it ends") :]
+    pairs = re.findall(r"^\| [\w, ]+ \| ([\d/]+) \| −([\d/]+) \|", section, flags=re.MULTILINE)
+    assert len(pairs) == 5
+    assert all(Fraction(tilt) == 2 * Fraction(rate) for tilt, rate in pairs)
+
+
+@pytest.mark.compiled
+def test_its_commands_run(command, tmp_path):
+    """Every command runs and leaves the files that it names."""
+    block = re.search(r"^```bash\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+    for line in block[1].splitlines():
+        status, _, err = command(line.removeprefix("eulerdisk "))
+        assert status == 0, (line, err)
+    assert {each.name for each in tmp_path.iterdir()} >= {"toy.nc", "toy.png", "stop.nc", "stop.png"}
