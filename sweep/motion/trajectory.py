@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 FORMAT = 1
 
 _MODULE = "kernels.disk.trajectory"
-_TRAJECTORY, _DERIVED = Kernel(_MODULE, "trajectory", seconds=2.0), Kernel(_MODULE, "derived", seconds=1.0)
+_TRAJECTORY, _DERIVED = Kernel(_MODULE, "trajectory", seconds=1.0), Kernel(_MODULE, "derived", seconds=1.0)
 
 #: Step times the fastest frequency of the state: the motions of docs/report.md are then within 1e-9 of the exact ones.
 _RELATIVE_STEP = 0.005
