@@ -7,13 +7,14 @@ must hold; what only the new one holds is named, and no difference.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweep.atlas.selection import require_atlas, settled
+from sweep.atlas.slices import slices_of
 from sweep.checks.alignment import Pair, align
 from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
 from sweep.checks.borderline import Flips, flips, no_flips
@@ -212,9 +213,17 @@ class _Rule:
         excused = self._flips.of(name, span) if self.variable.kind == CELL else np.zeros(len(span), bool)
         return self._judged(block.new[name], old, most, excused)
 
-    def of_others(self) -> Judged:
-        """Judge all values of a variable that has not one per cell, or not one of a number."""
-        name, pair = self.variable.name, self._pair
+    def of_others(self) -> Iterator[tuple[int, Judged]]:
+        """Judge all values of a variable that has not one per cell; yield the first flat index of some, and these."""
+        whole = self._pair.reference[self.variable.name]
+        if self.variable.kind != CURVE:
+            yield 0, self._of_part(self._pair)
+            return
+        for span, places in slices_of(whole.shape):
+            yield span.start, self._of_part(self._pair.part(dict(zip(whole.dims, places, strict=True))))
+
+    def _of_part(self, pair: Pair) -> Judged:
+        name = self.variable.name
         new, old = pair.new[name].values, pair.reference[name].values
         if self._exactly or self.given is not None:
             most: Any = np.full(old.shape, self.given or 0.0)
@@ -239,7 +248,8 @@ def _gathered(cells: CellPair, rules: Sequence[_Rule]) -> dict[str, Differences]
     per_cell = [each for each in rules if each.variable.name in cells.names]
     for each in rules:
         if each not in per_cell:
-            gathered[each.variable.name].add(0, each.of_others())
+            for start, judged in each.of_others():
+                gathered[each.variable.name].add(start, judged)
     model = cells.pair.spec.model
     needed = dict.fromkeys((*(each.variable.name for each in per_cell), *model.extremes, model.error_name))
     for block in cells.blocks([name for name in needed if name in cells.names]) if per_cell else ():
@@ -310,9 +320,10 @@ class _Judge:
 
 def _excused(variable: Variable, pair: Pair, flips: Flips) -> Truths:
     """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
-    name, shape = variable.name, pair.reference["ending"].shape
+    name = variable.name
     if variable.kind == CURVE:
         return np.full(pair.reference[name].shape, bool(flips.both.size))
+    shape = pair.reference["ending"].shape
     if variable.kind == EDGE:
         # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
         axis = pair.axes.index(variable.axis)

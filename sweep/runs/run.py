@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import BoundarySearch, Read
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
+from sweep.atlas.slices import SlicedVariables
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
@@ -188,11 +189,13 @@ def run_to_file(
 
         def bytes_to_write() -> float:
             left = spec.size - journal.cells(journal.held())
-            return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
+            return (
+                estimate.journal_bytes(spec, left) + estimate.scratch_bytes(spec) + estimate.file_bytes(spec)
+            )
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         check_room(path, spec, spec.size - journal.cells(journal.held()))
-        for warning in (*one_sided(spec), *filter(None, [estimate.large_memory(spec)])):
+        for warning in one_sided(spec):
             say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
@@ -328,9 +331,11 @@ def write_atlas(
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
-    writer.write_boundary(
-        lambda read: BoundarySearch(spec, read, lambda share: seen(share * bisected)).variables()
-    )
+
+    def boundary(read: Read) -> Iterator[SlicedVariables]:
+        return BoundarySearch(spec, read, lambda share: seen(share * bisected), writer.folder).variables()
+
+    writer.write_boundary(boundary)
     timetable.begin(CHECKING)
     writer.check(seen)
     return failures
