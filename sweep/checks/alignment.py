@@ -56,9 +56,9 @@ class Pair:
     in_blocks: tuple[bool, bool]
 
     def part(self, places: Mapping[Hashable, slice]) -> "Pair":
-        """Return the pair of what has some places along the dimensions of curves, which are no axes."""
+        """Return the pair of what has some dimensions, those of curves or of an edge, at some of their places."""
         new, reference = (
-            each[[name for name, variable in each.data_vars.items() if set(variable.dims) & places.keys()]]
+            each[[name for name, variable in each.data_vars.items() if set(variable.dims) == places.keys()]]
             for each in (self.new, self.reference)
         )
         return replace(self, new=new.isel(places), reference=reference.isel(places))

@@ -216,20 +216,21 @@ class _Rule:
     def of_others(self) -> Iterator[tuple[int, Judged]]:
         """Judge all values of a variable that has not one per cell; yield the first flat index of some, and these."""
         whole = self._pair.reference[self.variable.name]
-        if self.variable.kind != CURVE:
-            yield 0, self._of_part(self._pair)
+        excused = _excused(self.variable, self._pair, self._flips)
+        if self.variable.kind not in (CURVE, EDGE):
+            yield 0, self._of_part(self._pair, excused)
             return
         for span, places in slices_of(whole.shape):
-            yield span.start, self._of_part(self._pair.part(dict(zip(whole.dims, places, strict=True))))
+            part = self._pair.part(dict(zip(whole.dims, places, strict=True)))
+            yield span.start, self._of_part(part, excused[places])
 
-    def _of_part(self, pair: Pair) -> Judged:
+    def _of_part(self, pair: Pair, excused: Truths) -> Judged:
         name = self.variable.name
         new, old = pair.new[name].values, pair.reference[name].values
         if self._exactly or self.given is not None:
             most: Any = np.full(old.shape, self.given or 0.0)
         else:
             most = allowed(self.variable.quantity, pair)
-        excused = _excused(self.variable, pair, self._flips)
         columns = (new, old, np.broadcast_to(most, old.shape), np.broadcast_to(excused, old.shape))
         return self._judged(*(np.asarray(each).reshape(-1) for each in columns))
 
@@ -320,10 +321,11 @@ class _Judge:
 
 def _excused(variable: Variable, pair: Pair, flips: Flips) -> Truths:
     """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
-    name = variable.name
-    if variable.kind == CURVE:
-        return np.full(pair.reference[name].shape, bool(flips.both.size))
-    shape = pair.reference["ending"].shape
+    name, shape = variable.name, pair.reference["ending"].shape
+    if variable.kind == CURVE or not flips.both.size:
+        # not np.full: curves, and the rows of an edge, may be many
+        found = variable.kind == CURVE and flips.both.size > 0
+        return np.broadcast_to(np.bool_(found), pair.reference[name].shape)
     if variable.kind == EDGE:
         # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
         axis = pair.axes.index(variable.axis)
