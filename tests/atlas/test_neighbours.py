@@ -4,7 +4,7 @@ from unittest import mock
 
 import boundary_referee as referee
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -60,6 +60,10 @@ def test_neighbours_in_any_spans(grid, most):
         assert before.size == after.size == cells.size
 
 
+#: A loop around one cell, which begins beside a saddle: it is followed away from that.
+BESIDE_SADDLE = np.array([[1, 2, 1, 1], [1, 1, 2, 1], [1, 1, 1, 1]], np.int8)
+
+
 def judged(spec, starts):
     """A verdict at any start, without integration: stable and unstable lie close together."""
     waves = np.sin(97.0 * starts["tilt"] + 31.0 * starts["roll_rate"] + starts["alpha"] + starts["gravity"])
@@ -67,6 +71,8 @@ def judged(spec, starts):
 
 
 @given(grids(), st.integers(1, 40), st.integers(0, 3), st.integers(0, 40))
+@example(BESIDE_SADDLE, 40, 3, 40)
+@example(3 - BESIDE_SADDLE, 40, 3, 40)
 def test_curves_of_any_grid(grid, at_once, page_bits, held):
     """Curves have the points, in the order, that the sides of all squares of the whole grid give.
 
