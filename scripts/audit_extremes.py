@@ -329,7 +329,7 @@ def audit_periods(count: int, rng: np.random.Generator) -> bool:
         "kind                  bounded  without period    held  worst relative error  true/stated tilt error"
     )
     for kind, made in PERIOD_KINDS.items():
-        given = made(max(20_000, 3 * count), rng)
+        given = made(max(4_000, 3 * count), rng)
         found = exact(given, with_period=True)
         bounded, periods = found["ending"] == BOUNDED, found["nutation_period"]
         without = np.isnan(periods[bounded]).mean()
