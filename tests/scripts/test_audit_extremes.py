@@ -50,9 +50,15 @@ def test_brackets_hold_the_true_edge(rng):
         assert audit_extremes.audit_brackets(1, source)
 
 
+#: Needs the reference of scripts/quadruple.c; without it, `test_periods_without_a_compiler` is left.
+in_quadruple_precision = pytest.mark.skipif(
+    not quadruple.available(), reason="no C compiler with __float128 and libquadmath"
+)
+
+
+@in_quadruple_precision
 def test_periods_are_right_or_missing(rng, monkeypatch):
     """Periods of every kind are right to 1e-9, and no error of a tilt is stated too small."""
-    assert quadruple.available()
     # the others by 50 digits, which take seconds
     monkeypatch.setattr(
         audit_extremes, "true_swings", lambda given, _: quadruple.swings(given, audit_extremes.FALL)
@@ -67,6 +73,7 @@ def test_periods_without_a_compiler(rng, monkeypatch):
     assert audit_extremes.audit_periods(3, rng)
 
 
+@in_quadruple_precision
 def test_quadruple_precision_is_that_of_50_digits(rng):
     """Periods and turning points of both references agree to all digits of a double."""
     given = audit_extremes.random_starts("nearly flat", 40, rng)
