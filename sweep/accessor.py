@@ -85,7 +85,10 @@ class Eulerdisk:
 
     @property
     def unstable_share(self) -> "Share":
-        """The share of the random starts that is unstable, with its 95 % interval; see `sweep.atlas.share.Share`.
+        """The share of the random starts that is unstable.
+
+        It has ``value`` and its 95 % ``interval``, and the numbers of starts: ``unstable``, ``stable``, ``undecided``,
+        ``failed``, ``missing``.
 
         Raises
         ------
@@ -218,7 +221,7 @@ class Eulerdisk:
     ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        See `sweep.figures.plots.figure` and `sweep.figures.disk.motion_plots.figure`, which takes none of these words.
+        The words are those of ``eulerdisk plot`` (docs/figures.md); the figure of a motion takes none of them.
 
         Parameters
         ----------

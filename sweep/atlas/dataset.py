@@ -214,7 +214,8 @@ def run(
     Returns
     -------
     xarray.Dataset
-        As in `assemble`.
+        Dimensions: the spec's axes in order. The variables are those of the model (docs/atlas.md).
+        `sweep.save` writes it.
 
     Raises
     ------

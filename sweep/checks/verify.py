@@ -117,11 +117,11 @@ def verify(dataset: "xr.Dataset") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
+        On the dimensions of the atlas: the variables of its model's audit (docs/atlas.md). A cell
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
         means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
         other variables are what its integration gives again. What was found of each variable and attribute, the
-        boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it.
+        boundary and its curves too, is in the attribute ``audit_statements``.
 
     Raises
     ------

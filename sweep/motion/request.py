@@ -140,7 +140,7 @@ _Fields = make_dataclass(
 class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from tables, which mypy does not follow
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
-    Its fields have the names of `MOTION_INPUTS` and `MOTION_WORDS`, in their order. `roll_rate` may be ``"steady"``, or
+    Its fields are the words of ``eulerdisk simulate`` (docs/motions.md). `roll_rate` may be ``"steady"``, or
     `precession_rate` ``"steady-slow"`` or ``"steady-fast"``; `step` and `interval` may be ``"auto"``.
     """
 
@@ -148,7 +148,7 @@ class TrajectorySpec(_Fields):  # type: ignore[misc, valid-type]  # made from ta
     def read(cls, **words: Any) -> Self:
         """Return the request of these words: text with units, or numbers in SI.
 
-        Instead of a rate it may be given scaled, or as a speed, as in a sweep (`sweep.request.substitutes`).
+        Instead of a rate it may be given scaled, or as a speed, as in a sweep (docs/words.md).
 
         Raises
         ------

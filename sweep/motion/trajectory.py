@@ -82,7 +82,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of `sweep.motion.request.TRAJECTORY`. A motion that falls ends
+        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum, contact forces. A motion that falls ends
         with the sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises

@@ -146,11 +146,13 @@ def run_to_file(
         Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
     baseline : str, optional
         Compute bits that all processors of a kind share, "generic" or "x86-64-v3"; the process must have been started
-        for it (`sweep.engine.machine`). By default for the processor of this machine, or as the run was begun.
+        for it, as ``eulerdisk run --baseline`` does. By default for the processor of this machine, or as the
+        run was begun.
     command : str
         What the user ran, for the history.
     progress : callable, optional
-        Called with a `sweep.runs.progress.Status` after every block, and when another stage begins.
+        Called after every block, and when another stage begins, with an object that has ``stage`` (str), ``done`` and
+        ``size`` (int), the ``things`` counted (str), and the ``seconds`` to go (float; None if not known yet).
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
