@@ -1,5 +1,7 @@
 """How Sphinx builds the site; `scripts/build_site.py` runs it. Sources are the pages of docs/ and those beside it."""
 
+from importlib.resources import files
+
 from numpydoc.xref import DEFAULT_LINKS
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
@@ -46,7 +48,8 @@ numpydoc_xref_ignore = "all"
 
 html_theme = "pydata_sphinx_theme"
 html_title = "eulerdisk"
-html_static_path = ["_site/style.css"]
+# The font of the formulas comes with the package ziamath.
+html_static_path = ["_site/style.css", str(files("ziamath") / "fonts" / "STIXTwoMath-Regular.ttf")]
 html_css_files = ["style.css"]
 html_extra_path = ["_site/index.html"]
 html_copy_source = False

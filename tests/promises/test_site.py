@@ -13,7 +13,7 @@ import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
-NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_parser", "numpydoc")
+NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_parser", "numpydoc", "ziamath")
 #: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
 LOADING = {
     **dict.fromkeys(
