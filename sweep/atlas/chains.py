@@ -8,7 +8,7 @@ import numpy as np
 from sweep.atlas.neighbours import ACROSS, DOWN, NOWHERE, Joined
 from sweep.atlas.scratch import Column, Scratch
 
-#: Points of a page, as a power of two, and pages that are held at a time: 26 MB.
+#: Points of a page, as a power of two, and pages that are held at a time: 105 MB.
 _PAGE_BITS, _MOST_PAGES = 10, 4096
 
 #: Points among which a start is looked for at a time, and which are followed before they are written.
