@@ -1,5 +1,6 @@
 """Points that are joined to at most two others each, followed from one to the next: chains and loops."""
 
+import errno
 from array import array
 from collections.abc import Callable, Iterator
 
@@ -41,6 +42,8 @@ class Points:
 
 class Chains:
     """Follows all points, of which it holds some pages.
+
+    Where two readings of the verdicts differ, links do not fit together, and a walk might never end: OSError is raised.
 
     Parameters
     ----------
@@ -101,6 +104,8 @@ class Chains:
                 places, before, after, passed = self._page(key)
                 held = key
             at = here >> 1 & mask
+            if passed[at]:
+                raise _unfit_links()
             passed[at] = 1
             found.append(places[at])
             if len(found) == _AT_ONCE:
@@ -147,10 +152,25 @@ class Chains:
 
 
 def chains(scratch: Scratch, joined: Iterator[tuple[Joined, Joined]], seen: Callable[[], None]) -> Chains:
-    """Take all points with their links, and follow them; `seen` is called now and then."""
+    """Take all points with their links, and follow them; `seen` is called now and then.
+
+    Raises
+    ------
+    OSError
+        If the file system refuses, or the links do not fit together.
+    """
     points = (Points(scratch), Points(scratch))
     for parts in joined:
         for each, part in zip(points, parts, strict=True):
             each.append(part)
         seen()
+    for each in points:
+        if not len(each.places) == len(each.before) == len(each.after):
+            raise _unfit_links()
     return Chains(scratch, points, seen)
+
+
+def _unfit_links() -> OSError:
+    return OSError(
+        errno.EIO, "verdicts were not the same when they were read again; test the memory and the disk"
+    )
