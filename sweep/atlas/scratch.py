@@ -23,10 +23,15 @@ class Scratch:
     ----------
     folder : Path, optional
         Where the files are; the system's folder for temporary files (``$TMPDIR``) if not given.
+
+    Attributes
+    ----------
+    folder : Path or None
+        Where they are; None as long as there is none and none was given.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self._folder, self._files = folder, contextlib.ExitStack()
+        self.folder, self._files = folder, contextlib.ExitStack()
 
     def column(self, dtype: str) -> "Column":
         """Return a new column of a type."""
@@ -34,12 +39,16 @@ class Scratch:
 
     def open_file(self) -> int:
         """Return the handle of a new file, which is closed with the others."""
-        if self._folder is None:
+        if self.folder is None:
             # not at the top: hardly any boundary needs it
             import tempfile
 
-            self._folder = Path(tempfile.gettempdir())
-        return self._files.enter_context(open_scratch(self._folder)).fileno()
+            try:
+                self.folder = Path(tempfile.gettempdir())
+            except FileNotFoundError as problem:
+                # where no folder takes a file: also if all disks are full
+                raise OSError(errno.EACCES, problem.strerror) from problem
+        return self._files.enter_context(open_scratch(self.folder)).fileno()
 
     def __enter__(self) -> Self:
         return self
@@ -108,4 +117,8 @@ class Column:
     def _put(self, begin: int, content: bytes | bytearray) -> None:
         done = 0
         while done < len(content):
-            done += os.pwrite(self._file, memoryview(content)[done:], begin + done)
+            try:
+                done += os.pwrite(self._file, memoryview(content)[done:], begin + done)
+            except OSError as problem:
+                # the system names no file that has no name, and the disk may be another than that of the atlas
+                raise OSError(problem.errno, problem.strerror, str(self._scratch.folder)) from problem

@@ -1,6 +1,11 @@
 """Columns that grow beyond memory: the same numbers wherever they are, and no file that stays."""
 
+import errno
+import io
 import os
+import re
+import tempfile
+from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -60,3 +65,25 @@ def test_a_file_that_was_cut_is_an_error(tmp_path, monkeypatch):
         assert column.read(0, 500).tolist() == [1.0] * 500
         with pytest.raises(OSError, match="shorter"):
             column.read(0, 1000)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_named(tmp_path, monkeypatch):
+    """The file has no name, and the folder may be on another disk than the atlas: the error says where it is."""
+    monkeypatch.setattr(scratch, "_MOST_HELD", 100)
+    monkeypatch.setattr(scratch, "open_scratch", lambda _: io.FileIO("/dev/full", "r+"))
+    with Scratch(tmp_path) as place, pytest.raises(OSError, match=re.escape(str(tmp_path))) as refusal:
+        place.column("i8").append(np.ones(1000))
+    assert refusal.value.errno == errno.ENOSPC
+
+
+def test_no_folder_for_temporary_files(monkeypatch):
+    """What Python says where no folder takes a file is an error of the surroundings, not of the program."""
+
+    def refuse():
+        raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']")
+
+    monkeypatch.setattr(tempfile, "gettempdir", refuse)
+    with Scratch() as place, pytest.raises(OSError, match="No usable temporary directory") as refusal:
+        place.open_file()
+    assert refusal.value.errno == errno.EACCES
