@@ -223,8 +223,9 @@ def _curve_problems(dataset: Atlas) -> Iterator[str]:
     if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
         total = 0.0
         for _, places in slices_of(counts.shape):
-            part = np.asarray(counts[places], np.int64)
-            total += int(part.sum()) if (part > 0).all() else math.inf
+            part = np.asarray(counts[places])
+            # integers of 64 bits could add up to anything
+            total += float(part.sum(dtype=np.float64)) if (part > 0).all() else math.inf
         if total != points:
             yield f"curve_point_count must add up to the {points} points of the curves"
 
