@@ -17,6 +17,7 @@ Time
 """
 
 from contextlib import contextmanager
+from inspect import signature
 from types import CodeType
 
 from numba.core import types
@@ -87,24 +88,29 @@ class _Lower(Lower):
     def lower_binop(self, resty, expr, op):
         if not (expr.static_lhs is expr.static_rhs is UNDEFINED):
             return super().lower_binop(resty, expr, op)
-        signature, values = self.fndesc.calltypes[expr], []
-        for operand, expected in zip((expr.lhs, expr.rhs), signature.args, strict=True):
+        typed, values = self.fndesc.calltypes[expr], []
+        for operand, expected in zip((expr.lhs, expr.rhs), typed.args, strict=True):
             value = self.loadvar(operand.name)
             values.append(self.context.cast(self.builder, value, self.typeof(operand.name), expected))
         typing_context = self.context.typing_context
         operator = typing_context.resolve_value_type(op)
         # Numba's own asks the operator itself: what `remembering_types` knows is found out anew, a tenth of the time
-        found = typing_context.resolve_function_type(operator, signature.args, {})
+        found = typing_context.resolve_function_type(operator, typed.args, {})
         result = self.context.get_function(operator, found)(self.builder, values)
-        return self.context.cast(self.builder, result, signature.return_type, resty)
+        return self.context.cast(self.builder, result, typed.return_type, resty)
 
 
 class _PartLibrary(JITCodeLibrary):
     """The code of a function that is linked into its callers, in the language of LLVM."""
 
     def _optimize_functions(self, ll_module):
+        make = self._codegen._function_pass_manager
+        if "llvm_module" in signature(make).parameters:
+            # older versions of Numba make the passes once for a module themselves
+            super()._optimize_functions(ll_module)
+            return
         ll_module.data_layout = self._codegen._data_layout
-        passes, *builder = _passes(self._codegen._function_pass_manager())
+        passes, *builder = _passes(make())
         for function in ll_module.functions:
             # six of seven are declarations, and Numba makes new passes for each
             if not function.is_declaration:
