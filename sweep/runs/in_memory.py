@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from sweep.atlas.dataset import assemble, empty_columns
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
-from sweep.engine.grid import MOST_BLOCK_CELLS, Span, starts_of
+from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
 from sweep.errors import StoppedError
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Stage, Timetable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 #: Cells of the first block, few enough that an interrupt does not wait for minutes where a cell takes 1e-3 s; seconds
 #: that a block should take; and how much larger the next one may be.
-_FIRST, _SECONDS, _GROWTH = 2**12, 0.25, 4
+_FIRST, _SECONDS, _GROWTH = 2**12, 0.25, 32
 
 
 class _Cells:
@@ -156,4 +156,4 @@ def _next_size(cells: int, seconds: float) -> int:
     """Return the cells of the block after one of so many cells that took so long."""
     wanted = cells * min(_SECONDS / seconds, _GROWTH) if seconds > 0 else cells * _GROWTH
     # the lanes of the threads run empty at the end of each block: smaller ones than the first are not worth it
-    return max(_FIRST, min(int(wanted), MOST_BLOCK_CELLS))
+    return max(_FIRST, min(int(wanted), BLOCK_CELLS))
