@@ -43,7 +43,7 @@ class _Cells:
         return f"{self.done} of {self.spec.size} cells are computed and kept in memory ({size})"
 
 
-#: The cells of the last call that was interrupted, if no call has gone on with them.
+#: The cells of the last call that did not come to its end, if no call has gone on with them.
 _interrupted: _Cells | None = None
 
 
@@ -95,23 +95,30 @@ def run(
     check_block_cells(block_cells)
     use_threads(threads)
     check_device(spec)
-    with following(progress) as show, interruptible() as stopping:
-        cells = _interrupted if _interrupted is not None and _interrupted.spec == spec else _Cells(spec)
-        try:
-            atlas = _computed(cells, block_cells, show, stopping)
-        except (KeyboardInterrupt, StoppedError):
-            if cells.done:
-                _interrupted = cells
-            raise
-    if cells is _interrupted:
-        _interrupted = None
-    return atlas
+    cells = _taken_up(spec)
+    try:
+        with following(progress) as show, interruptible() as stopping:
+            return _computed(cells, block_cells, show, stopping)
+    except BaseException:
+        # an error of the caller's progress function loses nothing either
+        if cells.done:
+            _interrupted = cells
+        raise
 
 
 def forget() -> None:
     """Free the cells that an interrupted `sweep.run` has kept in memory; the same call then begins anew."""
     global _interrupted
     _interrupted = None
+
+
+def _taken_up(spec: SweepSpec) -> _Cells:
+    """Return the cells that a call of the same spec has left, which no other call gets; else none of them computed."""
+    global _interrupted
+    if _interrupted is None or _interrupted.spec != spec:
+        return _Cells(spec)
+    cells, _interrupted = _interrupted, None
+    return cells
 
 
 def _computed(cells: _Cells, block_cells: int | None, show: Show, stopping: Stopping) -> "xr.Dataset":

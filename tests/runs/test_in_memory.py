@@ -102,6 +102,20 @@ def test_another_call_begins_anew_and_leaves_what_is_kept():
     assert anew.heard[0] == (COMPUTING, 0)
 
 
+def test_an_error_of_the_progress_function_loses_nothing():
+    """It goes on to the caller, and the cells that were done stay as after an interrupt."""
+
+    def broken(status):
+        if status.done == 60:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        sweep.run(SPEC, block_cells=20, progress=broken)
+    again = Interrupter()
+    same(sweep.run(SPEC, progress=again), sweep.run(SPEC))
+    assert again.heard[0] == (COMPUTING, 60)
+
+
 def test_what_is_kept_can_be_forgotten():
     """After `forget` the same call begins anew."""
     interrupted()
