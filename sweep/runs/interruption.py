@@ -43,6 +43,9 @@ def interruptible(stopping: Stopping | None = None) -> Iterator[Stopping]:
     try:
         yield lambda: arrived
     except StoppedError as end:
+        if not arrived:
+            # an executor has ended early
+            raise
         raise KeyboardInterrupt(f"{end}. To go on, give the same call again.") from None
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
