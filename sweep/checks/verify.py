@@ -63,7 +63,7 @@ class Findings:
         Whose extremes were held against the exact ones, and their unit.
     extremes : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
-        none. Of more than 2**20 cells median and 99 % are known to 0.05 % (`sweep.checks.distribution`).
+        none. Of more than 2**20 cells median and 99 % are known to 0.05 %.
     period : (median, 99 %, largest)
         The same of the error of the period over the exact period.
     period_share : float
@@ -223,7 +223,7 @@ def _attributes(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, Any]:
 
 
 def findings(audited: "xr.Dataset") -> Findings:
-    """Return the counts and statistics of an audit, as from `verify`."""
+    """Return the counts and statistics of an audit, as from `sweep.verify`."""
     spec = spec_named(audited)
     summary = AuditSummary(_reference(spec).audit)
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}

@@ -58,8 +58,8 @@ def run(
     """Compute the atlas of a spec in memory: ``run("rolling", radius="12mm")``.
 
     Ctrl-C, or the interrupt of a notebook, ends the call after its current block. The cells that are done stay in
-    memory, and the same call goes on with them, until another call is interrupted or `forget` is called. What has to
-    survive the end of the process is computed with `sweep.run_to_file`.
+    memory, and the same call goes on with them, until another call is interrupted or `sweep.forget` is called. What has
+    to survive the end of the process is computed with `sweep.run_to_file`.
 
     Parameters
     ----------
