@@ -7,9 +7,9 @@ must hold; what only the new one holds is named, and no difference.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -34,9 +34,14 @@ from sweep.checks.variables import (
 from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
+from sweep.progress.display import following
+from sweep.progress.timetable import Progress, Show, Stage, Timetable
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Name of the stage.
+COMPARING: Final = "comparing"
 
 #: Attributes of a variable that give its numbers their meaning.
 _MEANING = ("units", "flag_values", "flag_meanings")
@@ -124,6 +129,7 @@ def compare(
     tolerances: Mapping[str, float | str] | None = None,
     exact: bool = False,
     files: Files = (None, None),
+    progress: Progress = None,
 ) -> Comparison:
     """Compare an atlas with a trusted one.
 
@@ -141,6 +147,8 @@ def compare(
         All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
     files : (path or None, path or None)
         The files that the two have just been opened from and that hold what they hold: they are read faster then.
+    progress : bool or callable, optional
+        As in `sweep.run`.
 
     Returns
     -------
@@ -150,7 +158,8 @@ def compare(
     ------
     RequestError
         If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
-        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
+        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable, or `progress` is
+        something else.
     """
     for dataset in (new, reference):
         require_atlas(dataset)
@@ -164,7 +173,8 @@ def compare(
         )
     measured = {each.name: each.quantity for each in held if each.has_tolerance}
     limits = read_limits(tolerances or {}, measured)
-    with CellPair(pair, files) as cells:
+    size = pair.reference["ending"].size
+    with following(progress) as show, CellPair(pair, files, _passes(size, show)) as cells:
         judge = _Exact(cells, held) if exact else _Judge(cells, held, limits)
         judged = [judge.outcome(each) for each in held]
         gathered = _gathered(cells, [each for each in judged if isinstance(each, _Rule)])
@@ -176,8 +186,23 @@ def compare(
             findings.append(_finding(found, gathered[each.name], pair) if isinstance(found, _Rule) else found)
     if exact:
         findings = [replace(each, reason="every bit has to be the same") for each in findings]
-    size = pair.reference["ending"].size
     return Comparison(size, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
+
+
+def _passes(size: int, show: Show) -> Callable[[int], None]:
+    """Return what is to be told how many cells of a pass are done; how many passes there will be nobody knows."""
+    timetable: Timetable | None = None
+    last = size
+
+    def seen(done: int) -> None:
+        nonlocal timetable, last
+        if timetable is None or done <= last:
+            timetable = Timetable([Stage(COMPARING, size)], show)
+            timetable.begin(COMPARING)
+        last = done
+        timetable.report(done)
+
+    return seen
 
 
 class _Rule:

@@ -27,8 +27,9 @@ from sweep.commands.arguments import (
     read_request,
     with_starts,
 )
-from sweep.commands.terminal import say, show, showing, stoppable
+from sweep.commands.terminal import say, show, stoppable
 from sweep.errors import RequestError
+from sweep.progress.display import showing
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
@@ -227,10 +228,10 @@ def warmup() -> None:
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
-    from sweep.atlas.dataset import run
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
+    from sweep.runs.in_memory import run
 
     kernels: list[Kernel] = []
     for name in registry.names():

@@ -249,12 +249,3 @@ def size(count: float) -> str:
         if count >= 10 * factor:
             return f"{count / factor:.0f} {unit}"
     return f"{count / 1e6:.1f} MB"
-
-
-def duration(time: float) -> str:
-    """Return a time for people: `plan` and the progress of `run` use the same format."""
-    if time < 120.0:
-        return f"{time:.1f} s" if time < 9.95 else f"{time:.0f} s"
-    if time < 7200.0:
-        return f"{time / 60:.0f} min"
-    return f"{time / 3600:.1f} h" if time < 172800.0 else f"{math.ceil(time / 8640) / 10:.1f} days"

@@ -16,6 +16,7 @@ from sweep.engine.compute import compute, derive_block, measure_block
 from sweep.engine.grid import MOST_BLOCK_CELLS, Span, whole
 from sweep.errors import RequestError
 from sweep.files.chunk_filter import packed
+from sweep.progress.timetable import duration
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import encode
 from sweep.runs.progress import CHECKING_PACE, bisected_cells
@@ -134,7 +135,7 @@ def describe(
     expected, about = "not measured", "at most"
     journal, file = estimate.journal_bytes(spec, spec.size), estimate.file_bytes(spec)
     if found is not None:
-        taken = estimate.duration(found.seconds(spec, threads, processors))
+        taken = duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
     scratch = estimate.scratch_bytes(spec)

@@ -23,21 +23,20 @@ from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.model.description import FAILED
+from sweep.progress.display import following
+from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, local, no_op, prefetch
 from sweep.runs.forecast import check_room
+from sweep.runs.interruption import interruptible
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import resolved
 from sweep.runs.progress import (
     CHECKING,
-    COMPUTING,
     READING,
-    SEARCHING,
     WRITING,
-    Show,
-    Timetable,
     bisected_cells,
     of_part,
     of_run,
@@ -105,6 +104,10 @@ class Failures:
             *(["    ..."] if self.total > _LISTED else []),
         ]
 
+    def __repr__(self) -> str:
+        """Return what `describe` says, for whoever looks at the result of a call."""
+        return "\n".join(self.describe()) if self.total else f"all {self.spec.size} cells were computed"
+
     def _coordinates(self, cell: int) -> str:
         words = []
         for name, place in zip(self.spec.axes, np.unravel_index(cell, self.spec.shape), strict=True):
@@ -123,9 +126,9 @@ def run_to_file(
     block_cells: int | None = None,
     baseline: str | None = None,
     command: str = "sweep.run_to_file",
-    progress: Show = no_op,
+    progress: Progress = None,
     say: Say = no_op,
-    stopping: Stopping = lambda: False,
+    stopping: Stopping | None = None,
     executor: Executor | None = None,
     **changes: Any,
 ) -> Failures:
@@ -150,13 +153,13 @@ def run_to_file(
         run was begun.
     command : str
         What the user ran, for the history.
-    progress : callable, optional
-        Called after every block, and when another stage begins, with an object that has ``stage`` (str), ``done`` and
-        ``size`` (int), the ``things`` counted (str), and the ``seconds`` to go (float; None if not known yet).
+    progress : bool or callable, optional
+        As in `sweep.run`.
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
-        Called before every block; the run ends when it returns true.
+        Called before every block; the run ends when it returns true. By default the run ends after its current block
+        on Ctrl-C and on the interrupt of a notebook.
     executor : callable, optional
         Computes the blocks; in this process if not given.
     **changes
@@ -176,9 +179,15 @@ def run_to_file(
         If the file system refuses on the way; finished blocks are kept.
     StoppedError
         If `stopping` returned true; finished blocks are kept.
+    KeyboardInterrupt
+        If it was interrupted; finished blocks are kept, and the message says where.
     """
     spec, path = SweepSpec.read(spec, **changes), resolved(path)
-    with run_directory.claimed(path, overwrite) as folder:
+    with (
+        following(progress) as show,
+        interruptible(stopping) as stopping,
+        run_directory.claimed(path, overwrite) as folder,
+    ):
         if run_directory.has_published(folder, path, spec):
             # an earlier run was killed between publishing its file and removing its folder
             run_directory.remove(folder)
@@ -187,7 +196,7 @@ def run_to_file(
         used = usable_threads(threads)
         check_device(spec)
         journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
-        missing = _missing_blocks(journal, say, progress)
+        missing = _missing_blocks(journal, say, show)
 
         def bytes_to_write() -> float:
             left = spec.size - journal.cells(journal.held())
@@ -201,7 +210,7 @@ def run_to_file(
             say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
-        timetable = of_run(spec, journal.cells(missing), None if at_once else used, progress)
+        timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _report_or_raise_stopped(journal, computed, missing, timetable)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
@@ -215,13 +224,13 @@ def run_to_file(
             return publish_from_journal(journal, path, timetable, threads, stopping)
 
 
-def _missing_blocks(journal: Journal, say: Say, progress: Show) -> list[int]:
+def _missing_blocks(journal: Journal, say: Say, show: Show) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
     blocks = len(journal.spans)
     if not journal.held():
         return list(range(blocks))
-    timetable = of_part(journal.spec.size, progress)
+    timetable = of_part(journal.spec.size, show)
     timetable.begin(READING)
     missing, damaged = journal.verify(range(blocks), timetable.report)
     for each in damaged:

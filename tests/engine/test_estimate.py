@@ -8,23 +8,6 @@ from sweep.engine.estimate import coarse
 from sweep.request.spec import SweepSpec
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
-        (0.24, "0.2 s"),
-        (9.94, "9.9 s"),
-        (9.96, "10 s"),
-        (119.4, "119 s"),
-        (600, "10 min"),
-        (9000, "2.5 h"),
-        (400000, "4.7 days"),
-    ],
-)
-def test_times_for_people(seconds, text):
-    """Seconds, minutes, hours or days, whichever is read at a glance."""
-    assert estimate.duration(seconds) == text
-
-
 @pytest.mark.parametrize("cells", [1, 10, 500, 10**6])
 def test_a_coarse_grid_is_spread_over_the_grid(cells):
     """It has about as many cells as asked for, at most those of the grid, and values of the grid's own axes."""
