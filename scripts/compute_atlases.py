@@ -11,8 +11,9 @@ from plot_regimes import save_regimes
 import sweep
 from sweep.checks.verify import findings
 from sweep.commands.audit_report import audit_line
-from sweep.commands.terminal import showing, stoppable
+from sweep.commands.terminal import stoppable
 from sweep.figures import plots
+from sweep.progress.display import showing
 
 PRESETS = ("rolling", "spinning", "circling")
 

@@ -1,7 +1,7 @@
 """Stability atlases of a disk rolling without slip.
 
-``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; see `__all__` for the rest. Datasets have the
-accessor ``dataset.eulerdisk``.
+``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; datasets have the accessor ``dataset.eulerdisk``.
+The names in ``__all__`` are public: docs/python.md lists them with their arguments, and promises how they may change.
 """
 
 from importlib import import_module
@@ -19,40 +19,93 @@ if getattr(kernels, "MARK", None) != "eulerdisk":
     )
 
 if TYPE_CHECKING:
-    from sweep.atlas.dataset import run as run
+    from sweep.accessor import Eulerdisk as Eulerdisk
     from sweep.atlas.reclassify import reclassify as reclassify
     from sweep.atlas.reclassify import refine as refine
+    from sweep.checks.compare import Comparison as Comparison
+    from sweep.checks.compare import compare as compare
+    from sweep.checks.verify import Findings as Findings
+    from sweep.checks.verify import findings as findings
     from sweep.checks.verify import verify as verify
+    from sweep.errors import LeftOutWarning as LeftOutWarning
     from sweep.errors import RequestError as RequestError
+    from sweep.errors import StoppedError as StoppedError
+    from sweep.errors import StorageError as StorageError
+    from sweep.errors import SurroundingsWarning as SurroundingsWarning
     from sweep.files.netcdf import save as save
     from sweep.files.reading import open_atlas as open_atlas
     from sweep.motion.request import TrajectorySpec as TrajectorySpec
     from sweep.motion.trajectory import simulate as simulate
+    from sweep.progress.timetable import Status as Status
     from sweep.request.axes import Range as Range
     from sweep.request.axes import Values as Values
     from sweep.request.criterion import Criterion as Criterion
     from sweep.request.spec import SweepSpec as SweepSpec
+    from sweep.runs.in_memory import forget as forget
+    from sweep.runs.in_memory import run as run
+    from sweep.runs.run import Failures as Failures
     from sweep.runs.run import run_to_file as run_to_file
 
 # Loaded when first used: reading a request must not wait for numba and xarray.
 _HOME = {
+    "Comparison": "sweep.checks.compare",
     "Criterion": "sweep.request.criterion",
+    "Eulerdisk": "sweep.accessor",
+    "Failures": "sweep.runs.run",
+    "Findings": "sweep.checks.verify",
+    "LeftOutWarning": "sweep.errors",
     "Range": "sweep.request.axes",
     "RequestError": "sweep.errors",
+    "Status": "sweep.progress.timetable",
+    "StoppedError": "sweep.errors",
+    "StorageError": "sweep.errors",
+    "SurroundingsWarning": "sweep.errors",
     "SweepSpec": "sweep.request.spec",
     "TrajectorySpec": "sweep.motion.request",
     "Values": "sweep.request.axes",
+    "compare": "sweep.checks.compare",
+    "findings": "sweep.checks.verify",
+    "forget": "sweep.runs.in_memory",
     "open_atlas": "sweep.files.reading",
     "reclassify": "sweep.atlas.reclassify",
     "refine": "sweep.atlas.reclassify",
-    "run": "sweep.atlas.dataset",
+    "run": "sweep.runs.in_memory",
     "run_to_file": "sweep.runs.run",
     "save": "sweep.files.netcdf",
     "simulate": "sweep.motion.trajectory",
     "verify": "sweep.checks.verify",
 }
 
-__all__ = ["__version__", *_HOME]
+# Written out, because type checkers read it; docs/python.md says what each one is, and how they may change.
+__all__ = [
+    "Comparison",
+    "Criterion",
+    "Eulerdisk",
+    "Failures",
+    "Findings",
+    "LeftOutWarning",
+    "Range",
+    "RequestError",
+    "Status",
+    "StoppedError",
+    "StorageError",
+    "SurroundingsWarning",
+    "SweepSpec",
+    "TrajectorySpec",
+    "Values",
+    "__version__",
+    "compare",
+    "findings",
+    "forget",
+    "open_atlas",
+    "reclassify",
+    "refine",
+    "run",
+    "run_to_file",
+    "save",
+    "simulate",
+    "verify",
+]
 
 
 # Before Numba is loaded, which no module of this package does when it is imported itself
@@ -61,13 +114,15 @@ ignore_numba_file()
 when_imported("xarray", lambda: import_module("sweep.accessor"))
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from its home."""
-    if name in _HOME:
-        # not above: there it would end the command line with a traceback, which `sweep.cli` can avoid
-        import_module("sweep.platforms").check_system()
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'sweep' has no attribute {name!r}")
+if not TYPE_CHECKING:
+    # hidden from type checkers, for which any name at all would be one of this package
+    def __getattr__(name: str) -> Any:
+        """Import a public name from its home."""
+        if name in _HOME:
+            # not above: there it would end the command line with a traceback, which `sweep.cli` can avoid
+            import_module("sweep.platforms").check_system()
+            return getattr(import_module(_HOME[name]), name)
+        raise AttributeError(f"module 'sweep' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -4,8 +4,7 @@ The package registers it when both this package and xarray have been imported, i
 imported here before something is asked.
 """
 
-import html
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -13,9 +12,9 @@ import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_flags, is_atlas, require_atlas
-from sweep.errors import RequestError, plain_text, printable, shown
+from sweep.errors import RequestError
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
+from sweep.motion.sampling import check_motion, is_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,7 +84,10 @@ class Eulerdisk:
 
     @property
     def unstable_share(self) -> "Share":
-        """The share of the random starts that is unstable, with its 95 % interval; see `sweep.atlas.share.Share`.
+        """The share of the random starts that is unstable.
+
+        It has ``value`` and its 95 % ``interval``, and the numbers of starts: ``unstable``, ``stable``, ``undecided``,
+        ``failed``, ``missing``.
 
         Raises
         ------
@@ -219,7 +221,7 @@ class Eulerdisk:
     ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        See `sweep.figures.plots.figure` and `motion_figure` there, which takes none of these words.
+        The words are those of ``eulerdisk plot`` (docs/figures.md); the figure of a motion takes none of them.
 
         Parameters
         ----------
@@ -336,40 +338,16 @@ class Eulerdisk:
         animation.save(self._dataset, path, options)
 
     def __repr__(self) -> str:
-        """Return a few lines: what it is, its grid, its verdicts, its boundaries."""
-        return "\n".join(f"{label:<10} {text}" for label, text in self._summary())
+        """Return a few lines: what was swept, its grid and disk, its verdicts, its boundaries against theory."""
+        from sweep.figures.summary import as_text
+
+        return as_text(self._dataset)
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(label)}</th>"
-            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for label, text in self._summary()
-        )
-        return f"<table>{rows}</table>"
+        """Return the same as a table, for a notebook, with a small map."""
+        from sweep.figures.summary import as_html
 
-    def _summary(self) -> Iterator[tuple[str, str]]:
-        data = self._dataset
-        if is_motion(data):
-            yield from _motion_summary(data)
-            return
-        if not is_atlas(data):
-            yield NAME, "not a stability atlas"
-            return
-        yield NAME, shown(printable(plain_text(data.attrs["title"])))
-        sizes = data["ending"].sizes
-        yield "grid", " x ".join(f"{name} {count}" for name, count in sizes.items()) or "one cell"
-        yield "criterion", shown(printable(plain_text(data.attrs["criterion"])))
-        counts = {"stable": int(self.stable.sum()), "unstable": int(self.unstable.sum())}
-        counts["undecided"] = data["ending"].size - sum(counts.values())
-        yield "cells", ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        if sizes.keys() == {"start"}:
-            from sweep.atlas.share import in_words
-
-            yield "unstable", in_words(self.unstable_share)
-        for name in self._boundaries():
-            edge = data[name]
-            if edge.notnull().any():
-                yield "boundary", f"{float(edge.min()):.6g} to {float(edge.max()):.6g} {edge.units}, {name}"
+        return as_html(self._dataset)
 
     def _check(self) -> None:
         if is_motion(self._dataset):
@@ -416,32 +394,6 @@ class Eulerdisk:
             f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
             hint="Name a parameter and an edge, upper or lower.",
         )
-
-
-def _motion_summary(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """Yield the lines of a motion: what it is, which disk and start, how long, and whether rolling is possible."""
-    from sweep.figures.disk.captions import caption
-    from sweep.motion.rolling_limit import rolling_limit
-
-    try:
-        check_motion(dataset)
-    except RequestError as problem:
-        yield "motion", problem.message
-        return
-    times = dataset["elapsed_time"].values
-    yield "motion", shown(printable(plain_text(dataset.attrs.get("title", ""))))
-    yield "disk", caption(dataset)
-    ending = ", ".join(
-        filter(None, (f"{times.size} samples from {times[0]:g} to {times[-1]:g} s", end_of(dataset)))
-    )
-    yield "time", ending
-    if lost := losses_of(dataset):
-        yield "losses", lost
-    limit = rolling_limit(dataset)
-    friction = float(dataset["friction"])
-    coefficient = f" with friction {friction:g}" if friction < float("inf") else ""
-    rolls = f"rolls all the time{coefficient}; it needs {limit.needed:.4g}"
-    yield "contact", limit.words(float(times[0]), friction) or rolls
 
 
 # importlib.reload would register it again, and xarray warn of it

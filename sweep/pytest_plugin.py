@@ -45,12 +45,12 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
         from sweep.platforms import check_system
 
         check_system()
-        from sweep.atlas.dataset import run
         from sweep.checks.compare import compare
         from sweep.checks.comparison_report import in_words
         from sweep.errors import RequestError
         from sweep.files.reading import open_atlas
         from sweep.request.spec import SweepSpec
+        from sweep.runs.in_memory import run
         from sweep.runs.run import run_to_file
 
         path = folder / reference

@@ -150,20 +150,23 @@ def test_another_criterion_and_a_figure(atlas):
 
 
 def test_a_few_lines_say_what_it_is(atlas):
-    """Text and HTML name title, grid, criterion, counts and boundary, and escape what is not HTML."""
+    """Text and HTML name title, axes, criterion, counts and boundary, and escape what is not HTML."""
     text = repr(atlas.eulerdisk)
     stable, unstable = int(atlas.eulerdisk.stable.sum()), int(atlas.eulerdisk.unstable.sum())
-    assert len(text.splitlines()) == 5
+    assert len(text.splitlines()) == 10
     for part in (
         "Rolling along a line",
-        "roll_rate 9 x tilt 5",
+        "9 x 5 = 45 cells",
+        "roll_rate 9: 2 to 4 rad s-1",
+        "tilt 5: 0.1 to 30 deg, logarithmic",
+        "alpha 0.5, radius 0.5 m, gravity 9.81 m s-2",
         "departure:5deg",
-        f"{stable} stable, {unstable} unst",
+        f"{stable} stable ({100 * stable / 45:.3g} %), {unstable} unstable ({100 * unstable / 45:.3g} %)",
     ):
         assert part in text
     assert "boundary_roll_rate" in text
     odd = atlas.assign_attrs(title="a < b & <script>")
-    assert "<td style='text-align:left'>a &lt; b &amp; &lt;script&gt;</td>" in odd.eulerdisk._repr_html_()
+    assert ">a &lt; b &amp; &lt;script&gt;</td>" in odd.eulerdisk._repr_html_()
 
 
 def test_another_dataset_has_it_and_says_what_is_wrong():

@@ -5,8 +5,10 @@ together). A process whose entry points are kept on disk (`kernels.native.entry`
 """
 
 import os
-from functools import update_wrapper
+from functools import partial, update_wrapper
 from threading import RLock
+
+from kernels.native.options import WITHOUT_WRAPPERS
 
 #: Whether kernels run as plain Python, for measuring coverage: the variable of the environment that Numba obeys too.
 PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "").strip() not in ("", "0")
@@ -24,10 +26,14 @@ class LazyFunction:
         What it does, in Python.
     make : callable
         Called with `py_func` when the compiled function is first needed; returns it.
+    make_part : callable, optional
+        The same for the function that kernels call, if it is another one than Python calls: what Python needs for
+        its calls takes as long to compile as a dozen lines.
     """
 
-    def __init__(self, py_func, make):
+    def __init__(self, py_func, make, make_part=None):
         self.py_func, self._make, self._made = py_func, make, None
+        self._part = LazyFunction(py_func, make_part) if make_part else self
         update_wrapper(self, py_func)
 
     @property
@@ -42,12 +48,12 @@ class LazyFunction:
     @property
     def _numba_type_(self):
         # Numba asks a value that it does not know for its type
-        return self.compiled._numba_type_
+        return self._part.compiled._numba_type_
 
     @property
     def targetoptions(self):
-        """The options of the compiled function, where Numba looks for `inline`."""
-        return self.compiled.targetoptions
+        """The options of the function that kernels call, where Numba looks for `inline`."""
+        return self._part.compiled.targetoptions
 
     def __call__(self, *arguments):
         """Call the compiled function."""
@@ -55,17 +61,18 @@ class LazyFunction:
 
     def copied(self, py_func):
         """Return a function that does what `py_func` does, compiled in the same way."""
-        return LazyFunction(py_func, self._make)
+        part = self._part
+        return LazyFunction(py_func, self._make, None if part is self else part._make)
 
 
 def lazy(**options):
     """Return a decorator of functions that Numba compiles with these options."""
+    make, make_part = partial(_dispatcher, options), partial(_dispatcher, options | WITHOUT_WRAPPERS)
+    called_by_python = not options.items() >= WITHOUT_WRAPPERS.items()
+    return lambda function: LazyFunction(function, make, make_part if called_by_python else None)
 
-    def make(function):
-        from numba import njit
 
-        from kernels.native.pipeline import KernelCompiler
+def _dispatcher(options, function):
+    from kernels.native.pipeline import KernelDispatcher
 
-        return njit(pipeline_class=KernelCompiler, **options)(function)
-
-    return lambda function: LazyFunction(function, make)
+    return KernelDispatcher(function, options)

@@ -6,5 +6,8 @@
 # same array ran no faster than one (perf, two cores).
 ALL = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
+#: Without what Python needs to call a function.
+WITHOUT_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 #: Of functions that only kernels call.
-INTERNAL = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **ALL}
+INTERNAL = {**WITHOUT_WRAPPERS, **ALL}

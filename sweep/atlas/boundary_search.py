@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary import Brackets, Seen, bisected, rows_along, unseen
 from sweep.atlas.cf_metadata import EDGES, curve_declarations, edge_declarations
-from sweep.atlas.curves import Curves, curves
-from sweep.atlas.neighbours import NeighbourSearch
+from sweep.atlas.curves import Curves
 from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
+from sweep.atlas.scratch import Scratch
 from sweep.atlas.slices import SlicedVariables, slices_of
 from sweep.engine.grid import Span, blocks, starts_of
 from sweep.model.description import Starts
@@ -37,13 +38,16 @@ class BoundarySearch:
     spec : SweepSpec
     read : callable
         Gives the verdicts. Those of a cell are asked for once for each control among the axes, a second time for each
-        that has a lower edge, and once more for the curves.
+        that has a lower edge, and once or twice more for the curves.
     seen : callable, optional
         Called now and then with the share of the work that is done, from 0 to 1.
+    folder : Path, optional
+        Where the points of long curves are kept while they are joined, 33 bytes each; the system's folder for temporary
+        files if not given. A process that is killed leaves nothing there.
     """
 
-    def __init__(self, spec: SweepSpec, read: Read, seen: Seen = unseen) -> None:
-        self._spec, self._read, self._seen = spec, read, seen
+    def __init__(self, spec: SweepSpec, read: Read, seen: Seen = unseen, folder: Path | None = None) -> None:
+        self._spec, self._read, self._seen, self._folder = spec, read, seen, folder
         controls = spec.model.controls(spec.axes)
         self._rows = [_Rows(spec, axis, read) for axis in controls]
         self._has_curves = spec.boundary_width is not None and len(spec.axes) > 1
@@ -82,32 +86,24 @@ class BoundarySearch:
         self._seen((self._done + share * rows) / self._total / (2.0 if self._has_curves else 1.0))
 
     def _curves(self) -> Iterator[SlicedVariables]:
-        spec = self._spec
-        search = NeighbourSearch(spec.shape)
-        for span in blocks(spec.size, READ_CELLS):
-            search.add(span.start, self._read(span))
-        lines = curves(spec, search.pairs())
-        del search
-        # the classic model of netCDF allows no dimension of length 0, except an unlimited one
-        if not lines.counts.size:
-            return
-        of_curves, of_points = curve_declarations(spec)
-        each = (lines.counts.astype("i4"), lines.closed.astype("i1"))
-        slices = (span for span, _ in slices_of(lines.counts.shape))
-        yield SlicedVariables(
-            of_curves,
-            lines.counts.shape,
-            ([part[span.start : span.stop] for part in each] for span in slices),
-        )
-        yield SlicedVariables(of_points, lines.cells.shape, self._points(lines))
+        with Scratch(self._folder) as scratch:
+            lines = Curves(self._spec, self._read, scratch, lambda: self._seen(0.5))
+            # the classic model of netCDF allows no dimension of length 0, except an unlimited one
+            if lines.count:
+                of_curves, of_points = curve_declarations(self._spec)
+                yield SlicedVariables(of_curves, (lines.count,), self._lengths(lines))
+                yield SlicedVariables(of_points, (lines.points,), self._points(lines))
+
+    def _lengths(self, lines: Curves) -> _Parts:
+        for span, _ in slices_of((lines.count,)):
+            yield list(lines.lengths(span))
 
     def _points(self, lines: Curves) -> _Parts:
         assert self._spec.boundary_width is not None
-        size = lines.cells.size
-        for span, _ in slices_of((size,)):
+        for span, _ in slices_of((lines.points,)):
 
             def seen(share: float, span: Span = span) -> None:
-                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / size)
+                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / lines.points)
 
             points = lines.measured(span, self._spec.boundary_width, seen)
             yield [part for axis in self._spec.axes for part in points.along(axis)]

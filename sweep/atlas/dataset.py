@@ -1,12 +1,12 @@
 """An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.boundary_search import BoundarySearch, in_memory
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
@@ -21,25 +21,32 @@ from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.row_search import row_status
 from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
 from sweep.atlas.slices import coordinates, whole
-from sweep.engine.compute import Block, run_blocks
-from sweep.engine.grid import BLOCK_CELLS, chunk_shape
+from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
+from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Dataset":
-    """Return the atlas of a spec from its computed blocks.
+def empty_columns(spec: SweepSpec) -> dict[str, npt.NDArray[Any]]:
+    """Return a column of shape (size,) for each variable of the cells, to be filled with those of computed blocks."""
+    return {each.name: np.zeros(spec.size, each.dtype) for each in cell_declarations(spec)}
+
+
+def assemble(spec: SweepSpec, columns: Columns, command: str, seen: Seen = unseen) -> "xr.Dataset":
+    """Return the atlas of a spec from the columns of all its cells.
 
     Parameters
     ----------
     spec : SweepSpec
-    blocks : iterable of Block
-        All cells, in any order.
+    columns : mapping of str to array, shape (size,)
+        As from `empty_columns`, filled.
     command : str
         What the user ran, for the history.
+    seen : callable, optional
+        Called now and then with the share of the search for the boundary that is done, from 0 to 1.
 
     Returns
     -------
@@ -49,16 +56,14 @@ def assemble(spec: SweepSpec, blocks: Iterable[Block], command: str) -> "xr.Data
     """
     import xarray as xr
 
-    declared = cell_declarations(spec)
-    flat = {each.name: np.zeros(spec.size, each.dtype) for each in declared}
-    for block in blocks:
-        for name, column in block.columns.items():
-            flat[name][block.span.start : block.span.stop] = column
-    stability = flat["stability"].reshape(spec.shape)
-    held = {each.name: as_variable(each, flat[each.name].reshape(spec.shape), spec) for each in declared}
+    stability = columns["stability"].reshape(spec.shape)
+    held = {
+        each.name: as_variable(each, columns[each.name].reshape(spec.shape), spec)
+        for each in cell_declarations(spec)
+    }
     listed = {name: held.pop(name) for name in spec.listed}
     return xr.Dataset(
-        held | edge_variables(spec, stability),
+        held | edge_variables(spec, stability, seen),
         listed | {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
         global_attributes(spec, command),
     )
@@ -177,52 +182,20 @@ def edge_status(dataset: Atlas, axis: str, edge: str) -> npt.NDArray[np.int8]:
 
 
 def boundaries(
-    spec: SweepSpec, stability: npt.NDArray[np.integer]
+    spec: SweepSpec, stability: npt.NDArray[np.integer], seen: Seen = unseen
 ) -> list[tuple[Declaration, npt.NDArray[Any]]]:
     """Return the variables of the boundary that a grid of verdicts, of the spec's shape, has.
 
     One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
     """
-    return whole(BoundarySearch(spec, in_memory(stability)).variables())
+    return whole(BoundarySearch(spec, in_memory(stability), seen).variables())
 
 
-def edge_variables(spec: SweepSpec, stability: npt.NDArray[np.integer]) -> dict[str, "xr.Variable"]:
+def edge_variables(
+    spec: SweepSpec, stability: npt.NDArray[np.integer], seen: Seen = unseen
+) -> dict[str, "xr.Variable"]:
     """Return the variables of `boundaries` by their names."""
-    return {each.name: as_variable(each, values, spec) for each, values in boundaries(spec, stability)}
-
-
-def run(
-    spec: SweepSpec | str | Path,
-    *,
-    threads: int | None = None,
-    block_cells: int = BLOCK_CELLS,
-    **changes: Any,
-) -> "xr.Dataset":
-    """Compute the atlas of a spec in memory: ``run("rolling", radius="12mm")``.
-
-    Parameters
-    ----------
-    spec : SweepSpec, str or Path
-        A spec, the name of a preset, or the path of a TOML file.
-    threads : int, optional
-        Threads to use; all that this process may use if not given.
-    block_cells : int
-        Cells computed at a time. Neither this nor `threads` changes a bit of the result.
-    **changes
-        Words of the spec with other values, as on the command line; see `SweepSpec.read`.
-
-    Returns
-    -------
-    xarray.Dataset
-        As in `assemble`.
-
-    Raises
-    ------
-    RequestError
-        If the spec or a change is not possible, or `threads` or `block_cells` is out of range.
-    """
-    spec = SweepSpec.read(spec, **changes)
-    return assemble(spec, run_blocks(spec, threads=threads, block_cells=block_cells), "sweep.run")
+    return {each.name: as_variable(each, values, spec) for each, values in boundaries(spec, stability, seen)}
 
 
 def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec) -> "xr.Variable":

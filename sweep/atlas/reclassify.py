@@ -1,11 +1,12 @@
 """Another criterion or a finer boundary on a finished atlas: measures are stored, verdicts follow from them."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
+from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.cf_metadata import ascii_text, cell_declarations, created, spec_attributes
 from sweep.atlas.completion import without_boundary
 from sweep.atlas.dataset import edge_variables, require, spec_of
@@ -14,12 +15,17 @@ from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Truths
+from sweep.progress.display import following
+from sweep.progress.timetable import SEARCHING, Progress, Stage, Timetable
 from sweep.request.criterion import Criterion, Function, where_true
 from sweep.request.spec import SweepSpec
 from sweep.request.words import GRID, REFINED, REFINED_WIDTH
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: In how many parts the search for a boundary is counted.
+_PARTS: Final = 1000
 
 
 def reclassify(
@@ -66,7 +72,7 @@ def reclassify(
     return _with_verdicts(atlas, new, verdicts, f"reclassified in memory with the {new.criterion}")
 
 
-def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
+def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Progress = None) -> "xr.Dataset":
     """Return an atlas whose boundary is bisected, row by row and as curves.
 
     Parameters
@@ -75,6 +81,8 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
         An atlas, as `sweep.run` or `sweep.open_atlas` returns it.
     width : float
         Width of the brackets in the SI unit of each axis.
+    progress : bool or callable, optional
+        As in `sweep.run`.
 
     Returns
     -------
@@ -84,13 +92,21 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH) -> "xr.Dataset":
     Raises
     ------
     RequestError
-        If the dataset is no atlas, the width is not above 0, or the criterion is a function.
+        If the dataset is no atlas, the width is not above 0, `progress` is something else, or the criterion is a
+        function.
     """
     require_atlas(dataset)
     atlas = settled(dataset)
     spec = spec_of(atlas).replace(boundary=f"{REFINED}:{width!r}")
     spec.criterion.check_new_cells()
-    return _with_verdicts(atlas, spec, _judged(atlas, spec), f"boundary refined to {width!r}")
+    with following(progress) as show:
+        timetable = Timetable([Stage(SEARCHING, _PARTS)], show, things="parts")
+        timetable.begin(SEARCHING)
+
+        def searched(share: float) -> None:
+            timetable.report(int(share * _PARTS))
+
+        return _with_verdicts(atlas, spec, _judged(atlas, spec), f"boundary refined to {width!r}", searched)
 
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec) -> npt.NDArray[np.int8]:
@@ -138,10 +154,10 @@ def _refuse(got: str, ending: "xr.DataArray") -> NoReturn:
 
 
 def _with_verdicts(
-    dataset: "xr.Dataset", spec: SweepSpec, stability: npt.NDArray[np.int8], done: str
+    dataset: "xr.Dataset", spec: SweepSpec, stability: npt.NDArray[np.int8], done: str, seen: Seen = unseen
 ) -> "xr.Dataset":
     """Return an atlas with other verdicts, and what follows from them and their criterion."""
-    edges = edge_variables(spec, stability)
+    edges = edge_variables(spec, stability, seen)
     verdicts = dataset["stability"].copy(data=stability)
     declared = next(each for each in cell_declarations(spec) if each.name == "stability")
     verdicts.attrs["comment"] = declared.attributes["comment"]

@@ -16,9 +16,9 @@ from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError, StoppedError
 from sweep.files.reading import opened, opened_file
+from sweep.progress.timetable import Show
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, no_op
-from sweep.runs.progress import Show
 from sweep.runs.run import Failures, run_to_file
 
 #: What became of the atlas of a sweep.

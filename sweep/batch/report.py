@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 from sweep.batch.night import KEPT, REFUSED, Outcome
 from sweep.batch.sweeps import Sweep
 from sweep.checks.comparison_report import what
-from sweep.engine.estimate import duration
 from sweep.errors import printable
+from sweep.progress.timetable import duration
 
 #: Why a sweep has no outcome.
 _NOT_FINISHED = "not finished: the batch has not come to it, or was interrupted. The same command goes on."

@@ -1,7 +1,7 @@
 """Align two atlases on one grid, or refuse them with the reason why they cannot be compared."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,6 +54,14 @@ class Pair:
     notes: tuple[str, ...]
     as_given: tuple[bool, bool]
     in_blocks: tuple[bool, bool]
+
+    def part(self, places: Mapping[Hashable, slice]) -> "Pair":
+        """Return the pair of what has some dimensions, those of curves or of an edge, at some of their places."""
+        new, reference = (
+            each[[name for name, variable in each.data_vars.items() if set(variable.dims) == places.keys()]]
+            for each in (self.new, self.reference)
+        )
+        return replace(self, new=new.isel(places), reference=reference.isel(places))
 
     @property
     def spec(self) -> SweepSpec:

@@ -1,6 +1,6 @@
 """The cells of two aligned atlases, read block by block from both at once."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,6 +68,8 @@ class CellPair:
     ----------
     pair : Pair
     files : Files
+    seen : callable, optional
+        Called with the number of cells of the present pass that are done.
 
     Attributes
     ----------
@@ -77,8 +79,8 @@ class CellPair:
         The variables with one number per cell that both have.
     """
 
-    def __init__(self, pair: Pair, files: Files) -> None:
-        self.pair, self._stack = pair, ExitStack()
+    def __init__(self, pair: Pair, files: Files, seen: Callable[[int], None] = lambda _: None) -> None:
+        self.pair, self._seen, self._stack = pair, seen, ExitStack()
         self.shape: tuple[int, ...] = pair.reference["ending"].shape
         self._readers: list[CellReader] = []
         held = []
@@ -109,6 +111,7 @@ class CellPair:
                     Columns(self._readers[0], span, every, new),
                     Columns(self._readers[1], span, every, reference),
                 )
+                self._seen(span.stop)
 
     def same(self, name: str, alike: Collection[str]) -> bool:
         """Return whether a variable that both have is the same to the bit, `alike` being those of the cells."""

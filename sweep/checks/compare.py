@@ -7,13 +7,14 @@ must hold; what only the new one holds is named, and no difference.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from sweep.atlas.selection import require_atlas, settled
+from sweep.atlas.slices import slices_of
 from sweep.checks.alignment import Pair, align
 from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
 from sweep.checks.borderline import Flips, flips, no_flips
@@ -33,9 +34,14 @@ from sweep.checks.variables import (
 from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
+from sweep.progress.display import following
+from sweep.progress.timetable import Progress, Show, Stage, Timetable
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Name of the stage.
+COMPARING: Final = "comparing"
 
 #: Attributes of a variable that give its numbers their meaning.
 _MEANING = ("units", "flag_values", "flag_meanings")
@@ -123,6 +129,7 @@ def compare(
     tolerances: Mapping[str, float | str] | None = None,
     exact: bool = False,
     files: Files = (None, None),
+    progress: Progress = None,
 ) -> Comparison:
     """Compare an atlas with a trusted one.
 
@@ -140,6 +147,8 @@ def compare(
         All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
     files : (path or None, path or None)
         The files that the two have just been opened from and that hold what they hold: they are read faster then.
+    progress : bool or callable, optional
+        As in `sweep.run`.
 
     Returns
     -------
@@ -149,7 +158,8 @@ def compare(
     ------
     RequestError
         If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
-        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable.
+        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable, or `progress` is
+        something else.
     """
     for dataset in (new, reference):
         require_atlas(dataset)
@@ -163,7 +173,8 @@ def compare(
         )
     measured = {each.name: each.quantity for each in held if each.has_tolerance}
     limits = read_limits(tolerances or {}, measured)
-    with CellPair(pair, files) as cells:
+    size = pair.reference["ending"].size
+    with following(progress) as show, CellPair(pair, files, _passes(size, show)) as cells:
         judge = _Exact(cells, held) if exact else _Judge(cells, held, limits)
         judged = [judge.outcome(each) for each in held]
         gathered = _gathered(cells, [each for each in judged if isinstance(each, _Rule)])
@@ -175,8 +186,23 @@ def compare(
             findings.append(_finding(found, gathered[each.name], pair) if isinstance(found, _Rule) else found)
     if exact:
         findings = [replace(each, reason="every bit has to be the same") for each in findings]
-    size = pair.reference["ending"].size
     return Comparison(size, common, tuple(findings), _provenance(pair), (*pair.notes, *notes))
+
+
+def _passes(size: int, show: Show) -> Callable[[int], None]:
+    """Return what is to be told how many cells of a pass are done; how many passes there will be nobody knows."""
+    timetable: Timetable | None = None
+    last = size
+
+    def seen(done: int) -> None:
+        nonlocal timetable, last
+        if timetable is None or done <= last:
+            timetable = Timetable([Stage(COMPARING, size)], show)
+            timetable.begin(COMPARING)
+        last = done
+        timetable.report(done)
+
+    return seen
 
 
 class _Rule:
@@ -212,15 +238,24 @@ class _Rule:
         excused = self._flips.of(name, span) if self.variable.kind == CELL else np.zeros(len(span), bool)
         return self._judged(block.new[name], old, most, excused)
 
-    def of_others(self) -> Judged:
-        """Judge all values of a variable that has not one per cell, or not one of a number."""
-        name, pair = self.variable.name, self._pair
+    def of_others(self) -> Iterator[tuple[int, Judged]]:
+        """Judge all values of a variable that has not one per cell; yield the first flat index of some, and these."""
+        whole = self._pair.reference[self.variable.name]
+        excused = _excused(self.variable, self._pair, self._flips)
+        if self.variable.kind not in (CURVE, EDGE):
+            yield 0, self._of_part(self._pair, excused)
+            return
+        for span, places in slices_of(whole.shape):
+            part = self._pair.part(dict(zip(whole.dims, places, strict=True)))
+            yield span.start, self._of_part(part, excused[places])
+
+    def _of_part(self, pair: Pair, excused: Truths) -> Judged:
+        name = self.variable.name
         new, old = pair.new[name].values, pair.reference[name].values
         if self._exactly or self.given is not None:
             most: Any = np.full(old.shape, self.given or 0.0)
         else:
             most = allowed(self.variable.quantity, pair)
-        excused = _excused(self.variable, pair, self._flips)
         columns = (new, old, np.broadcast_to(most, old.shape), np.broadcast_to(excused, old.shape))
         return self._judged(*(np.asarray(each).reshape(-1) for each in columns))
 
@@ -239,7 +274,8 @@ def _gathered(cells: CellPair, rules: Sequence[_Rule]) -> dict[str, Differences]
     per_cell = [each for each in rules if each.variable.name in cells.names]
     for each in rules:
         if each not in per_cell:
-            gathered[each.variable.name].add(0, each.of_others())
+            for start, judged in each.of_others():
+                gathered[each.variable.name].add(start, judged)
     model = cells.pair.spec.model
     needed = dict.fromkeys((*(each.variable.name for each in per_cell), *model.extremes, model.error_name))
     for block in cells.blocks([name for name in needed if name in cells.names]) if per_cell else ():
@@ -311,8 +347,10 @@ class _Judge:
 def _excused(variable: Variable, pair: Pair, flips: Flips) -> Truths:
     """Return which values may differ because a borderline cell flips: the flag, or what follows from it."""
     name, shape = variable.name, pair.reference["ending"].shape
-    if variable.kind == CURVE:
-        return np.full(pair.reference[name].shape, bool(flips.both.size))
+    if variable.kind == CURVE or not flips.both.size:
+        # not np.full: curves, and the rows of an edge, may be many
+        found = variable.kind == CURVE and flips.both.size > 0
+        return np.broadcast_to(np.bool_(found), pair.reference[name].shape)
     if variable.kind == EDGE:
         # the bracket moves with the verdict that flips; the lines of theory do not depend on cells
         axis = pair.axes.index(variable.axis)

@@ -35,8 +35,11 @@ from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.files.paths import check_target
 from sweep.files.publish import published
 from sweep.model.description import Reference
+from sweep.progress.display import following
+from sweep.progress.timetable import SEARCHING, Progress, Stage, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import prefetch
+from sweep.runs.progress import CHECKING, bisected_cells
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +63,7 @@ class Findings:
         Whose extremes were held against the exact ones, and their unit.
     extremes : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
-        none. Of more than 2**20 cells median and 99 % are known to 0.05 % (`sweep.checks.distribution`).
+        none. Of more than 2**20 cells median and 99 % are known to 0.05 %.
     period : (median, 99 %, largest)
         The same of the error of the period over the exact period.
     period_share : float
@@ -113,7 +116,7 @@ class Findings:
         return not self.disagreeing and not self.missing and not self.wrong
 
 
-def verify(dataset: "xr.Dataset", *, seed: int | None = None) -> "xr.Dataset":
+def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress = None) -> "xr.Dataset":
     """Hold all that an atlas states against its spec and the reference of its model.
 
     Parameters
@@ -122,11 +125,13 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None) -> "xr.Dataset":
         An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
     seed : int, optional
         Which cells are computed a second time, of a model without an exact reference; fresh ones if not given.
+    progress : bool or callable, optional
+        As in `sweep.run`.
 
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the atlas: the variables of its model's audit (`sweep.model.description.Audit`). A cell
+        On the dimensions of the atlas: the variables of its model's audit (docs/atlas.md). A cell
         agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
         means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
         other variables are what its integration gives again. What was found of each variable and attribute, the
@@ -137,7 +142,8 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None) -> "xr.Dataset":
     Raises
     ------
     RequestError
-        If its model has no reference, or the atlas lacks a variable that is needed, or cannot be read.
+        If its model has no reference, or the atlas lacks a variable that is needed, or cannot be read, or `progress`
+        is something else.
     """
     import xarray as xr
 
@@ -145,10 +151,14 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None) -> "xr.Dataset":
     spec, reference = _checked(dataset, seed)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
-    with _audit(dataset, spec, reference) as audit:
+    with following(progress) as show, _audit(dataset, spec, reference) as audit:
+        timetable = Timetable([Stage(CHECKING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
+        timetable.begin(CHECKING)
         for span, variables in audit.blocks():
             for name, column in found.items():
                 column[span.start : span.stop] = variables[name]
+            timetable.report(span.stop)
+        timetable.begin(SEARCHING)
         statements = audit.statements()
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
@@ -236,7 +246,7 @@ def _attributes(dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) ->
 
 
 def findings(audited: "xr.Dataset") -> Findings:
-    """Return the counts and statistics of an audit, as from `verify`."""
+    """Return the counts and statistics of an audit, as from `sweep.verify`."""
     spec = spec_named(audited)
     summary = AuditSummary(_reference(spec).audit)
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}

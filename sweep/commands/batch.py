@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.commands.arguments import MaxFailed, Quiet, Threads
-from sweep.commands.terminal import say, show, showing, stoppable
+from sweep.commands.terminal import say, show, stoppable
 from sweep.errors import RequestError
+from sweep.progress.display import showing
 
 if TYPE_CHECKING:
     from sweep.batch.night import Outcome

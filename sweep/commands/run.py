@@ -27,8 +27,9 @@ from sweep.commands.arguments import (
     read_request,
     with_starts,
 )
-from sweep.commands.terminal import say, show, showing, stoppable
+from sweep.commands.terminal import say, show, stoppable
 from sweep.errors import RequestError
+from sweep.progress.display import showing
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
@@ -209,12 +210,13 @@ def plan(
         block_cells = block_cells or estimate.suitable_block(found.rate, estimate.least_cells(threads))
     show("\n".join(describe(request, output, found, block_cells, used, there)))
     _warn(request)
+    scratch = estimate.scratch_bytes(request)
     try:
         if found is None:
-            bound = estimate.journal_bytes(request, request.size) + estimate.file_bytes(request)
+            bound = estimate.journal_bytes(request, request.size) + scratch + estimate.file_bytes(request)
             estimate.check_room(output, bound)
         else:
-            estimate.check_room(output, found.journal_bytes(request) + found.file_bytes(request))
+            estimate.check_room(output, found.journal_bytes(request) + scratch + found.file_bytes(request))
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None
@@ -226,12 +228,12 @@ def warmup() -> None:
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
-    from sweep.atlas.dataset import run
     from sweep.engine.estimate import coarse
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
     from sweep.request.words import presets
+    from sweep.runs.in_memory import run
 
     kernels: list[Kernel] = []
     for registered in registry.names():

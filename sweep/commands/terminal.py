@@ -9,19 +9,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Event, Thread
 from types import FrameType
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 import typer
 
 from sweep.errors import StoppedError, printable
-
-if TYPE_CHECKING:
-    from sweep.runs.progress import Show, Status
-
-#: Seconds between two lines in a log.
-_LOG_INTERVAL = 5.0
+from sweep.progress.display import showing
+from sweep.progress.timetable import COMPUTING, Stage, Timetable
 
 
 def show(text: str) -> None:
@@ -35,20 +30,6 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def showing(stream: TextIO | None = None, quiet: bool = False) -> Iterator["Show"]:
-    """Yield a function that shows the status of a run: a bar on a terminal, a line every few seconds in a log.
-
-    The progress is shown on standard error if no stream is given, and not at all if `quiet`.
-    """
-    stream = stream or sys.stderr
-    if quiet:
-        yield lambda _: None
-        return
-    with _bar(stream) if stream.isatty() else _log(stream) as show:
-        yield show
-
-
-@contextmanager
 def reporting(
     stream: TextIO | None = None, what: str = "cells", quiet: bool = False
 ) -> Iterator[Callable[[int, int], None]]:
@@ -56,9 +37,6 @@ def reporting(
 
     `what` names the things that are counted.
     """
-    # not at the top: it loads numpy, which `eulerdisk --help` does not need
-    from sweep.runs.progress import COMPUTING, Stage, Timetable
-
     with showing(stream, quiet) as show:
         timetable: Timetable | None = None
 
@@ -71,81 +49,6 @@ def reporting(
                 timetable.report(done)
 
         yield progress
-
-
-class _Latest:
-    """The latest status, and the words for what is left of it as time goes by."""
-
-    def __init__(self) -> None:
-        self.status: Status | None = None
-        self._at = 0.0
-
-    def take(self, status: "Status") -> None:
-        """Take the place of the status before."""
-        self._at, self.status = time.monotonic(), status
-
-    def to_go(self) -> str:
-        """Return how long all will take from now on; empty if that is not known, or if all is done."""
-        # not at the top: it loads numpy, which `eulerdisk --help` does not need
-        from sweep.engine.estimate import duration
-
-        if self.status is None or not self.status.seconds:
-            return ""
-        # as long as there is something to do it takes some time, however long it was expected to take
-        return f"{duration(max(1.0, self.status.seconds - (time.monotonic() - self._at)))} to go"
-
-    def line(self) -> str:
-        """Return the line of a log."""
-        if self.status is None:
-            return f"{_utc()} preparing"
-        done, size = self.status.done, self.status.size
-        share = f" {done} of {size} {self.status.things} ({100 * done / size:.0f} %)" if size else ""
-        return ", ".join(filter(None, (f"{_utc()} {self.status.stage}{share}", self.to_go())))
-
-
-def _utc() -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(time.time()))
-
-
-@contextmanager
-def _log(stream: TextIO) -> Iterator["Show"]:
-    latest, ended = _Latest(), Event()
-
-    def write() -> None:
-        while not ended.wait(_LOG_INTERVAL):
-            print(f"eulerdisk: {latest.line()}", file=stream, flush=True)
-
-    # a thread, because a block or the search for a boundary may take minutes without a word
-    writer = Thread(target=write, daemon=True)
-    writer.start()
-    try:
-        yield latest.take
-    finally:
-        ended.set()
-        writer.join()
-
-
-@contextmanager
-def _bar(stream: TextIO) -> Iterator["Show"]:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn
-    from rich.text import Text
-
-    latest = _Latest()
-
-    class ToGo(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            return Text(latest.to_go())
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), ToGo())
-    with Progress(*columns, console=Console(file=stream)) as bar:
-        task = bar.add_task("preparing", total=None)
-
-        def show(status: "Status") -> None:
-            latest.take(status)
-            bar.update(task, description=status.stage, completed=status.done, total=status.size or None)
-
-        yield show
 
 
 class _Abandoned(BaseException):

@@ -58,10 +58,7 @@ def run_blocks(
     RequestError
         If `threads` or `block_cells` is out of range, or the spec's device is not there.
     """
-    if block_cells < 1:
-        raise RequestError(
-            f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
-        )
+    check_block_cells(block_cells)
     use_threads(threads)
     check_device(spec)
     for span in blocks(spec.size, block_cells):
@@ -248,6 +245,19 @@ def _missing_cuda() -> str:
         return "" if cuda.is_available() else "no device with a driver was found"
     except ImportError as problem:
         return str(problem)
+
+
+def check_block_cells(cells: int | None) -> None:
+    """Refuse blocks of no cells.
+
+    Raises
+    ------
+    RequestError
+    """
+    if cells is not None and cells < 1:
+        raise RequestError(
+            f"A block has at least one cell; got {cells}.", hint="Leave it out.", where="block_cells"
+        )
 
 
 def use_threads(threads: int | None) -> None:

@@ -39,14 +39,16 @@ _ROWS_AT_ONCE, _ROW_BYTES = 2**16, 800
 #: Bytes of a value of a start of a table.
 _START_BYTES = 8
 
-#: Bytes per point of the curves of a refined boundary, and of those in one plane while they are joined.
-_POINT_BYTES, _JOINED_BYTES = 60, 260
+#: Points of the curves of a refined boundary that are held while they are joined, at most (`sweep.atlas.chains`), and
+#: bytes of each; squares that are joined at a time (`sweep.atlas.neighbours`), and bytes of each.
+_POINTS_HELD, _POINT_BYTES = 2**22, 30
+_SQUARES_AT_ONCE, _SQUARE_BYTES = 2**17, 400
 
-#: Bytes that a run stays below, whatever its size, unless curves are joined.
-_MOST_BYTES = 1e9
+#: Points up to which they need no disk while they are joined, and bytes that each of more takes there.
+_POINTS_WITHOUT_DISK, _JOINED_BYTES = 2**18, 33
 
-#: How often a curve crosses each line of cells, either way.
-_CROSSINGS = 2
+#: Bytes of a point along one axis in a file: its place and its half-width.
+_STORED_BYTES = 16
 
 
 def cell_bytes(spec: SweepSpec) -> int:
@@ -75,9 +77,16 @@ def file_bytes(spec: SweepSpec) -> float:
 
 
 def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
-    """Return the bytes of the axes and of so many edges along every control, which a file stores as they are."""
+    """Return the bytes of the axes, of so many edges along every control, and of curves, stored as they are."""
     rows = sum(spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes))
-    return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows
+    points = _STORED_BYTES * len(spec.axes) * curve_points(spec)
+    return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows + points
+
+
+def scratch_bytes(spec: SweepSpec) -> float:
+    """Return the bytes on disk of the points of curves while they are joined, which the finished file leaves free."""
+    points = curve_points(spec)
+    return _JOINED_BYTES * points if points > _POINTS_WITHOUT_DISK else 0.0
 
 
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
@@ -93,25 +102,17 @@ def boundary_bytes(spec: SweepSpec) -> float:
 
 
 def curve_bytes(spec: SweepSpec) -> float:
-    """Return the bytes that the curves of a refined boundary take while they are joined, about; 0 if there are none."""
+    """Return the bytes that the curves of a refined boundary take in memory while they are joined."""
+    points = curve_points(spec)
+    return _POINT_BYTES * min(points, _POINTS_HELD) + _SQUARE_BYTES * min(points, _SQUARES_AT_ONCE)
+
+
+def curve_points(spec: SweepSpec) -> int:
+    """Return about how many points the curves of a refined boundary have: one on each line of cells, either way."""
     if spec.boundary_width is None or len(spec.axes) < 2:
-        return 0.0
+        return 0
     lines, line = spec.shape[-2:]
-    in_plane = _CROSSINGS * (lines + line)
-    points = in_plane * (spec.size // (lines * line))
-    return 2 * line + _POINT_BYTES * points + _JOINED_BYTES * in_plane
-
-
-def large_memory(spec: SweepSpec) -> str:
-    """Return why a run of a spec may need more than a gigabyte of memory, and what to do; empty if it does not."""
-    needed = curve_bytes(spec)
-    if _PROCESS_BYTES + needed < _MOST_BYTES:
-        return ""
-    return (
-        f"the curves of the refined boundary are joined in memory, which takes about {size(needed)} if each crosses "
-        f"every line of cells {_CROSSINGS} times; any other boundary takes less than 1 GB in all "
-        "(boundary=grid), and so do fewer values along the last two axes"
-    )
+    return (lines + line) * (spec.size // (lines * line))
 
 
 def suitable_block(rate: float, least: int) -> int:
@@ -248,12 +249,3 @@ def size(count: float) -> str:
         if count >= 10 * factor:
             return f"{count / factor:.0f} {unit}"
     return f"{count / 1e6:.1f} MB"
-
-
-def duration(time: float) -> str:
-    """Return a time for people: `plan` and the progress of `run` use the same format."""
-    if time < 120.0:
-        return f"{time:.1f} s" if time < 9.95 else f"{time:.0f} s"
-    if time < 7200.0:
-        return f"{time / 60:.0f} min"
-    return f"{time / 3600:.1f} h" if time < 172800.0 else f"{math.ceil(time / 8640) / 10:.1f} days"

@@ -100,6 +100,11 @@ class AtlasWriter:
                 for declared in self._cells:
                     self._declare(file, declared, self._chunk)
 
+    @property
+    def folder(self) -> Path:
+        """The folder of the file."""
+        return self._path.parent
+
     def write_cells(
         self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
     ) -> Iterator[Block]:

@@ -20,7 +20,7 @@ _HEADER_BYTES = 3e5
 def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) -> None:
     """Write an atlas that is in memory, or a selection from one; the file appears only when it is complete.
 
-    The spec, the boundary and the attributes in the file are those of the selection (`sweep.atlas.selection.settled`).
+    The spec, the boundary and the attributes in the file are those of the selection (`sweep.Eulerdisk.atlas`).
 
     Raises
     ------

@@ -28,7 +28,7 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
 
     Variables that another program has added are kept if they are numbers on the grid of the cells. Others are left
-    out, with a `LeftOutWarning`.
+    out, with a warning.
 
     Parameters
     ----------

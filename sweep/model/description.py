@@ -330,8 +330,8 @@ class Model(ABC):
     presets : Path
         Folder of the specs that come with the model, NAME.toml.
     integrate : Kernel
-        integrate(starts, settings, measures, counts), which `kernels.lanes.binding.bind` has made of the LANE_MODEL in
-        the same module.
+        integrate(starts, settings, measures, counts), which ``kernels.lanes.binding.bind`` has made of the LANE_MODEL
+        in the same module.
     words : Words
     line_words : LineWords
     synonyms : mapping of str to str
@@ -447,7 +447,7 @@ class Model(ABC):
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return the code outside of the kernels that decides the bits of what is measured: modules and functions.
 
-        By default the module of the model, if it completes starts or measures more; see `sweep.model.kernel.code_hash`.
+        By default the module of the model, if it completes starts or measures more; `Model.kernels` are hashed besides.
         """
         own = (type(self).complete, type(self).measure_more) != (Model.complete, Model.measure_more)
         return [type(self).__module__] if own else []

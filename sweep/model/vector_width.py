@@ -3,7 +3,7 @@
 LLVM prefers half the width on most Intel processors with AVX-512. That is right for those that have one unit for wide
 multiply-adds, or that lower their clock much for it, and costs a third of the speed on the others. A name of a
 processor does not tell which it is (virtual machines give wrong ones), and a measurement takes some hundredths of a
-second; importing Numba and compiling what is measured take the rest of the 2 s that users are told of. The width
+second; importing Numba and compiling what is measured take the rest of the second that users are told of. The width
 changes no bit of a result.
 """
 
@@ -59,9 +59,10 @@ def _chosen(root: Path | None) -> int:
     remembered = _remembered(place)
     if remembered is not None:
         return remembered
-    notice("measuring how wide the vectors of compiled code should be on this processor takes about 2 s")
-    check_numba()
-    found = faster(measured())
+    notice("measuring how wide the vectors of compiled code should be on this processor takes about 1 s")
+    with import_module("kernels.native.machine_code").without_garbage_collection():
+        check_numba()
+        found = faster(measured())
     if place is not None:
         # where it cannot be kept, the next process measures again
         with suppress(OSError):

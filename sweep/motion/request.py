@@ -36,8 +36,8 @@ _SAMPLES = 1000
 class MotionRequest:
     """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
 
-    The fields of a request have the names of the inputs and the words of its `kind`, in their order. A rate may be one
-    of the words that the model has for it; `step` and `interval` may be ``"auto"``.
+    The fields of a request are the words of ``eulerdisk simulate`` (docs/motions.md), in the order of the tables of its
+    `kind`. A rate may be one of the words that the model has for it; `step` and `interval` may be ``"auto"``.
     """
 
     kind: ClassVar[MotionKind]
@@ -51,8 +51,8 @@ class MotionRequest:
     def read(cls, **words: Any) -> "MotionRequest":
         """Return the request of these words: text with units, or numbers in SI.
 
-        Instead of a rate it may be given scaled, or as a speed, as in a sweep (`sweep.request.substitutes`). The words
-        say of which model it is: any of those of losses asks for the disk with losses.
+        Instead of a rate it may be given scaled, or as a speed, as in a sweep (docs/words.md). The words say of which
+        model it is: any of those of losses asks for the disk with losses.
 
         Raises
         ------

@@ -56,7 +56,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; the variables of its `sweep.motion.kind.MotionKind`. A motion that falls ends
+        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces. A motion that ends
         with the sample at the moment of its fall. ``sweep.save`` writes it.
 
     Raises

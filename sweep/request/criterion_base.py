@@ -20,7 +20,7 @@ _KINDS: dict[str, type["Criterion"]] = {}
 
 
 class Criterion:
-    """A rule for which cells are unstable; `Criterion(kind, limit)` and `Criterion.parse` return one of its kinds.
+    """A rule for which cells are unstable, made by ``Criterion(kind, limit)`` or `sweep.Criterion.parse`.
 
     Parameters
     ----------
@@ -68,8 +68,7 @@ class Criterion:
         Parameters
         ----------
         text : str
-            ``departure:ANGLE``, ``amplification:NUMBER``, ``aloft:TIME``, or an expression as
-            `sweep.request.expression_text` reads it.
+            ``departure:ANGLE``, ``amplification:NUMBER``, ``aloft:TIME``, or an expression (docs/atlas.md).
         model : Model, optional
             Whose variables and parameters an expression may name; the default one, the disk, if not given.
 

@@ -69,7 +69,7 @@ class SweepSpec:
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
         Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
         rates that keep the tilt constant at a given `roll_rate`. Another model has parameters of its own.
-        With `samples` a distribution too: ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``.
+        With ``samples`` a distribution too: ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``.
     samples, seed : int or str
         How many random starts are drawn, and which ones: then the only dimension of the atlas is `start`.
     starts : str, Path or mapping of str to array
@@ -219,7 +219,7 @@ class SweepSpec:
 
     @property
     def is_list(self) -> bool:
-        """Whether the cells are a list of starts (`sweep.request.start_list`), not a grid."""
+        """Whether the cells are a list of starts (docs/starts.md), not a grid."""
         return self.axes == (START.name,)
 
     @property
@@ -379,12 +379,12 @@ class SweepSpec:
         words : mapping of str to anything
             Words that name cells of the spec, or that change it. A radius or gravity among them counts instead.
         read : callable, optional
-            What reads a word: a value as in a spec, or `sweep.request.values.read_number`.
+            What reads a word: as a value of a spec if not given.
 
         Raises
         ------
         RequestError
-            As from `sweep.request.substitutes.resolved`.
+            If a parameter is given in two ways, a value cannot be read, or a parameter varies that a word needs.
         """
         return resolved(words, self.model, {name: self._values[name] for name in self.model.parameters}, read)
 

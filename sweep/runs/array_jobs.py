@@ -8,12 +8,13 @@ from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
+from sweep.progress.timetable import COMPUTING, Show
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, local, no_op
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
 from sweep.runs.names import SUFFIX, resolved
-from sweep.runs.progress import COMPUTING, READING, Show, of_journal, of_part
+from sweep.runs.progress import READING, of_journal, of_part
 from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import begin_or_resume, check_kinds, check_same_run, claimed
 

@@ -16,6 +16,7 @@ from sweep.engine.compute import compute, derive_block, measure_block
 from sweep.engine.grid import MOST_BLOCK_CELLS, Span, whole
 from sweep.errors import RequestError
 from sweep.files.chunk_filter import packed
+from sweep.progress.timetable import duration
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import encode
 from sweep.runs.progress import CHECKING_PACE, bisected_cells
@@ -134,19 +135,19 @@ def describe(
     expected, about = "not measured", "at most"
     journal, file = estimate.journal_bytes(spec, spec.size), estimate.file_bytes(spec)
     if found is not None:
-        taken = estimate.duration(found.seconds(spec, threads, processors))
+        taken = duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
-    large = estimate.large_memory(spec)
-    why = f": {large}" if large else ""
+    scratch = estimate.scratch_bytes(spec)
+    passing = "the journal and to join the curves, which goes" if scratch else "the journal, which goes"
     free = estimate.free_bytes(path)
     room = f"{estimate.size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {expected}",
-        f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}{why}",
-        f"disk     {about} {estimate.size(journal)} for the journal, which goes at the end, and {about} "
+        f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}",
+        f"disk     {about} {estimate.size(journal + scratch)} for {passing} at the end, and {about} "
         f"{estimate.size(file)} for the file; {room} in {path.parent.resolve()}",
     ]
 
@@ -168,14 +169,15 @@ def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
     ------
     RequestError
     """
-    most = estimate.journal_bytes(spec, cells) + estimate.file_bytes(spec)
+    scratch = estimate.scratch_bytes(spec)
+    most = estimate.journal_bytes(spec, cells) + scratch + estimate.file_bytes(spec)
     try:
         estimate.check_room(path, most)
     except RequestError:
         if spec.size < _FEW:
             raise
         _, journal, file = _keeping(spec, _RATE_UNKNOWN)
-        known = journal * cells + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
+        known = journal * cells + scratch + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
         estimate.check_room(path, min(most, known))
 
 

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import BoundarySearch, Read
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
+from sweep.atlas.slices import SlicedVariables
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
@@ -22,21 +23,20 @@ from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.model.description import FAILED
+from sweep.progress.display import following
+from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, local, no_op, prefetch
 from sweep.runs.forecast import check_room
+from sweep.runs.interruption import interruptible
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import resolved
 from sweep.runs.progress import (
     CHECKING,
-    COMPUTING,
     READING,
-    SEARCHING,
     WRITING,
-    Show,
-    Timetable,
     bisected_cells,
     of_part,
     of_run,
@@ -104,6 +104,10 @@ class Failures:
             *(["    ..."] if self.total > _LISTED else []),
         ]
 
+    def __repr__(self) -> str:
+        """Return what `describe` says, for whoever looks at the result of a call."""
+        return "\n".join(self.describe()) if self.total else f"all {self.spec.size} cells were computed"
+
     def _coordinates(self, cell: int) -> str:
         words = []
         for name, place in zip(self.spec.axes, np.unravel_index(cell, self.spec.shape), strict=True):
@@ -122,9 +126,9 @@ def run_to_file(
     block_cells: int | None = None,
     baseline: str | None = None,
     command: str = "sweep.run_to_file",
-    progress: Show = no_op,
+    progress: Progress = None,
     say: Say = no_op,
-    stopping: Stopping = lambda: False,
+    stopping: Stopping | None = None,
     executor: Executor | None = None,
     **changes: Any,
 ) -> Failures:
@@ -145,15 +149,17 @@ def run_to_file(
         Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
     baseline : str, optional
         Compute bits that all processors of a kind share, "generic" or "x86-64-v3"; the process must have been started
-        for it (`sweep.engine.machine`). By default for the processor of this machine, or as the run was begun.
+        for it, as ``eulerdisk run --baseline`` does. By default for the processor of this machine, or as the
+        run was begun.
     command : str
         What the user ran, for the history.
-    progress : callable, optional
-        Called with a `sweep.runs.progress.Status` after every block, and when another stage begins.
+    progress : bool or callable, optional
+        As in `sweep.run`.
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
-        Called before every block; the run ends when it returns true.
+        Called before every block; the run ends when it returns true. By default the run ends after its current block
+        on Ctrl-C and on the interrupt of a notebook.
     executor : callable, optional
         Computes the blocks; in this process if not given.
     **changes
@@ -173,9 +179,15 @@ def run_to_file(
         If the file system refuses on the way; finished blocks are kept.
     StoppedError
         If `stopping` returned true; finished blocks are kept.
+    KeyboardInterrupt
+        If it was interrupted; finished blocks are kept, and the message says where.
     """
     spec, path = SweepSpec.read(spec, **changes), resolved(path)
-    with run_directory.claimed(path, overwrite) as folder:
+    with (
+        following(progress) as show,
+        interruptible(stopping) as stopping,
+        run_directory.claimed(path, overwrite) as folder,
+    ):
         if run_directory.has_published(folder, path, spec):
             # an earlier run was killed between publishing its file and removing its folder
             run_directory.remove(folder)
@@ -184,19 +196,21 @@ def run_to_file(
         used = usable_threads(threads)
         check_device(spec)
         journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
-        missing = _missing_blocks(journal, say, progress)
+        missing = _missing_blocks(journal, say, show)
 
         def bytes_to_write() -> float:
             left = spec.size - journal.cells(journal.held())
-            return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
+            return (
+                estimate.journal_bytes(spec, left) + estimate.scratch_bytes(spec) + estimate.file_bytes(spec)
+            )
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         check_room(path, spec, spec.size - journal.cells(journal.held()))
-        for warning in (*one_sided(spec), *filter(None, [estimate.large_memory(spec)])):
+        for warning in one_sided(spec):
             say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
-        timetable = of_run(spec, journal.cells(missing), None if at_once else used, progress)
+        timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _report_or_raise_stopped(journal, computed, missing, timetable)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
@@ -210,13 +224,13 @@ def run_to_file(
             return publish_from_journal(journal, path, timetable, threads, stopping)
 
 
-def _missing_blocks(journal: Journal, say: Say, progress: Show) -> list[int]:
+def _missing_blocks(journal: Journal, say: Say, show: Show) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
     blocks = len(journal.spans)
     if not journal.held():
         return list(range(blocks))
-    timetable = of_part(journal.spec.size, progress)
+    timetable = of_part(journal.spec.size, show)
     timetable.begin(READING)
     missing, damaged = journal.verify(range(blocks), timetable.report)
     for each in damaged:
@@ -328,9 +342,11 @@ def write_atlas(
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
-    writer.write_boundary(
-        lambda read: BoundarySearch(spec, read, lambda share: seen(share * bisected)).variables()
-    )
+
+    def boundary(read: Read) -> Iterator[SlicedVariables]:
+        return BoundarySearch(spec, read, lambda share: seen(share * bisected), writer.folder).variables()
+
+    writer.write_boundary(boundary)
     timetable.begin(CHECKING)
     writer.check(seen)
     return failures

@@ -13,6 +13,7 @@ from pathlib import Path
 from sweep.atlas.cf_metadata import created
 from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder, try_publishing
 from sweep.engine import estimate, machine
+from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
@@ -139,10 +140,7 @@ def begin_or_resume(
     A new run is computed for `baseline`; another one keeps its own, and is refused if `baseline` is not None and
     another.
     """
-    if block_cells is not None and block_cells < 1:
-        raise RequestError(
-            f"A block has at least one cell; got {block_cells}.", hint="Leave it out.", where="block_cells"
-        )
+    check_block_cells(block_cells)
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
         check_same_run(journal, spec, baseline)

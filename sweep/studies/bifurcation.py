@@ -16,7 +16,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Truths
 from sweep.studies.steady import marginal_curve
 
-_TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory", seconds=2.0)
+_TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory", seconds=1.0)
 
 #: Steps of one nutation period, two RK4 steps each.
 _STEPS = 2000

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweep.atlas.dataset import run
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
+from sweep.runs.in_memory import run
 
 #: Ends and number of the rates where the boundary is sought, in units of sqrt(g/R).
 _SEARCHED = (0.3, 1.5, 13)

@@ -32,7 +32,7 @@ STEADY: Mapping[str, Quantity] = table(
 )
 # fmt: on
 
-_COEFFICIENTS = Kernel("kernels.disk.growth_rates", "coefficients", seconds=2.0)
+_COEFFICIENTS = Kernel("kernels.disk.growth_rates", "coefficients", seconds=1.0)
 
 _THEORY = ("tilt", "precession_rate", "roll_rate", "alpha", "radius", "gravity")
 

@@ -11,10 +11,11 @@ import pandas as pd
 import pytest
 
 import sweep
-from sweep.atlas import boundary
+from sweep.atlas import boundary, slices
+from sweep.atlas.boundary_search import in_memory
 from sweep.atlas.cf_metadata import CURVES, POINTS
-from sweep.atlas.curves import curves
-from sweep.atlas.neighbours import NeighbourSearch
+from sweep.atlas.curves import Curves
+from sweep.atlas.scratch import Scratch
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.engine.grid import Span
@@ -28,8 +29,8 @@ class Drawn:
     """Curves with all their points, bisected to a width."""
 
     def __init__(self, lines, width):
-        self.counts, self.closed = lines.counts, lines.closed
-        self.points = lines.measured(Span(0, lines.cells.size), width)
+        self.counts, self.closed = lines.lengths(Span(0, lines.count))
+        self.points = lines.measured(Span(0, lines.points), width)
         self.halfwidths = self.points.halfwidths
 
     def places(self, axis):
@@ -43,9 +44,8 @@ class Drawn:
 
 def curves_of(spec, stability, width):
     """Return the curves of a grid in memory."""
-    search = NeighbourSearch(spec.shape)
-    search.add(0, stability.reshape(-1))
-    return Drawn(curves(spec, search.pairs()), width)
+    with Scratch() as scratch:
+        return Drawn(Curves(spec, in_memory(stability), scratch), width)
 
 
 @pytest.fixture
@@ -234,6 +234,30 @@ def test_it_is_compared_with_every_point_of_its_curves(both):
     assert f"worst cell: curve_point {refined.sizes[POINTS] - 1}" in in_words(comparison)
     longer = refined.isel({POINTS: np.append(np.arange(refined.sizes[POINTS]), 0)})
     assert not compare(longer, refined).same
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("flips", [False, True])
+def test_rows_and_points_are_compared_slice_by_slice(flips, monkeypatch):
+    """What is found of those that differ does not depend on how many are looked at at a time."""
+    spec = SPECS["map"].replace(alpha="0.5,0.9,1", boundary="refined:1e-6")
+    refined = sweep.run(spec)
+    if flips:
+        # a cell on the limit of the criterion, so that its row and all curves may move
+        limit = float(refined["tilt_max"][1, 4, 2])
+        refined, moved = (
+            sweep.reclassify(refined, f"departure:{limit + shift!r}rad") for shift in (-1e-12, 1e-12)
+        )
+        moved.attrs["sweep_spec"] = refined.attrs["sweep_spec"]
+    else:
+        moved = refined.copy(deep=True)
+    for name in ("curve_tilt", "curve_roll_rate_halfwidth", "boundary_roll_rate", "predicted_roll_rate"):
+        values = moved[name].values.reshape(-1)
+        values[::3] += np.linspace(-1e-6, 2e-6, values[::3].size)
+    expected = compare(moved, refined)
+    assert not expected.same
+    monkeypatch.setattr(slices, "SLICE_VALUES", 2)
+    assert repr(compare(moved, refined)) == repr(expected)
 
 
 @pytest.mark.compiled

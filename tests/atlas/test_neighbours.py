@@ -1,18 +1,18 @@
-"""Unlike neighbours and the curves through them, from cells in spans, held against arrays of the whole grid."""
+"""Unlike neighbours and the curves through them, found in parts, held against arrays of the whole grid."""
 
-import itertools
 from unittest import mock
 
 import boundary_referee as referee
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from sweep.atlas import boundary, neighbours
+from sweep.atlas import boundary, chains, neighbours, scratch
 from sweep.atlas import curves as curves_of
-from sweep.atlas.curves import curves
-from sweep.atlas.neighbours import NeighbourSearch
+from sweep.atlas.boundary_search import in_memory
+from sweep.atlas.curves import Curves
+from sweep.atlas.neighbours import joined_pairs, parts_of
 from sweep.engine.grid import Span
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
@@ -30,52 +30,38 @@ def grids(draw):
     return draw(arrays(np.int8, shape, elements=st.sampled_from(codes)))
 
 
-def searched(grid, cuts=()):
-    """The unlike neighbours of a grid that is given in spans between the cuts."""
-    search = NeighbourSearch(grid.shape)
-    for start, stop in itertools.pairwise((0, *sorted(cuts), grid.size)):
-        search.add(start, grid.reshape(-1)[start:stop])
-    return search.pairs()
+def pairs_of(grid, like_corner=lambda corners: np.full(corners.size, STABLE)):
+    """The pairs of both kinds that a grid in memory has: places, links backward, links forward."""
+
+    def read(span):
+        assert 0 <= span.start < span.stop <= grid.size
+        return grid.reshape(-1)[span.start : span.stop]
+
+    parts = list(joined_pairs(grid.shape, read, like_corner))
+    return [
+        [
+            np.concatenate([getattr(part[kind], name) for part in parts])
+            for name in ("places", "before", "after")
+        ]
+        for kind in (0, 1)
+    ]
 
 
-def agrees(found, grid):
-    """Whether the pairs are those of the whole grid."""
-    down, across = referee.pairs(grid)
-    cells = np.concatenate((down, across))
-    return (
-        found.down == down.size
-        and found.cells.tolist() == cells.tolist()
-        and found.verdicts.tolist() == grid.reshape(-1)[cells].tolist()
-        and found.along_last.tolist() == [False] * down.size + [True] * across.size
-    )
-
-
-@given(st.data(), grids())
-def test_neighbours_in_any_spans(data, grid):
-    """In spans of any size the pairs are those of the whole grid."""
-    assert agrees(searched(grid, data.draw(st.lists(st.integers(0, grid.size)))), grid)
-
-
-@given(st.data(), grids(), st.integers(1, 20))
-def test_the_last_line_is_kept_through_many_spans(data, grid, most):
-    """Where lines are longer than what is compared at a time, and where they are shorter, no pair is lost."""
+@given(grids(), st.integers(1, 50))
+def test_neighbours_in_any_spans(grid, most):
+    """Whether lines are longer than what is looked at at a time or shorter, the pairs are those of the whole grid."""
     with mock.patch.object(neighbours, "_AT_ONCE", most):
-        assert agrees(searched(grid, data.draw(st.lists(st.integers(0, grid.size)))), grid)
+        found = pairs_of(grid)
+    for kind, (cells, (places, before, after)) in enumerate(zip(referee.pairs(grid), found, strict=True)):
+        here, verdicts, along_last = parts_of(places)
+        assert here.tolist() == cells.tolist()
+        assert verdicts.tolist() == grid.reshape(-1)[cells].tolist()
+        assert along_last.tolist() == [kind == 1] * cells.size
+        assert before.size == after.size == cells.size
 
 
-@given(grids(), st.integers(1, 30))
-def test_pairs_of_whole_planes(grid, about):
-    """Parts of whole planes have every pair once, by its number, and no plane is in two parts."""
-    pairs, area = searched(grid), grid.shape[-1] * grid.shape[-2]
-    seen, planes = [], []
-    for numbers, part in pairs.of_planes(about):
-        seen += numbers.tolist()
-        assert part.cells.tolist() == pairs.cells[numbers].tolist()
-        assert part.verdicts.tolist() == pairs.verdicts[numbers].tolist()
-        assert part.along_last.tolist() == pairs.along_last[numbers].tolist()
-        planes += sorted({int(cell) // area for cell in part.cells})
-    assert sorted(seen) == list(range(pairs.cells.size))
-    assert planes == sorted(set(planes))
+#: A loop around one cell, which begins beside a saddle: it is followed away from that.
+BESIDE_SADDLE = np.array([[1, 2, 1, 1], [1, 1, 2, 1], [1, 1, 1, 1]], np.int8)
 
 
 def judged(spec, starts):
@@ -84,9 +70,14 @@ def judged(spec, starts):
     return np.where(waves > 0.0, UNSTABLE, STABLE).astype(np.int8)
 
 
-@given(grids(), st.integers(1, 40))
-def test_curves_of_any_grid(grid, at_once):
-    """Curves have the points, in the order, that the sides of all squares of the whole grid give."""
+@given(grids(), st.integers(1, 40), st.integers(0, 3), st.integers(0, 40))
+@example(BESIDE_SADDLE, 40, 3, 40)
+@example(3 - BESIDE_SADDLE, 40, 3, 40)
+def test_curves_of_any_grid(grid, at_once, page_bits, held):
+    """Curves have the points, in the order, that the sides of all squares of the whole grid give.
+
+    However few squares are looked at at a time, and however few points are in memory.
+    """
     values = [
         np.linspace(0.1 * number + 0.1, 0.1 * number + 0.9, count) for number, count in enumerate(grid.shape)
     ]
@@ -105,15 +96,22 @@ def test_curves_of_any_grid(grid, at_once):
         mock.patch.object(boundary, "judged", judged),
         mock.patch.object(boundary, "AT_ONCE", at_once),
         mock.patch.object(curves_of, "AT_ONCE", at_once),
+        mock.patch.object(neighbours, "_AT_ONCE", at_once),
+        mock.patch.object(chains, "_AT_ONCE", at_once),
+        mock.patch.object(chains, "_PAGE_BITS", page_bits),
+        mock.patch.object(chains, "_MOST_PAGES", 2),
+        mock.patch.object(scratch, "_MOST_HELD", held),
+        scratch.Scratch() as place,
     ):
-        found = curves(spec, searched(grid))
-        spans = [Span(at, min(at + at_once, found.cells.size)) for at in range(0, found.cells.size, at_once)]
+        found = Curves(spec, in_memory(grid), place)
+        counts, closed_here = found.lengths(Span(0, found.count))
+        spans = [Span(at, min(at + at_once, found.points)) for at in range(0, found.points, at_once)]
         # wider than any bracket: the middles stay those of the grid
         points = [found.measured(span, 10.0) for span in spans]
-    chains, closed = referee.chains(grid, like_corner)
-    assert found.counts.tolist() == [len(chain) for chain in chains]
-    assert found.closed.tolist() == closed
-    order = np.array([point for chain in chains for point in chain], int)
+    expected, closed = referee.chains(grid, like_corner)
+    assert counts.tolist() == [len(chain) for chain in expected]
+    assert closed_here.tolist() == closed
+    order = np.array([point for chain in expected for point in chain], int)
     down, across = referee.pairs(grid)
     here = np.concatenate((down, across))[order]
     after = here + np.where(order < down.size, grid.shape[-1], 1)

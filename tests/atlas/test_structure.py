@@ -153,6 +153,23 @@ def test_the_points_of_curves_add_up(edited):
     assert "curve_point_count must add up" in edited(edit)
 
 
+def test_counts_that_wrap_do_not_add_up(whole):
+    """Integers of 64 bits that come back to the number of points, once they have passed the largest, are refused."""
+    with open_atlas(whole) as atlas:
+        points, largest = atlas.sizes["curve_point"], np.iinfo(np.int64).max
+        counts = np.array([largest, largest, points + 2])
+        curves = {
+            "curve_point_count": atlas["curve_point_count"]
+            .variable[:1]
+            .isel(curve=[0, 0, 0])
+            .copy(data=counts),
+            "curve_closed": atlas["curve_closed"].variable[:1].isel(curve=[0, 0, 0]),
+        }
+        changed = atlas.drop_dims("curve").assign(curves)
+        with pytest.raises(RequestError, match="curve_point_count must add up"):
+            check_structure(changed, SPEC, "here")
+
+
 def test_a_selection_is_read(tmp_path):
     """A part of an atlas, with an axis shortened, reordered or taken at one value, is read and drawn."""
     atlas = sweep.run(SPEC.replace(alpha=[0.5, 1.0]))

@@ -14,7 +14,7 @@ import pytest
 import sweep
 from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.completion import BOUNDARY
-from sweep.atlas.dataset import assemble
+from sweep.atlas.dataset import assemble, empty_columns
 from sweep.checks.verify import _checked, findings, verify
 from sweep.engine.compute import run_blocks
 from sweep.engine.grid import Span
@@ -34,12 +34,14 @@ FREE_TEXT = {
 
 def partial(spec):
     """Return an atlas of which the last block is not computed, as `info --partial` writes it."""
+    columns = empty_columns(spec)
     *first, last = run_blocks(spec, block_cells=10)
-    empty = {
-        name: np.full(column.shape, np.nan if column.dtype.kind == "f" else 0, column.dtype)
-        for name, column in last.columns.items()
-    }
-    dataset = assemble(spec, [*first, type(last)(last.span, empty)], "sweep.run")
+    for block in first:
+        for name, column in block.columns.items():
+            columns[name][block.span.start : block.span.stop] = column
+    for column in columns.values():
+        column[last.span.start :] = np.nan if column.dtype.kind == "f" else 0
+    dataset = assemble(spec, columns, "sweep.run")
     return dataset.assign_attrs(comment="Partial: 2 of 3 blocks; the other cells are not computed.")
 
 

@@ -1,13 +1,11 @@
-"""Progress on a terminal and in a log; signals: what is computed is kept, and the message says how to continue."""
+"""Signals: what is computed is kept, and the message says how to continue."""
 
 import contextlib
-import io
 import os
 import shlex
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -16,126 +14,30 @@ import pytest
 from sweep.cli import main
 from sweep.commands import terminal
 from sweep.runs import executor
-from sweep.runs.progress import Status
 
 CHECKOUT = Path(__file__).parents[2]
 LONG = ["rolling", "roll_rate=0.5:6:4000", "tilt=0.01deg:20deg:4000", "--block-cells", "20000"]
 SMALL = "run rolling roll_rate=2:4:9 tilt=0.1deg,1deg --block-cells 5 -o a.nc"
 
 
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
+def test_work_of_a_single_stage_is_reported_on_standard_error(capsys, monkeypatch):
+    """`reporting` makes a stage of (done, all); results on standard output stay clean."""
+    heard = []
 
-    def isatty(self):
-        """Say so."""
-        return True
+    @contextlib.contextmanager
+    def showing(stream, quiet):
+        assert (stream, quiet) == (None, False)
+        yield heard.append
 
-
-@pytest.fixture
-def clock(monkeypatch):
-    """Return a clock that stands still until it is set, and shows 2026-01-02 03:04:05 UTC plus its seconds."""
-    clock = [0.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(terminal.time, "time", lambda: 1767323045.0 + clock[0])
-    return clock
-
-
-@pytest.fixture
-def ticks(monkeypatch):
-    """Let a log write its next line when the test says so, instead of every few seconds."""
-
-    class Ticks:
-        def __init__(self):
-            self.waiting, self.done, self.ended = threading.Semaphore(0), threading.Semaphore(0), False
-
-        def wait(self, interval):
-            assert interval == 5.0
-            self.done.release()
-            self.waiting.acquire()
-            return self.ended
-
-        def set(self):
-            self.ended = True
-            self.waiting.release()
-
-        def line(self):
-            self.done.acquire()
-            self.waiting.release()
-            self.done.acquire()
-            self.done.release()
-
-    ticks = Ticks()
-    monkeypatch.setattr(terminal, "Event", lambda: ticks)
-    return ticks
-
-
-def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
-    """Each line says when it was written, what is being done, how far it is, and how long all will take from then on.
-
-    Between two reports the time to go becomes shorter, but as long as there is something to do it is not "0 s".
-    """
-    stream = io.StringIO()
-    with terminal.showing(stream) as show:
-        ticks.line()
-        show(Status("computing", 0, 1000, None))
-        ticks.line()
-        show(Status("computing", 250, 1000, 61.2))
-        clock[0] = 5.0
-        ticks.line()
-        clock[0] = 90.0
-        ticks.line()
-        show(Status("searching the boundary", 0, 0, 0.2))
-        ticks.line()
-        show(Status("checking", 1000, 1000, 0.0))
-        ticks.line()
-    assert stream.getvalue().splitlines() == [
-        "eulerdisk: 2026-01-02T03:04:05Z preparing",
-        "eulerdisk: 2026-01-02T03:04:05Z computing 0 of 1000 cells (0 %)",
-        "eulerdisk: 2026-01-02T03:04:10Z computing 250 of 1000 cells (25 %), 56 s to go",
-        "eulerdisk: 2026-01-02T03:05:35Z computing 250 of 1000 cells (25 %), 1.0 s to go",
-        "eulerdisk: 2026-01-02T03:05:35Z searching the boundary, 1.0 s to go",
-        "eulerdisk: 2026-01-02T03:05:35Z checking 1000 of 1000 cells (100 %)",
-    ]
-
-
-def test_a_short_run_leaves_a_log_alone():
-    """A run of less than five seconds says nothing on the way, and does not wait for them."""
-    stream, began = io.StringIO(), time.monotonic()
-    with terminal.showing(stream) as show:
-        show(Status("computing", 1000, 1000, 1.0))
-    assert time.monotonic() - began < 4.0
-    assert stream.getvalue() == ""
-
-
-def test_each_line_of_a_log_is_there_at_once(clock, ticks):
-    """A line is flushed when it is written: whoever follows the log sees it."""
-    flushed = []
-    stream = io.StringIO()
-    stream.flush = lambda: flushed.append(stream.getvalue())
-    with terminal.showing(stream) as show:
-        show(Status("computing", 1, 2, 10.0))
-        ticks.line()
-        assert flushed[-1].endswith("10 s to go\n")
-
-
-def test_standard_error_is_the_usual_stream(capsys, clock, ticks):
-    """Without a stream it is standard error: results on standard output stay clean."""
+    monkeypatch.setattr(terminal, "showing", showing)
     with terminal.reporting(what="frames") as report:
         report(0, 10)
-        clock[0] = 10.0
         report(5, 10)
-        ticks.line()
-    out, err = capsys.readouterr()
-    assert (out, err) == ("", "eulerdisk: 2026-01-02T03:04:15Z computing 5 of 10 frames (50 %), 10 s to go\n")
-
-
-@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()], ids=["log", "terminal"])
-def test_quiet_is_quiet(ticks, stream):
-    """Whoever asks for no progress gets none, in a log and on a terminal."""
-    with terminal.showing(stream, quiet=True) as show, terminal.reporting(stream, quiet=True) as report:
-        show(Status("computing", 1, 2, 10.0))
-        report(1, 2)
-    assert stream.getvalue() == ""
+    assert [(each.stage, each.done, each.size, each.things) for each in heard] == [
+        ("computing", 0, 10, "frames"),
+        ("computing", 5, 10, "frames"),
+    ]
+    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("line", ["run {} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"])
@@ -155,36 +57,6 @@ def test_commands_can_be_quiet(command, monkeypatch, line):
     monkeypatch.setattr("sweep.commands.run.showing", showing)
     assert command(line.format(words) + " --quiet")[0] == 0
     assert asked == [True]
-
-
-def test_a_terminal_gets_a_bar(monkeypatch):
-    """On a terminal a bar shows the share that is done; before the first block it says what is waited for."""
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR")
-    stream = Terminal()
-    with terminal.showing(stream) as show:
-        assert "preparing" in stream.getvalue()
-        show(Status("computing", 25, 100, 42.0))
-        time.sleep(0.5)
-        show(Status("checking", 100, 100, 0.0))
-    for words in ("computing", "25%", "42 s to go", "checking", "100%"):
-        assert words in stream.getvalue()
-    assert " 0 s to go" not in stream.getvalue()
-
-
-def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
-    """After an interrupt the cursor is shown again and the interrupt goes on."""
-    monkeypatch.setenv("TERM", "xterm")
-    stream = Terminal()
-
-    def break_off():
-        with terminal.reporting(stream) as report:
-            report(1, 100)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        break_off()
-    assert stream.getvalue().rindex("\x1b[?25h") > stream.getvalue().rindex("\x1b[?25l")
 
 
 def started(words, folder):

@@ -11,8 +11,8 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
 from sweep.model.quantity import FILL
+from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
-from sweep.runs.progress import COMPUTING
 from sweep.runs.run import run_to_file
 
 #: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.

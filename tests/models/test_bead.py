@@ -294,5 +294,7 @@ def test_its_own_variables_make_a_criterion():
 
 def test_a_bead_has_no_motion_of_a_disk():
     """It does not roll: `simulate --from` names the models."""
-    with pytest.raises(RequestError, match="one of the model disk or lossy_disk; got an atlas of the model bead"):
+    with pytest.raises(
+        RequestError, match="one of the model disk or lossy_disk; got an atlas of the model bead"
+    ):
         cell_and_changes(sweep.SweepSpec(model="bead"), {})

@@ -1,4 +1,4 @@
-"""docs/losses.md is runnable: its commands and the times of its table are computed here, and its slopes are the code's."""
+"""docs/losses.md is runnable: its commands and the times of its table are computed here."""
 
 import math
 import re

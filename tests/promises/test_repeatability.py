@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.atlas.dataset import run
 from sweep.model.disk.tables import VARIABLES
 from sweep.request.spec import SweepSpec
+from sweep.runs.in_memory import run
 
 pytestmark = pytest.mark.compiled
 

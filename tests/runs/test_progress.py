@@ -1,73 +1,17 @@
-"""How far a run is and how long it will take: all that is still to be done counts, by a clock that stands still."""
+"""The stages of a run: none is left out, and those whose pace is known are counted from the beginning."""
 
 import itertools
 
 import pytest
 
 from sweep.engine.compute import measure_block
+from sweep.progress.timetable import COMPUTING, SEARCHING
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, executor, progress
-from sweep.runs.progress import CHECKING, COMPUTING, READING, SEARCHING, WRITING, Stage, Status, Timetable
+from sweep.runs.progress import CHECKING, READING, WRITING
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
-
-
-class Clock:
-    """A clock that stands still until it is set."""
-
-    now = 100.0
-
-    def __call__(self):
-        """Return the time."""
-        return self.now
-
-
-@pytest.fixture
-def clock():
-    """Return a clock."""
-    return Clock()
-
-
-@pytest.fixture
-def heard():
-    """Return what was shown."""
-    return []
-
-
-def test_the_time_to_go_counts_all_that_is_to_be_done(clock, heard):
-    """40 of 100 cells in 8 s leave 12 s for the others, 20 s for bisecting 100 more, and 5 s for the check."""
-    stages = [Stage("a", 100), Stage("b", 100), Stage("c", 1000, 0.005)]
-    timetable = Timetable(stages, heard.append, clock)
-    timetable.begin("a")
-    clock.now += 8.0
-    timetable.report(40)
-    clock.now += 12.0
-    timetable.report(100)
-    timetable.begin("b")
-    timetable.begin("c")
-    clock.now += 1.0
-    timetable.report(100)
-    timetable.report(1000)
-    assert heard == [
-        Status("a", 0, 100, None),
-        Status("a", 40, 100, pytest.approx(12.0 + 20.0 + 5.0)),
-        Status("a", 100, 100, pytest.approx(20.0 + 5.0)),
-        Status("b", 0, 100, pytest.approx(20.0 + 5.0)),
-        Status("c", 0, 1000, pytest.approx(5.0)),
-        # what was measured counts, not what was expected
-        Status("c", 100, 1000, pytest.approx(9.0)),
-        Status("c", 1000, 1000, 0.0),
-    ]
-
-
-def test_cells_of_an_earlier_run_do_not_count_as_pace(clock, heard):
-    """A run that goes on from 900 of 1000 cells, and needs 10 s for 10 more, has 90 s to go, not 1."""
-    timetable = Timetable([Stage("a", 1000)], heard.append, clock)
-    timetable.begin("a", 900)
-    clock.now += 10.0
-    timetable.report(910)
-    assert heard == [Status("a", 900, 1000, None), Status("a", 910, 1000, pytest.approx(90.0))]
 
 
 def names(heard):

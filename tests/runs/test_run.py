@@ -8,6 +8,7 @@ from collections import namedtuple
 from functools import partial
 
 import netCDF4
+import numpy as np
 import pytest
 
 from kernels.native import workers
@@ -19,9 +20,10 @@ from sweep.files import paths, publish
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
+from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor, run
-from sweep.runs.progress import COMPUTING, of_run
+from sweep.runs.progress import of_run
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -328,3 +330,13 @@ def test_a_preset_with_changes_is_written(path):
     assert run_to_file("rolling", path, **changes, threads=1).total == 0
     with open_atlas(path) as atlas:
         assert atlas.eulerdisk.spec == SweepSpec.preset("rolling", **changes)
+
+
+def test_the_result_says_what_failed(tmp_path):
+    """At the end of a cell of a notebook, and at a prompt: all is well, or which cells are not."""
+    well = run_to_file(SweepSpec(tilt="1deg:5deg:4", roll_rate=3), tmp_path / "a.nc")
+    assert repr(well) == "all 4 cells were computed"
+    failed = run.Failures(well.spec)
+    failed.count(0, np.full(4, next(iter(failed._counts)), np.int8))
+    assert repr(failed) == "\n".join(failed.describe())
+    assert repr(failed).startswith("4 of 4 cells could not be computed")

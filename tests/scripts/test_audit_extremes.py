@@ -4,6 +4,7 @@ import audit_extremes
 import kernel_runner
 import numpy as np
 import pytest
+import quadruple
 import referee
 
 from kernels.disk.endings import BOUNDED, UNRESOLVED
@@ -17,6 +18,12 @@ def rng(request):
     seed = np.random.SeedSequence().entropy
     request.node.add_report_section("setup", "seed", str(seed))
     return np.random.default_rng(seed)
+
+
+def keep_kinds(monkeypatch, *kinds):
+    """Leave out all other kinds of starts whose periods are audited."""
+    kept = {kind: audit_extremes.PERIOD_KINDS[kind] for kind in kinds}
+    monkeypatch.setattr(audit_extremes, "PERIOD_KINDS", kept)
 
 
 def test_the_stated_error_is_a_promise():
@@ -43,28 +50,69 @@ def test_brackets_hold_the_true_edge(rng):
         assert audit_extremes.audit_brackets(1, source)
 
 
+#: Needs the reference of scripts/quadruple.c; without it, `test_periods_without_a_compiler` is left.
+in_quadruple_precision = pytest.mark.skipif(
+    not quadruple.available(), reason="no C compiler with __float128 and libquadmath"
+)
+
+
+@in_quadruple_precision
 def test_periods_are_right_or_missing(rng, monkeypatch):
-    """Periods of slow disks, of nearly massless rims and beside separatrices are those of 50 digits, to 1e-9."""
-    monkeypatch.setattr(audit_extremes, "KINDS", ("slow",))
+    """Periods of every kind are right to 1e-9, and no error of a tilt is stated too small."""
+    # the others by 50 digits, which take seconds
+    monkeypatch.setattr(
+        audit_extremes, "true_swings", lambda given, _: quadruple.swings(given, audit_extremes.FALL)
+    )
+    assert audit_extremes.audit_periods(40, rng)
+
+
+def test_periods_without_a_compiler(rng, monkeypatch):
+    """Where quadruple precision cannot be had, a period of each kind is held against 50 digits."""
+    monkeypatch.setattr(quadruple, "available", lambda: False)
+    keep_kinds(monkeypatch, "slow")
     assert audit_extremes.audit_periods(3, rng)
 
 
-def test_an_audit_of_periods_can_fail(monkeypatch):
-    """Periods that are wrong by three times what is promised, and missing ones, break the promise."""
-    right = audit_extremes.exact
-    monkeypatch.setattr(audit_extremes, "KINDS", ())
+@in_quadruple_precision
+def test_quadruple_precision_is_that_of_50_digits(rng):
+    """Periods and turning points of both references agree to all digits of a double."""
+    given = audit_extremes.random_starts("nearly flat", 40, rng)
+    found = quadruple.swings(given, audit_extremes.FALL)
+    cell = np.flatnonzero(np.isfinite(found[0]))[:1]
+    truth = audit_extremes.true_swings(given[:, cell], True)
+    assert found[0, cell] == pytest.approx(truth[0], rel=1e-12)
+    assert found[2:, cell] == pytest.approx(audit_extremes.fifty_digits(given, cell), rel=3e-16)
 
-    def changed(change):
+
+@pytest.fixture(name="factors")
+def _factors(monkeypatch):
+    """Return a function that audits periods of one kind, a variable of the reduction multiplied by a factor."""
+    right = audit_extremes.exact
+    keep_kinds(monkeypatch, "small alpha")
+
+    def factors(name, factor):
         def wrong(*arguments, **options):
             found = right(*arguments, **options)
-            return {**found, "nutation_period": change(found["nutation_period"])}
+            return {**found, name: found[name] * factor}
 
-        return wrong
+        monkeypatch.setattr(audit_extremes, "exact", wrong)
+        return audit_extremes.audit_periods(40, np.random.default_rng(1))
 
-    monkeypatch.setattr(audit_extremes, "exact", changed(lambda periods: periods * (1.0 + 3e-9)))
-    assert not audit_extremes.audit_periods(2, np.random.default_rng(1))
-    monkeypatch.setattr(audit_extremes, "exact", changed(lambda periods: periods * np.nan))
-    assert not audit_extremes.audit_periods(2, np.random.default_rng(1))
+    return factors
+
+
+def test_an_audit_of_periods_can_fail(factors):
+    """Wrong periods and missing ones break the promise."""
+    assert factors("nutation_period", 1.0)
+    assert not factors("nutation_period", 1.0 + 3e-9)
+    assert not factors("nutation_period", np.nan)
+
+
+@in_quadruple_precision
+def test_an_audit_of_stated_errors_can_fail(factors):
+    """Stated errors of a thousandth break the promise; 50 digits alone do not look at them."""
+    assert factors("tilt_error", 1.0)
+    assert not factors("tilt_error", 1e-3)
 
 
 def test_an_audit_can_fail(monkeypatch):

@@ -12,9 +12,10 @@ from kernels.disk.exact.period_layout import PERIOD_KEYS, PERIOD_SIZE
 from kernels.jit import internal
 from kernels.lanes.layout import aligned
 
-#: Columns of a search for a turning point beyond the expansion about the start: its bracket, and a guess of the root.
-INNER, OUTER, GUESS = range(3)
-SEARCH_COLUMNS = GUESS + 1
+#: Columns of a search for a turning point beyond the expansion about the start: its bracket, a guess of the root, and
+#: the rates and the excess at the centre of the panel.
+INNER, OUTER, GUESS, S_THERE, P_THERE, EXCESS_THERE = range(6)
+SEARCH_COLUMNS = EXCESS_THERE + 1
 
 
 class Tables(NamedTuple):

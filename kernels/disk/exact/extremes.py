@@ -20,7 +20,7 @@ from kernels.native.entry import parallel
 
 #: Cells of a chunk, which a thread takes at a time.
 CHUNK = 2048
-#: Tables held at once when alpha is an axis: 147 kB each.
+#: Tables held at once when alpha is an axis: 162 kB each.
 TABLES = 128
 
 

@@ -4,7 +4,7 @@ import math
 
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
-from kernels.disk.exact.chunk import GUESS, INNER, OUTER, SEARCH_COLUMNS
+from kernels.disk.exact.chunk import EXCESS_THERE, GUESS, INNER, OUTER, P_THERE, S_THERE, SEARCH_COLUMNS
 from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.far_turning_points import OPEN, TURNS, bracket_turning_points, far_turning_points
 from kernels.disk.exact.layout import LANES
@@ -28,8 +28,8 @@ def _load(chunk, first, last):
         i, side, column = _sought(chunk, j)
         y0, barrier = side * motions[i, of.Y_0], side * motions[i, of.TOP]
         block[at.SIDE + lane], block[at.Y_0 + lane] = side, y0
-        block[at.C_1 + lane], block[at.Q + lane] = motions[i, of.C_1], side * motions[i, of.C_2]
-        block[at.BASE + lane] = motions[i, of.BASE]
+        block[at.S_HERE + lane], block[at.P_HERE + lane] = searches[j, S_THERE], searches[j, P_THERE]
+        block[at.CENTRE + lane] = searches[j, EXCESS_THERE]
         # a motion below its saddle turns before it
         blocked = motions[i, of.HEIGHT] > 0.0 and barrier > y0
         block[at.BARRIER + lane] = barrier if blocked else math.inf
@@ -56,6 +56,11 @@ def _store_brackets(chunk, table, end, first, last):
                 block[at.OUTER + lane],
             )
             chunk.searches[j, GUESS] = block[at.ROOT + lane]
+            chunk.searches[j, S_THERE], chunk.searches[j, P_THERE] = (
+                block[at.S_HERE + lane],
+                block[at.P_HERE + lane],
+            )
+            chunk.searches[j, EXCESS_THERE] = block[at.CENTRE + lane]
 
 
 @internal
@@ -71,6 +76,9 @@ def _collect(n, chunk):
                 _, side, _ = _sought(chunk, count)
                 panel = int(side * chunk.motions[i, of.PANEL_0])
                 chunk.keys[count] = int(chunk.motions[i, of.TABLE]) * PANELS + REACH + panel
+                chunk.searches[count, S_THERE] = chunk.motions[i, of.S_HERE]
+                chunk.searches[count, P_THERE] = side * chunk.motions[i, of.P_HERE]
+                chunk.searches[count, EXCESS_THERE] = chunk.motions[i, of.CENTRE]
                 count += 1
     return count
 
@@ -83,7 +91,7 @@ def _bracket_all(n, tables, chunk, y_fall):
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH
-        end = bracket_turning_points(chunk.block, tables.alphas[table], table, tables.nodes, k, y_fall)
+        end = bracket_turning_points(chunk.block, table, tables.panels, k, y_fall)
         _store_brackets(chunk, table, end, first, last)
 
 
@@ -119,7 +127,7 @@ def _refine_all(n, tables, chunk):
         table = panel // PANELS
         _load(chunk, first, last)
         k = panel - table * PANELS - REACH
-        far_turning_points(chunk.block, tables.alphas[table], table, tables.panels, tables.nodes, k)
+        far_turning_points(chunk.block, table, tables.panels, k)
         _store_turning_points(chunk, first, last)
 
 

@@ -44,7 +44,10 @@ HERE, NODE, BEFORE, LEAST = offsets(45, 49, LANES)
 #: Second derivative of V in y at the saddle.
 (BEND,) = offsets(49, 50, LANES)
 
-#: Coefficients of the excess about the start, and of another polynomial.
-NEAR, WORK = 50 * LANES, (50 + TERMS) * LANES
+#: The excess at the panel's centre.
+(CENTRE,) = offsets(50, 51, LANES)
 
-SIZE = (50 + 2 * TERMS) * LANES
+#: Coefficients of the excess about the start, and of another polynomial.
+NEAR, WORK = 51 * LANES, (51 + TERMS) * LANES
+
+SIZE = (51 + 2 * TERMS) * LANES

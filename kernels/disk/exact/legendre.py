@@ -26,7 +26,12 @@ Y_END = (REACH - 0.5) * PANEL  # 89.902 degrees, the last half panel that has a 
 # Rows of a panel: Taylor coefficients in x = y - centre, for the values (s, p) of the motion at the centre.
 # Potential V = s^2 [SS] + s p [SP] + p^2 [PP] + [ONE]; transfer s(x) = s [S_S] + p [S_P], p(x) = s [P_S] + p [P_P].
 SS, SP, PP, ONE, S_S, S_P, P_S, P_P, TILT = range(9)
-ROWS = 9
+# One more row, STEP: not a polynomial, but the numbers of the step from the centre before this one to this one. How s
+# and p change (the first letter, in parts of the second one), how V changes, and how it does from this centre to the
+# end of its panel, both for the values (s, p) where the change begins.
+STEP = TILT + 1
+ROWS = STEP + 1
+DS_S, DS_P, DP_S, DP_P, STEP_SS, STEP_SP, STEP_PP, STEP_ONE, END_SS, END_SP, END_PP, END_ONE = range(12)
 
 # Columns of a node (every half panel, y = i PANEL/2): how far s, p, o are from their upright values c1, c2, c2 (first
 # index: of c1, second: of c2), then cos(tilt) - 1 and sin(tilt). Deviations, because near upright the difference of
@@ -145,7 +150,7 @@ def _node(y, deviation, panels, panel, x, node):
 def _mirror(panels, nodes, panel, node):
     """Fill the negative tilts: under y -> -y, p -> -p the system is unchanged, so the table is bit-symmetric."""
     for k in range(1, REACH + 1):
-        for row in range(ROWS):
+        for row in range(STEP):
             sign = -1.0 if row in (SP, S_P, P_S, TILT) else 1.0
             for n in range(TERMS):
                 panels[panel - k, row, n] = sign * panels[panel + k, row, n]
@@ -154,6 +159,34 @@ def _mirror(panels, nodes, panel, node):
         for column in range(COLUMNS):
             sign = -1.0 if column in (DS2, DP1, DO1, SIN) else 1.0
             nodes[node - i, column] = sign * nodes[node + i, column]
+
+
+@internal
+def _climb(panels, panel, x):
+    """V at x minus V at the centre of a panel, as a quadratic form of the rates there."""
+    return (
+        _excess(panels, panel, SS, x),
+        _excess(panels, panel, SP, x),
+        _excess(panels, panel, PP, x),
+        _excess(panels, panel, ONE, x),
+    )
+
+
+@internal
+def _step(panels, panel):
+    """Fill the step to a panel from the one before; V changes up to their common end, and from there on."""
+    step, before = panels[panel, STEP], panel - 1
+    a, b = _excess(panels, before, S_S, PANEL), _excess(panels, before, S_P, PANEL)
+    c, d = _excess(panels, before, P_S, PANEL), _excess(panels, before, P_P, PANEL)
+    step[DS_S], step[DS_P], step[DP_S], step[DP_P] = a, b, c, d
+    ss, sp, pp, one = _climb(panels, panel, -0.5 * PANEL)
+    a, d = 1.0 + a, 1.0 + d
+    to_ss, to_sp, to_pp, to_one = _climb(panels, before, 0.5 * PANEL)
+    step[STEP_SS] = to_ss - (a * a * ss + a * c * sp + c * c * pp)
+    step[STEP_SP] = to_sp - (2.0 * a * b * ss + (a * d + b * c) * sp + 2.0 * c * d * pp)
+    step[STEP_PP] = to_pp - (b * b * ss + b * d * sp + d * d * pp)
+    step[STEP_ONE] = to_one - one
+    step[END_SS], step[END_SP], step[END_PP], step[END_ONE] = _climb(panels, panel, 0.5 * PANEL)
 
 
 @entry(
@@ -170,7 +203,7 @@ def build_tables(alphas, panels, nodes, work):
     alphas : (m,) float64
         Mass distribution, in (0, 1].
     panels : (m*PANELS, ROWS, TERMS) float64, out
-        Taylor polynomials on panels of the stretched tilt.
+        Taylor polynomials on panels of the stretched tilt, and steps from one to the next.
     nodes : (m*NODES, COLUMNS) float64, out
         The motion's deviation from its upright values at every half panel.
     work : (4, TERMS) float64
@@ -188,6 +221,9 @@ def build_tables(alphas, panels, nodes, work):
                 _node(y + 0.5 * PANEL, deviation, panels, panel + k, 0.5 * PANEL, middle)
                 deviation = _node(y + PANEL, deviation, panels, panel + k, PANEL, end)
         _mirror(panels, nodes, panel, node)
+        panels[panel - REACH, STEP] = 0.0
+        for k in range(1 - REACH, REACH + 1):
+            _step(panels, panel + k)
 
 
 def tables(alphas):

@@ -23,10 +23,10 @@ from kernels.jit import inlined, internal
 TILT, W, UNIT, Y_0, X_0, S_0, O_0, SIN, COS, PANEL_0, TABLE = range(11)
 # The motion, as in `kernels.disk.exact.layout`; its kind
 AHEAD, TOP, HEIGHT, C_1, C_2, BASE, KIND = range(11, 18)
-KINETIC, PULL, CURVATURE, LEVEL, FORCE, BEND = range(18, 24)
+KINETIC, PULL, CURVATURE, LEVEL, FORCE, BEND, S_HERE, P_HERE, CENTRE = range(18, 27)
 # Of the turning point ahead, and in the following columns of the one behind: how the search ended, tilt, its estimated
 # error, distance in y from the start, slope of V there, and the excess where the expansion about the start ends
-END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(24, 30)
+END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(27, 33)
 #: Columns from a turning point to the other one's.
 BEHIND = EXCESS + 1 - END
 # The quadrature of the period (`kernels.disk.exact.period_pass`): trapezoidal sum over the number of its intervals,

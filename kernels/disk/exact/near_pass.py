@@ -45,6 +45,16 @@ def _classify(block):
 
 
 @internal
+def _store_centres(chunk, first, last):
+    """Store rates and excess at the centre of the start's panel; the search for saddles needs their rows."""
+    block, motions = chunk.block, chunk.motions
+    for lane in range(last - first):
+        i = chunk.order[first + lane]
+        motions[i, of.S_HERE], motions[i, of.P_HERE] = block[at.S_HERE + lane], block[at.P_HERE + lane]
+        motions[i, of.CENTRE] = block[at.CENTRE + lane]
+
+
+@internal
 def _store_motions(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(last - first):
@@ -87,6 +97,7 @@ def find_near(n, tables, chunk):
         alpha, node = tables.alphas[table], table * NODES + 2 * (panel - table * PANELS)
         _load(chunk, first, last)
         expand_about_starts(chunk.block, alpha, tables.panels, panel, tables.nodes, node)
+        _store_centres(chunk, first, last)
         find_saddles(chunk.block, alpha, table, tables.panels, tables.nodes)
         kicked = _classify(chunk.block)
         _store_motions(chunk, first, last)

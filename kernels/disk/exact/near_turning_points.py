@@ -102,15 +102,16 @@ def _shift_to_start(block, alpha, nodes, node):
     """Move the expansion in NEAR from the panel's centre to the start: repeated synthetic division."""
     there = rise_at(nodes, node)
     for lane in range(LANES):
-        block[at.NEAR + lane] = rise(alpha, there, block[at.C_1 + lane], block[at.C_2 + lane])
-    for lane in range(LANES):
+        block[at.NEAR + lane] = 0.0
         x = block[at.X_0 + lane]
         for i in range(TERMS - 1):
             for n in range(TERMS - 2, i - 1, -1):
                 block[at.NEAR + n * LANES + lane] += x * block[at.NEAR + (n + 1) * LANES + lane]
     for lane in range(LANES):
         kinetic = block[at.KINETIC + lane]
-        block[at.BASE + lane] = block[at.NEAR + lane] + kinetic
+        base = block[at.NEAR + lane] + kinetic
+        block[at.CENTRE + lane] = -base
+        block[at.BASE + lane] = rise(alpha, there, block[at.C_1 + lane], block[at.C_2 + lane]) + base
         block[at.NEAR + lane] = -kinetic
         block[at.NEAR + LANES + lane] = -block[at.FORCE + lane]
 

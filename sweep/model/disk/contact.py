@@ -12,7 +12,7 @@ from sweep.model.kernel import Kernel
 if TYPE_CHECKING:
     import xarray as xr
 
-CONTACT_EXTREMES = Kernel("kernels.disk.contact_extremes", "contact_extremes", seconds=4.0)
+CONTACT_EXTREMES = Kernel("kernels.disk.contact_extremes", "contact_extremes", seconds=3.0)
 
 
 def contact_columns(starts: Starts, measured: Columns, fall_tilt: float) -> Columns:

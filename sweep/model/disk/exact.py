@@ -23,8 +23,8 @@ EXTREMES = Kernel(
     "extremes",
     (*_ALONE, "kernels.disk.exact.wide_panels:build_wide_panels", "kernels.disk.exact.chunk_periods:periods"),
     beside=f"{_MODULE}:reduce",
-    seconds=9.0,
-    seconds_beside=7.0,
+    seconds=8.0,
+    seconds_beside=6.0,
 )
 EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=6.0)
 

@@ -37,7 +37,7 @@ class Disk(Model):
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "peak_tilt"
     lost_name = "the disk falls"
     presets = Path(__file__).with_name("presets")
-    integrate = Kernel("kernels.disk.integrate", "integrate", seconds=5.0)
+    integrate = Kernel("kernels.disk.integrate", "integrate", seconds=4.0)
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every "
         "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",

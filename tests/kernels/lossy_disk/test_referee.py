@@ -64,7 +64,7 @@ def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers
 
 
 def regularised(start, duration, width):
-    """State after `duration` where each dry friction is a smooth function of its rate, over `width` all but constant."""
+    """State after `duration` where each dry friction is a smooth function of its rate, constant beyond `width`."""
     par, _ = referee.coefficients(start, "none")
     alpha, rolling, pivoting, contour = par[:4]
     inertia = 1.0 + 0.5 * alpha

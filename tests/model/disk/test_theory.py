@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from sweep.atlas.boundary import theory_lines
-from sweep.atlas.dataset import run
 from sweep.model.disk import theory
 from sweep.model.disk.theory import carried_rates
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
+from sweep.runs.in_memory import run
 
 CRITICAL = {"roll_rate": 9.81 / 0.5 / 3.0, "precession_rate": 4.0 * 9.81 / 0.5 / 5.0}
 RATES = list(CRITICAL)

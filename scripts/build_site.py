@@ -1,0 +1,44 @@
+"""Build the documentation: every page of docs/ as HTML, without a warning.
+
+python scripts/build_site.py [FOLDER]    site-out/ in the project's folder if no other is named
+
+Needs what the dependency group `docs` of pyproject.toml installs. Exit status 1 if anything is warned of: a link or a
+name in a docstring that leads nowhere, a formula that cannot be converted, a page in no table of contents.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+
+
+def main(arguments: list[str]) -> int:
+    """Build into the folder named; return the exit status."""
+    if len(arguments) > 1 or any(each.startswith("-") for each in arguments):
+        print(__doc__)
+        return 0 if arguments[0] in ("-h", "--help") else 2
+    try:
+        from sphinx.cmd.build import build_main
+    except ImportError:
+        print(
+            "Sphinx is not installed: pip install --group docs (pip 25.1 or newer), or run scripts/site.",
+            file=sys.stderr,
+        )
+        return 2
+    # The checkout comes first: other distributions own the import names `sweep` and `kernels`.
+    sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "docs" / "_site")]
+    out = Path(*arguments).resolve() if arguments else CHECKOUT / "site-out"
+    # what Sphinx keeps between builds: each is a whole one
+    with tempfile.TemporaryDirectory() as doctrees:
+        strict = ["-n", "-W", "--keep-going", "-q", "-E", "-a"]
+        status = build_main(
+            ["-b", "html", *strict, "-c", str(CHECKOUT / "docs"), "-d", doctrees, str(CHECKOUT), str(out)]
+        )
+    if status == 0:
+        print(out / "index.html")
+    return int(status != 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

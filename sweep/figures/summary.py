@@ -1,0 +1,237 @@
+"""What an atlas or a motion is, at a glance: a few lines on a terminal, a table and a small map in a notebook."""
+
+import html
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweep.atlas.cf_metadata import EDGES, edge_names
+from sweep.atlas.dataset import spec_named
+from sweep.atlas.selection import is_atlas
+from sweep.errors import RequestError, plain_text, printable, shown
+from sweep.figures.thumbnail import COLOURS, UNDECIDED_COLOUR, Line, thumbnail
+from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
+from sweep.request.start_list import START
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A line of a summary: its label, empty where it goes on with the one before, and its text.
+Row = tuple[str, str]
+
+#: The lines over the small map: measured, and analytic.
+_MEASURED = 'stroke="black" stroke-width="1.5"'
+_ANALYTIC = 'stroke="black" stroke-width="1.5" stroke-dasharray="5 3"'
+
+_STYLE = "text-align:left;vertical-align:top"
+
+
+def as_text(dataset: "xr.Dataset") -> str:
+    """Return the lines of a summary."""
+    return "\n".join(f"{label:<10} {text}" for label, text in _rows(dataset))
+
+
+def as_html(dataset: "xr.Dataset") -> str:
+    """Return the summary as a table, and beside it a map of an atlas that has a plane of cells."""
+    rows = "".join(
+        f"<tr><th style='{_STYLE}'>{html.escape(label)}</th><td style='{_STYLE}'>{html.escape(text)}</td></tr>"
+        for label, text in _rows(dataset)
+    )
+    found = _map(dataset) if is_atlas(dataset) else ""
+    return f"<div style='display:flex;flex-wrap:wrap;gap:1em;align-items:start'><table>{rows}</table>{found}</div>"
+
+
+def _rows(dataset: "xr.Dataset") -> Iterator[Row]:
+    if is_motion(dataset):
+        yield from _motion(dataset)
+    elif is_atlas(dataset):
+        yield "eulerdisk", _text(dataset.attrs["title"])
+        yield from _labelled("grid", _axes(dataset))
+        yield from _labelled("fixed", _fixed(dataset))
+        yield from _verdicts(dataset)
+        yield from _boundaries(dataset)
+    else:
+        yield "eulerdisk", "not a stability atlas"
+
+
+def _text(attribute: object) -> str:
+    return shown(printable(plain_text(attribute)))
+
+
+def _labelled(label: str, texts: Iterator[str]) -> Iterator[Row]:
+    for number, text in enumerate(texts):
+        yield "" if number else label, text
+
+
+def _axes(dataset: "xr.Dataset") -> Iterator[str]:
+    """Yield an axis each with its values; the sizes multiplied if there are more of them."""
+    sizes = {str(name): count for name, count in dataset["ending"].sizes.items()}
+    if len(sizes) > 1:
+        yield " x ".join(map(str, sizes.values())) + f" = {dataset['ending'].size} cells"
+    for name, count in sizes.items():
+        # the numbers of starts say nothing
+        yield f"{count} starts" if name == START.name else f"{name} {count}{_extent(dataset, name)}"
+    if not sizes:
+        yield "one cell"
+
+
+def _extent(dataset: "xr.Dataset", name: str) -> str:
+    if name not in dataset.coords:
+        return ""
+    values, scale, units = _values(dataset, name)
+    spaced = ", logarithmic" if _is_logarithmic(values) else ""
+    return f": {values[0] * scale:.6g} to {values[-1] * scale:.6g} {units}".rstrip() + spaced
+
+
+def _values(dataset: "xr.Dataset", name: str) -> tuple[Any, float, str]:
+    """Return the values of a coordinate, the factor for showing them, and their unit: angles are shown in degrees."""
+    units = str(dataset[name].attrs.get("units", ""))
+    scale, shown_units = (np.degrees(1.0), "deg") if units == "rad" else (1.0, units)
+    values = np.asarray(dataset[name].values, np.float64)
+    return values, float(scale), "" if shown_units == "1" else _text(shown_units)
+
+
+def _is_logarithmic(values: Any) -> bool:
+    if len(values) < 3 or not (values > 0.0).all():
+        return False
+    steps = np.diff(np.log(values))
+    return bool(
+        np.allclose(steps, steps[0], rtol=1e-6) and not np.allclose(np.diff(values), values[1] - values[0])
+    )
+
+
+def _fixed(dataset: "xr.Dataset") -> Iterator[str]:
+    """Yield the parameters that are the same in every cell, those that are zero aside."""
+    names = [str(name) for name, each in dataset.coords.items() if each.ndim == 0]
+    given = [(name, *_values(dataset, name)) for name in names]
+    texts = [f"{name} {value * scale:.6g} {units}".rstrip() for name, value, scale, units in given if value]
+    if texts:
+        yield ", ".join(texts)
+
+
+def _verdicts(dataset: "xr.Dataset") -> Iterator[Row]:
+    yield "criterion", _text(dataset.attrs["criterion"])
+    counts = _counts(dataset)
+    size = max(1, dataset["ending"].size)
+    yield "cells", ", ".join(f"{n} {word} ({100 * n / size:.3g} %)" for word, n in counts.items() if n)
+    if dataset["ending"].sizes.keys() == {START.name}:
+        from sweep.atlas.share import in_words, unstable_share
+
+        yield "unstable", in_words(unstable_share(dataset))
+
+
+def _counts(dataset: "xr.Dataset") -> dict[str, int]:
+    verdicts = dataset["stability"].values
+    counts = {
+        "stable": int(np.count_nonzero(verdicts == STABLE)),
+        "unstable": int(np.count_nonzero(verdicts == UNSTABLE)),
+    }
+    return counts | {"undecided": verdicts.size - sum(counts.values())}
+
+
+def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
+    """Yield for each edge where it was measured, in how many rows, and how far that is from what theory says."""
+    for name in map(str, dataset.data_vars):
+        if not name.startswith("boundary_") or name.endswith(("_halfwidth", "_status")):
+            continue
+        measured = np.asarray(dataset[name].values, np.float64)
+        there = np.isfinite(measured)
+        if not there.any():
+            continue
+        units = _text(dataset[name].attrs.get("units", ""))
+        rows = f" in {np.count_nonzero(there)} of {there.size} rows" if there.size > 1 else ""
+        yield "boundary", f"{name}: {_range(measured[there])} {units}{rows}"
+        for kind in ("predicted", "critical"):
+            other = name.replace("boundary", kind, 1)
+            if other in dataset and dataset[other].shape == measured.shape:
+                yield from _held_against(
+                    kind, np.asarray(dataset[other].values, np.float64)[there], measured[there]
+                )
+
+
+def _held_against(kind: str, theory: Any, measured: Any) -> Iterator[Row]:
+    both = np.isfinite(theory) & (theory != 0.0)
+    if both.any():
+        words = {"predicted": "predicted for this criterion", "critical": "analytic limit"}[kind]
+        largest = 100.0 * np.max(np.abs(measured[both] / theory[both] - 1.0))
+        yield "", f"{words} {_range(theory[both])}: measured within {largest:.2g} %"
+
+
+def _range(values: Any) -> str:
+    low, high = f"{values.min():.5g}", f"{values.max():.5g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _map(dataset: "xr.Dataset") -> str:
+    """Return the small map of an atlas and its key; empty if it has no plane, or a plane that is none any more."""
+    ending = dataset["ending"]
+    dims = [str(name) for name, count in ending.sizes.items() if count > 1 and name in dataset.coords]
+    if len(dims) < 2 or dataset["stability"].sizes != ending.sizes:
+        return ""
+    try:
+        controls = spec_named(dataset).model.controls(dims)
+    except RequestError:
+        return ""
+    up = controls[0] if controls else dims[-1]
+    across = next(name for name in dims if name != up)
+    middle = {name: count // 2 for name, count in ending.sizes.items() if name not in (up, across)}
+    plane = dataset["stability"].isel(middle).transpose(up, across).values
+    others = "".join(
+        f"; {name} = {_at(dataset, str(name), place)}" for name, place in middle.items() if name in dims
+    )
+    drawn = thumbnail(
+        plane,
+        np.asarray(dataset[up].values, np.float64),
+        list(_lines(dataset, up, across, middle)),
+        (across, up),
+    )
+    return f"<div>{drawn}<br>{_key(others)}</div>"
+
+
+def _at(dataset: "xr.Dataset", name: str, place: int) -> str:
+    values, scale, units = _values(dataset, name)
+    return f"{values[place] * scale:.4g} {units}".rstrip()
+
+
+def _lines(dataset: "xr.Dataset", up: str, across: str, middle: dict[Any, int]) -> Iterator[Line]:
+    for edge in EDGES:
+        measured, _, _, critical = edge_names(up, edge)
+        for name, style in ((critical, _ANALYTIC), (measured, _MEASURED)):
+            if name in dataset and across in dataset[name].dims:
+                row = dataset[name].isel(middle, missing_dims="ignore")
+                if row.dims == (across,):
+                    yield np.asarray(row.values, np.float64), style
+
+
+def _key(others: str) -> str:
+    colours = {"stable": COLOURS[STABLE], "unstable": COLOURS[UNSTABLE], "undecided": UNDECIDED_COLOUR}
+    squares = " ".join(
+        f"<span style='color:{colour}'>&#9632;</span>&nbsp;{word}" for word, colour in colours.items()
+    )
+    return f"<small>{squares}<br>&#9473;&nbsp;measured &#9476;&nbsp;analytic{html.escape(others)}</small>"
+
+
+def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
+    """Yield the lines of a motion: what it is, which disk and start, how long, and whether rolling is possible."""
+    from sweep.figures.disk.captions import caption
+    from sweep.motion.rolling_limit import rolling_limit
+
+    try:
+        check_motion(dataset)
+    except RequestError as problem:
+        yield "motion", problem.message
+        return
+    times = dataset["elapsed_time"].values
+    yield "motion", _text(dataset.attrs.get("title", ""))
+    yield "disk", caption(dataset)
+    samples = f"{times.size} samples from {times[0]:g} to {times[-1]:g} s"
+    yield "time", ", ".join(filter(None, (samples, end_of(dataset))))
+    if lost := losses_of(dataset):
+        yield "losses", lost
+    limit = rolling_limit(dataset)
+    friction = float(dataset["friction"])
+    coefficient = f" with friction {friction:g}" if friction < float("inf") else ""
+    rolls = f"rolls all the time{coefficient}; it needs {limit.needed:.4g}"
+    yield "contact", limit.words(float(times[0]), friction) or rolls

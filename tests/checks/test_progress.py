@@ -1,0 +1,85 @@
+"""verify, compare and refine tell how far they are: every pass from its beginning, and what they find is the same."""
+
+import itertools
+
+import pytest
+
+import sweep
+from sweep.checks.compare import COMPARING
+from sweep.errors import RequestError
+from sweep.progress.timetable import SEARCHING
+from sweep.runs.progress import CHECKING
+
+#: More cells than a block of a reader has.
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:600", tilt="0.1deg:5deg:400", method="exact")
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas."""
+    return sweep.run(SPEC)
+
+
+def stages(heard):
+    """Return the stages in their order, each with the numbers of things that were done."""
+    return [
+        (name, [each.done for each in some])
+        for name, some in itertools.groupby(heard, lambda each: each.stage)
+    ]
+
+
+@pytest.mark.compiled
+def test_verify_tells_its_cells(atlas):
+    """First the cells, then the boundary; its findings are those of a call that nobody follows."""
+    heard = []
+    found = sweep.verify(atlas, progress=heard.append)
+    (checking, cells), (searching, _) = stages(heard)
+    assert (checking, searching) == (CHECKING, SEARCHING)
+    assert (cells[0], cells[-1], cells) == (0, SPEC.size, sorted(set(cells)))
+    assert len(cells) > 2
+    assert sweep.findings(found) == sweep.findings(sweep.verify(atlas))
+
+
+@pytest.mark.compiled
+def test_compare_tells_its_passes(atlas):
+    """Each pass over the cells begins anew; what is found does not depend on it."""
+    heard = []
+    other = atlas.assign(peak_tilt=atlas["peak_tilt"] * (1 + 1e-3))
+    found = sweep.compare(other, atlas, progress=heard.append)
+    assert not found.same
+    assert found == sweep.compare(other, atlas)
+    ((comparing, cells),) = stages(heard)
+    assert comparing == COMPARING
+    passes = [list(each) for each in _runs(cells)]
+    assert len(passes) >= 2
+    assert passes[-1][-1] == SPEC.size
+
+
+def _runs(numbers):
+    """Yield the increasing runs of some numbers."""
+    start = 0
+    for place in range(1, len(numbers) + 1):
+        if place == len(numbers) or numbers[place] < numbers[place - 1]:
+            yield numbers[start:place]
+            start = place
+
+
+def test_refine_tells_its_search():
+    """From nothing to all of it."""
+    coarse, heard = sweep.run("rolling", roll_rate="2:4:9", tilt="0.1deg:5deg:5"), []
+    sweep.refine(coarse, 1e-6, progress=heard.append)
+    assert {(each.stage, each.size, each.things) for each in heard} == {(SEARCHING, 1000, "parts")}
+    dones = [each.done for each in heard]
+    assert (dones[0], dones) == (0, sorted(dones))
+    assert dones[-1] == 1000
+
+
+@pytest.mark.parametrize("call", [
+    lambda atlas, how: sweep.verify(atlas, progress=how),
+    lambda atlas, how: sweep.compare(atlas, atlas, progress=how),
+    lambda atlas, how: sweep.refine(atlas, progress=how),
+], ids=["verify", "compare", "refine"])  # fmt: skip
+def test_another_wish_is_refused(atlas, call):
+    """As by `sweep.run`."""
+    with pytest.raises(RequestError, match="progress must be"):
+        call(atlas, "bar")

@@ -1,0 +1,113 @@
+"""What an atlas says of itself at a glance: its numbers are those of the dataset, and it never raises."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.figures.summary import as_html, as_text
+
+ROLLING = {"roll_rate": "2:4:21", "tilt": "0.1deg:20deg:12:log"}
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    """Return an atlas of three axes."""
+    return sweep.run("rolling", alpha="0.3,0.5,1", **ROLLING)
+
+
+def line(text, label):
+    """Return the text of the line with a label, or that begins with some words."""
+    (found,) = re.findall(rf"^{label} +(.*)$", text, flags=re.MULTILINE)
+    return found
+
+
+def test_the_axes_are_named_with_their_values(atlas):
+    """Count, ends, unit, and how they are spaced; the sizes are multiplied."""
+    text = as_text(atlas)
+    assert line(text, "grid") == "21 x 12 x 3 = 756 cells"
+    assert "  roll_rate 21: 2 to 4 rad s-1\n" in text
+    assert "  tilt 12: 0.1 to 20 deg, logarithmic\n" in text
+    assert "  alpha 3: 0.3 to 1\n" in text
+    assert line(text, "fixed") == "radius 0.5 m, gravity 9.81 m s-2"
+
+
+def test_the_boundary_is_held_against_theory(atlas):
+    """The largest relative distance from the analytic line and from the prediction, over the rows that have one."""
+    text = as_text(atlas)
+    measured = atlas["boundary_roll_rate"].values
+    there = np.isfinite(measured)
+    assert f"in {there.sum()} of 36 rows" in line(text, "boundary")
+    for name, words in (("predicted", "predicted for this criterion"), ("critical", "analytic limit")):
+        theory = atlas[f"{name}_roll_rate"].values
+        (stated,) = re.findall(rf"{words} .*: measured within (\S+) %", text)
+        largest = max(abs(a / b - 1) for a, b in zip(measured[there], theory[there], strict=True))
+        assert float(stated) == pytest.approx(100 * largest, rel=0.06)
+
+
+def test_random_starts_have_a_share_and_no_map():
+    """Their share of unstable starts with its interval stands where a grid has a boundary."""
+    starts = sweep.run("rolling", roll_rate="uniform:2:4", tilt="normal:1deg:0.2deg", samples=50, seed=7)
+    text = as_text(starts)
+    assert line(text, "grid") == "50 starts"
+    assert "95 % interval" in line(text, "unstable")
+    assert "<svg" not in as_html(starts)
+
+
+@pytest.mark.parametrize(
+    ("words", "has_map"),
+    [
+        (ROLLING, True),
+        ({"roll_rate": 3.0, "tilt": "0.1deg:20deg:12"}, False),
+        ({"roll_rate": "2:4:5", "tilt": "1deg"}, False),
+        ({"roll_rate": 3.0, "tilt": 0.1}, False),
+    ],
+    ids=["plane", "row", "column", "cell"],
+)
+def test_a_plane_has_a_map(words, has_map):
+    """Others have the table alone; one cell is called so."""
+    found = sweep.run(sweep.SweepSpec(**words))
+    page = as_html(found)
+    assert ("<svg" in page) == has_map
+    assert ("one cell" in page) == (found["ending"].size == 1)
+
+
+def test_the_map_is_a_plane_of_the_atlas(atlas):
+    """The rate is upward; of a third axis it shows one value, and says which."""
+    page = as_html(atlas)
+    assert "; alpha = 0.5" in page
+    labels = re.findall(r"<text[^>]*>(\w+)</text>", page)
+    assert labels == ["tilt", "roll_rate"]
+    assert page.count("<polyline") >= 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda atlas: atlas.isel(alpha=0),
+        lambda atlas: atlas.isel(alpha=0, tilt=slice(2)),
+        lambda atlas: atlas.isel(roll_rate=0, tilt=0),
+        lambda atlas: atlas.drop_vars(["tilt"]),
+        lambda atlas: atlas.drop_vars(["boundary_roll_rate", "critical_roll_rate"]),
+        lambda atlas: atlas.assign_attrs(sweep_spec="{}"),
+        lambda atlas: atlas.where(atlas["alpha"] > 0.4),
+    ],
+)
+def test_a_selection_or_a_changed_atlas_is_summed_up_too(atlas, change):
+    """A summary is shown for whatever is left, and never raises."""
+    changed = change(atlas)
+    assert as_text(changed).startswith("eulerdisk  ")
+    assert as_html(changed).startswith("<div")
+
+
+def test_a_summary_does_not_load_matplotlib():
+    """It is shown at once: also where nothing has been drawn before."""
+    code = (
+        "import sys, sweep; atlas = sweep.run('rolling', roll_rate='2:4:5', tilt='1deg:2deg:3');"
+        "atlas.eulerdisk._repr_html_(); repr(atlas.eulerdisk); print('matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -1,0 +1,233 @@
+"""Progress as people see it: lines in a log, a bar on a terminal and in a notebook, nothing in scripts and tests."""
+
+import io
+import sys
+import threading
+import time
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.progress import display
+from sweep.progress.timetable import Status
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        """Say so."""
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Return a clock that stands still until it is set, and shows 2026-01-02 03:04:05 UTC plus its seconds."""
+    clock = [0.0]
+    monkeypatch.setattr(display.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(display.time, "time", lambda: 1767323045.0 + clock[0])
+    return clock
+
+
+@pytest.fixture
+def ticks(monkeypatch):
+    """Let a log write its next line when the test says so, instead of every few seconds."""
+
+    class Ticks:
+        def __init__(self):
+            self.waiting, self.done, self.ended = threading.Semaphore(0), threading.Semaphore(0), False
+
+        def wait(self, interval):
+            assert interval == 5.0
+            self.done.release()
+            self.waiting.acquire()
+            return self.ended
+
+        def set(self):
+            self.ended = True
+            self.waiting.release()
+
+        def line(self):
+            self.done.acquire()
+            self.waiting.release()
+            self.done.acquire()
+            self.done.release()
+
+    ticks = Ticks()
+    monkeypatch.setattr(display, "Event", lambda: ticks)
+    return ticks
+
+
+def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
+    """Each line says when it was written, what is being done, how far it is, and how long all will take from then on.
+
+    Between two reports the time to go becomes shorter, but as long as there is something to do it is not "0 s".
+    """
+    stream = io.StringIO()
+    with display.showing(stream) as show:
+        ticks.line()
+        show(Status("computing", 0, 1000, None))
+        ticks.line()
+        show(Status("computing", 250, 1000, 61.2))
+        clock[0] = 5.0
+        ticks.line()
+        clock[0] = 90.0
+        ticks.line()
+        show(Status("searching the boundary", 0, 0, 0.2))
+        ticks.line()
+        show(Status("checking", 1000, 1000, 0.0))
+        ticks.line()
+    assert stream.getvalue().splitlines() == [
+        "eulerdisk: 2026-01-02T03:04:05Z preparing",
+        "eulerdisk: 2026-01-02T03:04:05Z computing 0 of 1000 cells (0 %)",
+        "eulerdisk: 2026-01-02T03:04:10Z computing 250 of 1000 cells (25 %), 56 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z computing 250 of 1000 cells (25 %), 1.0 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z searching the boundary, 1.0 s to go",
+        "eulerdisk: 2026-01-02T03:05:35Z checking 1000 of 1000 cells (100 %)",
+    ]
+
+
+def test_a_short_run_leaves_a_log_alone():
+    """A run of less than five seconds says nothing on the way, and does not wait for them."""
+    stream, began = io.StringIO(), time.monotonic()
+    with display.showing(stream) as show:
+        show(Status("computing", 1000, 1000, 1.0))
+    assert time.monotonic() - began < 4.0
+    assert stream.getvalue() == ""
+
+
+def test_each_line_of_a_log_is_there_at_once(clock, ticks):
+    """A line is flushed when it is written: whoever follows the log sees it."""
+    flushed = []
+    stream = io.StringIO()
+    stream.flush = lambda: flushed.append(stream.getvalue())
+    with display.showing(stream) as show:
+        show(Status("computing", 1, 2, 10.0))
+        ticks.line()
+        assert flushed[-1].endswith("10 s to go\n")
+
+
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()], ids=["log", "terminal"])
+def test_quiet_is_quiet(ticks, stream):
+    """Whoever asks for no progress gets none, in a log and on a terminal."""
+    with display.showing(stream, quiet=True) as show:
+        show(Status("computing", 1, 2, 10.0))
+    assert stream.getvalue() == ""
+
+
+def test_a_terminal_gets_a_bar(monkeypatch):
+    """On a terminal a bar shows the share that is done; before the first block it says what is waited for."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR")
+    stream = Terminal()
+    with display.showing(stream) as show:
+        assert "preparing" in stream.getvalue()
+        show(Status("computing", 25, 100, 42.0))
+        time.sleep(0.5)
+        show(Status("checking", 100, 100, 0.0))
+    for words in ("computing", "25%", "42 s to go", "checking", "100%"):
+        assert words in stream.getvalue()
+    assert " 0 s to go" not in stream.getvalue()
+
+
+def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
+    """After an interrupt the cursor is shown again and the interrupt goes on."""
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
+
+    def break_off():
+        with display.showing(stream) as show:
+            show(Status("computing", 1, 100, None))
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        break_off()
+    assert stream.getvalue().rindex("\x1b[?25h") > stream.getvalue().rindex("\x1b[?25l")
+
+
+#: What somebody shows who works for a while.
+WORK = (Status("computing", 25, 100, 42.0), Status("computing", 75, 100, 14.0))
+
+
+def typed_at(monkeypatch):
+    """Return the terminal of somebody who types at this interpreter; not a fixture, whose stream pytest replaces."""
+    stream = Terminal()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys, "ps1", ">>> ", raising=False)
+    monkeypatch.setattr(sys, "stderr", stream)
+    return stream
+
+
+def followed(progress, clock, seconds=1.0):
+    """Work for some seconds between two statuses."""
+    with display.following(progress) as show:
+        show(WORK[0])
+        clock[0] += seconds
+        show(WORK[1])
+
+
+def test_a_function_gets_every_status(clock):
+    """It is called with the numbers, and whatever it returns does not matter."""
+    heard = []
+    followed(lambda status: heard.append(status) or 1 / 2, clock)
+    assert tuple(heard) == WORK
+
+
+@pytest.mark.parametrize(("progress", "seconds"), [(None, 1.0), (True, 0.0)], ids=["by itself", "asked for"])
+def test_somebody_who_types_sees_a_bar(monkeypatch, clock, progress, seconds):
+    """By itself after half a second of work, at once if asked for; it ends with the time that all has taken."""
+    session = typed_at(monkeypatch)
+    followed(progress, clock, seconds)
+    for words in (f"finished after {seconds:.1f} s", "100%"):
+        assert words in session.getvalue()
+
+
+@pytest.mark.parametrize(("progress", "seconds"), [(None, 0.4), (False, 9.0)], ids=["short", "not wanted"])
+def test_short_work_leaves_no_trace(monkeypatch, clock, progress, seconds):
+    """Nor does work of whoever wants no bar."""
+    session = typed_at(monkeypatch)
+    followed(progress, clock, seconds)
+    assert session.getvalue() == ""
+
+
+@pytest.mark.parametrize("stream", [Terminal(), io.StringIO()], ids=["terminal", "log"])
+def test_a_script_is_not_spoken_to(monkeypatch, clock, stream):
+    """Where nobody types nothing is shown by itself, on a terminal neither."""
+    monkeypatch.delattr(sys, "ps1", raising=False)
+    monkeypatch.setattr(sys, "stderr", stream)
+    followed(None, clock, 100.0)
+    assert stream.getvalue() == ""
+
+
+def test_a_script_that_asks_gets_the_lines_of_a_log(monkeypatch, clock, ticks):
+    """True is a bar for people and lines for logs, as on the command line."""
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with display.following(True) as show:
+        show(WORK[0])
+        ticks.line()
+    assert (
+        stream.getvalue() == "eulerdisk: 2026-01-02T03:04:05Z computing 25 of 100 cells (25 %), 42 s to go\n"
+    )
+
+
+@pytest.mark.parametrize("wrong", ["yes", 1, []])
+def test_another_wish_is_refused(wrong):
+    """In a sentence that says what is possible."""
+    with pytest.raises(RequestError, match=r"progress must be True, False, None or a function; got"):
+        display.following(wrong).__enter__()
+
+
+def test_work_that_breaks_is_not_finished(monkeypatch, clock):
+    """The error goes on, and the bar does not say that all is done."""
+    session = typed_at(monkeypatch)
+
+    def work():
+        with display.following(True) as show:
+            show(WORK[0])
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert "computing" in session.getvalue()
+    assert "finished" not in session.getvalue()

@@ -1,0 +1,108 @@
+"""In a notebook, executed by Jupyter's own client: a bar by itself, an interrupt that loses nothing, summaries."""
+
+import os
+import warnings
+from pathlib import Path
+
+import pytest
+
+with warnings.catch_warnings():
+    # jupyter_client and zmq have warnings of their own
+    warnings.simplefilter("ignore")
+    import nbformat
+    from nbclient import NotebookClient
+
+CHECKOUT = Path(__file__).parents[2]
+BEGIN = """
+import os, signal, threading
+import sweep
+spec = sweep.SweepSpec.preset("rolling").replace(
+    roll_rate="2:4:400", tilt="0.01deg:5deg:300", step=1e-4, tolerance=1e-3)
+sweep.run("rolling", roll_rate=3, tilt=0.1, progress=False)  # loads the kernels
+
+def interrupted_by(jupyter, seconds=1.5):
+    threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+"""
+CELLS = {
+    "begin": BEGIN,
+    "short": "small = sweep.run('rolling', roll_rate='2:4:9', tilt='0.1deg:5deg:5')",
+    "interrupted": "interrupted_by('the button')\natlas = sweep.run(spec)",
+    "goes on": "dones = []\natlas = sweep.run(spec, progress=lambda each: dones.append(each.done))\nprint(dones[0])",
+    "file interrupted": "interrupted_by('the button')\nsweep.run_to_file(spec, 'a.nc')",
+    "left": "print(sorted(os.listdir()))",
+    "file": "sweep.run_to_file(spec, 'a.nc', progress=True)",
+    "same": "sweep.compare(sweep.open_atlas('a.nc'), atlas, exact=True).identical",
+    "summary": "small.eulerdisk",
+}
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory):
+    """Return the outputs of every cell, by the name of the cell."""
+    folder = tmp_path_factory.mktemp("notebook")
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(each) for each in CELLS.values()])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        NotebookClient(
+            book,
+            timeout=300,
+            allow_errors=True,
+            kernel_name="python3",
+            resources={"metadata": {"path": str(folder)}},
+        ).execute(env={**os.environ, "PYTHONPATH": str(CHECKOUT)})
+    return {name: cell.outputs for name, cell in zip(CELLS, book.cells, strict=True)}
+
+
+def shown(outputs, kind="text/html"):
+    """Return what a cell displays."""
+    return [each.data[kind] for each in outputs if each.output_type in ("display_data", "execute_result")]
+
+
+def raised(outputs):
+    """Return the error with which a cell ends."""
+    (found,) = [each for each in outputs if each.output_type == "error"]
+    return f"{found.ename}: {found.evalue}"
+
+
+@pytest.mark.compiled
+def test_nothing_is_said_of_short_work(outputs):
+    """A small sweep leaves no bar in the notebook."""
+    assert outputs["begin"] == outputs["short"] == []
+
+
+@pytest.mark.compiled
+def test_a_bar_comes_by_itself(outputs):
+    """One bar, in the cell that computes; where the call is interrupted it stays as it was."""
+    (bar,) = shown(outputs["interrupted"])
+    assert "computing" in bar
+    assert "finished" not in bar
+    assert not [each for each in outputs["interrupted"] if each.output_type == "stream"]
+
+
+@pytest.mark.compiled
+def test_an_interrupted_sweep_goes_on(outputs):
+    """The interrupt says how many cells are kept, and the next call begins with them."""
+    said = raised(outputs["interrupted"])
+    (stream,) = outputs["goes on"]
+    done = int(stream.text)
+    assert done > 0
+    assert said.startswith(f"KeyboardInterrupt: {done} of 120000 cells are computed and kept in memory")
+
+
+@pytest.mark.compiled
+def test_an_interrupted_file_goes_on(outputs):
+    """Finished blocks are in the folder beside the file; then the same call ends with the same atlas, to the bit."""
+    assert "blocks are kept in" in raised(outputs["file interrupted"])
+    assert outputs["left"][0].text == "['a.nc.run']\n"
+    bar, said = shown(outputs["file"], "text/plain")
+    assert "finished after" in bar
+    assert said == "all 120000 cells were computed"
+    assert shown(outputs["same"], "text/plain") == ["True"]
+
+
+@pytest.mark.compiled
+def test_an_atlas_is_shown(outputs):
+    """The accessor is a table and a small map."""
+    (found,) = shown(outputs["summary"])
+    assert "<table" in found
+    assert "<svg" in found

@@ -1,0 +1,179 @@
+"""docs/python.md lists what is public, with its arguments; its Python runs; strict type checkers see the same."""
+
+import inspect
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sweep
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+PAGE = (CHECKOUT / "docs" / "python.md").read_text(encoding="utf-8")
+PROJECT = Path(__file__).parent / "user_project"
+(LISTED,) = re.findall(r"^```text\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+LINES = [line for line in LISTED.splitlines() if line]
+NAMES = [re.split(r"\(", line)[0] for line in LINES]
+
+
+class Named:
+    """A function that is a default, whose repr is its name."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def __repr__(self):
+        """Return the name."""
+        return self.function.__name__
+
+
+def member_of(owner, member):
+    """Return what a class has under a name: a function, a property, or None for a field."""
+    found = inspect.getattr_static(owner, member, None)
+    return getattr(owner, member) if isinstance(found, classmethod) else found
+
+
+def spelled(name):
+    """Return a public name as the page has to spell it: with its arguments if users call it."""
+    owner, _, member = name.partition(".")
+    found = member_of(getattr(sweep, owner), member) if member else getattr(sweep, owner)
+    # a class that users do not make is listed by its name alone
+    if not callable(found) or (inspect.isclass(found) and f"\n{name}\n" in LISTED):
+        return name
+    parameters = [each for each in inspect.signature(found).parameters.values() if each.name != "self"]
+    defaults = [
+        Named(each.default) if inspect.isfunction(each.default) else each.default for each in parameters
+    ]
+    plain = [
+        each.replace(annotation=each.empty, default=default)
+        for each, default in zip(parameters, defaults, strict=True)
+    ]
+    return f"{name}{inspect.Signature(plain)}"
+
+
+def test_every_public_name_is_listed():
+    """All of them, once, and no other."""
+    assert sorted(name for name in NAMES if "." not in name) == sorted(sweep.__all__)
+    assert len(NAMES) == len(set(NAMES))
+
+
+def test_all_is_what_there_is():
+    """Every name of `__all__` is there, has a home, and stands in `dir`; nothing that has a home is left out."""
+    assert set(sweep.__all__) == {*sweep._HOME, "__version__"}
+    assert dir(sweep) == sorted(sweep.__all__)
+    assert all(getattr(sweep, name) is not None for name in sweep.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'rnu'"):
+        _ = sweep.rnu
+
+
+@pytest.mark.parametrize(("name", "line"), list(zip(NAMES, LINES, strict=True)), ids=NAMES)
+def test_the_arguments_are_those_of_the_page(name, line):
+    """Their names, their order and their defaults, and which are given by name: the promise is about these."""
+    owner, _, member = name.partition(".")
+    fields = getattr(getattr(sweep, owner), "__dataclass_fields__", {})
+    assert not member or hasattr(getattr(sweep, owner), member) or member in fields
+    assert line == spelled(name)
+
+
+def test_the_accessor_is_listed_whole():
+    """Whatever a dataset can be asked is public."""
+    asked = {name for name in vars(sweep.Eulerdisk) if not name.startswith("_")}
+    assert {name.partition(".")[2] for name in NAMES if name.startswith("Eulerdisk.")} == asked
+
+
+@pytest.mark.parametrize("name", [each for each in NAMES if each != "__version__"])
+def test_every_public_name_says_what_it_is(name):
+    """It has a docstring, or is a field of a result that its class describes."""
+    owner, _, member = name.partition(".")
+    found = getattr(sweep, owner)
+    if member and member in getattr(found, "__dataclass_fields__", {}):
+        assert found.__doc__
+    else:
+        assert (getattr(found, member) if member else found).__doc__
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("number", [0, 1])
+def test_its_python_runs(number, capsys):
+    """Each example of the page, without a warning."""
+    blocks = re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 2
+    exec(compile(blocks[number], "docs/python.md", "exec"), {})
+    out = capsys.readouterr().out
+    assert ("criterion  departure:5deg" if number == 0 else "computing: 100% of 2000 cells") in out
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """Return the folder of a user's project, and an environment in which the built wheel is installed."""
+    folder = tmp_path_factory.mktemp("project")
+    built = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder / "wheel"]
+    subprocess.run(built, cwd=CHECKOUT, capture_output=True, check=True)
+    (wheel,) = (folder / "wheel").glob("*.whl")
+    installed = folder / "installed"
+    subprocess.run([sys.executable, "-m", "zipfile", "-e", wheel, installed], check=True)
+    for each in PROJECT.glob("*.py"):
+        (folder / each.name).write_bytes(each.read_bytes())
+    return folder, {**os.environ, "PYTHONPATH": str(installed)}
+
+
+def wrong_lines():
+    """Return the numbers of the lines of the project that are wrong."""
+    lines = (PROJECT / "mistakes.py").read_text(encoding="utf-8").splitlines()
+    return {number for number, line in enumerate(lines, 1) if line.endswith("# wrong")}
+
+
+def checked(project, *command):
+    """Run a type checker in the folder of the project."""
+    folder, environment = project
+    return subprocess.run(
+        [sys.executable, "-m", *command],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_mypy_sees_types_and_mistakes(project):
+    """Strictly: nothing is wrong with the program, and each mistake is found, none besides."""
+    strict = ["mypy", "--strict", "--config-file=", "--no-error-summary"]
+    done = checked(project, *strict, "analysis.py", "mistakes.py")
+    found = re.findall(r"^(\w+)\.py:(\d+): error", done.stdout, flags=re.MULTILINE)
+    assert {(file, int(line)) for file, line in found} == {("mistakes", line) for line in wrong_lines()}, (
+        done.stdout
+    )
+
+
+def test_pyright_sees_types_and_mistakes(project):
+    """The same for the other type checker, whose strictest setting asks for the type of everything."""
+    folder, environment = project
+    settings = {
+        "typeCheckingMode": "strict",
+        "include": ["analysis.py", "mistakes.py"],
+        "extraPaths": [environment["PYTHONPATH"]],
+        "failOnWarnings": False,
+    }
+    (folder / "pyrightconfig.json").write_text(json.dumps(settings), encoding="utf-8")
+    done = checked(project, "basedpyright", "--outputjson", "--pythonpath", sys.executable)
+    report = json.loads(done.stdout)
+    found = {
+        (Path(each["file"]).stem, each["range"]["start"]["line"] + 1)
+        for each in report["generalDiagnostics"]
+        if each["severity"] == "error"
+    }
+    assert found == {("mistakes", line) for line in wrong_lines()}, done.stdout
+
+
+@pytest.mark.compiled
+def test_the_typed_program_runs(project):
+    """What the checkers have read is a program that works with what is installed."""
+    done = checked(project, "analysis")
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"True 0\.\d+ \S+", done.stdout.splitlines()[-1])
+    assert "computing: 600 of 600 cells" in done.stdout

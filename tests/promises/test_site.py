@@ -1,0 +1,166 @@
+"""The documentation is built without a warning, reads without a network, and its start page is runnable."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+#: What the dependency group docs of pyproject.toml installs, by the names of imports.
+NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_parser", "numpydoc", "ziamath")
+#: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
+LOADING = {
+    **dict.fromkeys(
+        ["script", "img", "iframe", "source", "audio", "video", "embed", "track"], ("src", "srcset")
+    ),
+    "link": ("href",),
+    "object": ("data",),
+}
+#: Links of a head that no browser loads.
+NOT_LOADED = {"canonical", "index", "search", "next", "prev", "author", "license"}
+
+
+class Page(HTMLParser):
+    """The links, the loaded resources and the anchors of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links, self.loaded, self.anchors = list[str](), list[str](), set[str]()
+        self.formulas = 0
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Collect what an element names."""
+        given = {name: value or "" for name, value in attrs}
+        self.anchors |= {given["id"]} if "id" in given else set()
+        self.formulas += tag == "math"
+        if tag == "a" and "href" in given:
+            self.links.append(given["href"])
+        if tag == "link" and set(given.get("rel", "").split()) & NOT_LOADED:
+            return
+        self.loaded += [given[name] for name in LOADING.get(tag, ()) if name in given]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the built site."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        pytest.skip(f"{', '.join(missing)} not installed: the dependency group docs of pyproject.toml")
+    out = tmp_path_factory.mktemp("site")
+    script = CHECKOUT / "scripts" / "build_site.py"
+    done = subprocess.run(
+        [sys.executable, script, out], cwd=out.parent, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"{out / 'index.html'}\n"
+    return out
+
+
+@pytest.fixture(scope="module")
+def pages(site: Path) -> dict[Path, Page]:
+    """Return every page of the site, by its path."""
+    found = (
+        path for path in site.rglob("*.html") if "_static" not in path.parts
+    )  # there a template of the theme
+    return {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in found}
+
+
+def local(base: Path, link: str) -> tuple[Path, str]:
+    """Return the file that a link of a page leads to, and the anchor in it."""
+    parts = urlsplit(link)
+    return ((base.parent / unquote(parts.path)).resolve() if parts.path else base), unquote(parts.fragment)
+
+
+def test_every_page_is_built(pages: dict[Path, Page], site: Path) -> None:
+    """Every page of docs/ is a page of the site, and so are the changelog and the page for contributors."""
+    sources = [*(CHECKOUT / "docs").glob("*.md"), CHECKOUT / "CHANGELOG.md", CHECKOUT / "CONTRIBUTING.md"]
+    wanted = {(site / path.relative_to(CHECKOUT)).with_suffix(".html").resolve() for path in sources}
+    assert len(wanted) > 20
+    assert wanted <= pages.keys()
+
+
+def test_nothing_is_loaded_from_a_network(pages: dict[Path, Page]) -> None:
+    """Scripts, styles, fonts and pictures of every page are files of the site."""
+    assert any(page.loaded for page in pages.values())
+    for path, page in pages.items():
+        for resource in page.loaded:
+            parts = urlsplit(resource)
+            assert not parts.netloc, (path.name, resource)
+            assert parts.scheme in ("", "data"), (path.name, resource)
+            assert parts.scheme or local(path, resource)[0].is_file(), (path.name, resource)
+
+
+def test_styles_load_nothing_from_a_network(site: Path) -> None:
+    """No style sheet, and no style in a page, names a server."""
+    sheets = [*site.rglob("*.css"), *site.rglob("*.html")]
+    for path in sheets:
+        text = path.read_text(encoding="utf-8")
+        styles = [text] if path.suffix == ".css" else re.findall(r"<style.*?</style>", text, re.S)
+        for style in styles:
+            assert re.findall(r"(?:url\(|@import)\s*['\"]?\s*(?:https?:)?//[^)]*", style) == [], path.name
+
+
+def outside(pages: dict[Path, Page]) -> Iterator[str]:
+    """Yield the links of the pages that lead out of the site."""
+    yield from (link for page in pages.values() for link in page.links if urlsplit(link).scheme)
+
+
+def test_links_inside_lead_somewhere(pages: dict[Path, Page]) -> None:
+    """Every link of a page to another one, or to a file, finds it, and the anchor in it."""
+    followed = 0
+    for path, page in pages.items():
+        for link in page.links:
+            if urlsplit(link).scheme:
+                continue
+            file, anchor = local(path, link)
+            assert file.is_file(), (path.name, link)
+            assert not anchor or file not in pages or anchor in pages[file].anchors, (path.name, link)
+            followed += 1
+    assert followed > 500
+
+
+def test_links_outside_are_named_here(pages: dict[Path, Page]) -> None:
+    """Links to servers, which no test follows, lead to these places alone."""
+    places = {urlsplit(link).netloc for link in outside(pages)}
+    assert places <= {"keepachangelog.com", "semver.org"}
+
+
+def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: Path) -> None:
+    """The page of the interface has every public name, the accessor and the base class of models, and no other."""
+    import sweep
+
+    page = pages[(site / "docs" / "api.html").resolve()]
+    described = {anchor for anchor in page.anchors if anchor.startswith(("sweep.", "kernels."))}
+    classes = {"sweep.model.description.Model"}
+    public = {f"sweep.{name}" for name in sweep.__all__ if name != "__version__"} | classes
+    assert public <= described
+    members = {name for name in described - public if name.rpartition(".")[0] not in public}
+    assert members == set()
+
+
+def python_of(name: str) -> str:
+    """Return the one block of Python of a page."""
+    text = (CHECKOUT / "docs" / name).read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S)
+    return str(block)
+
+
+@pytest.mark.compiled
+def test_the_start_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its ten lines of Python run; the measured rate lies below the critical one, by less than two per cent."""
+    monkeypatch.chdir(tmp_path)
+    block = python_of("index.md")
+    assert len([line for line in block.splitlines() if line]) <= 10
+    exec(compile(block, "docs/index.md", "exec"), {})
+    measured, critical = map(float, capsys.readouterr().out.splitlines()[-1].split())
+    assert 0.98 * critical < measured < critical
+    assert (tmp_path / "strict.nc").is_file()

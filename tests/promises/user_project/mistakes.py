@@ -1,0 +1,16 @@
+"""What a type checker has to find: each line that ends with a mark is wrong."""
+
+import sweep
+
+sweep.rnu("rolling")  # wrong
+sweep.run(3)  # wrong
+sweep.run("rolling", threads="two")  # wrong
+sweep.run("rolling", progress="yes")  # wrong
+sweep.run("rolling", progress=lambda: None)  # wrong
+sweep.run("rolling", progress=lambda status: status.percent)  # wrong
+sweep.run_to_file("rolling")  # wrong
+sweep.run("rolling").eulerdisc.stable  # xarray gives names of variables as attributes: nobody can know
+sweep.open_atlas("a.nc", indexd=False)  # wrong
+sweep.findings(sweep.verify("a.nc"))  # wrong
+sweep.compare(sweep.run("rolling"), sweep.run("rolling")).equal  # wrong
+sweep.SweepSpec.preset(1)  # wrong

@@ -1,0 +1,250 @@
+"""`sweep.run`: what was computed when it was interrupted stays, and the same call goes on with it, to the bit."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+import sweep
+from sweep.errors import RequestError
+from sweep.progress.timetable import COMPUTING, SEARCHING
+from sweep.runs import in_memory
+
+CHECKOUT = Path(__file__).parents[2]
+SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:20", tilt="0.1deg:5deg:10")
+
+
+@pytest.fixture(autouse=True)
+def nothing_kept():
+    """Begin and end without an interrupted call."""
+    sweep.forget()
+    yield
+    sweep.forget()
+
+
+class Interrupter:
+    """A progress function that sends SIGINT to this process when so many cells are done, and hears the rest."""
+
+    def __init__(self, at=None, stage=COMPUTING):
+        self.at, self.stage, self.heard = at, stage, []
+
+    def __call__(self, status):
+        """Hear a status."""
+        self.heard.append((status.stage, status.done))
+        if self.at is not None and status.stage == self.stage and status.done >= self.at:
+            os.kill(os.getpid(), signal.SIGINT)
+            self.at = None
+
+
+def interrupted(spec=SPEC, at=60, **how):
+    """Interrupt a call, and return what it says."""
+    with pytest.raises(KeyboardInterrupt) as caught:
+        sweep.run(spec, block_cells=20, progress=Interrupter(at, **how))
+    return str(caught.value)
+
+
+def same(one, other):
+    """Require two atlases with the same bits; the time when they were made aside."""
+    xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
+
+
+def test_the_same_call_goes_on():
+    """The block ends in which the interrupt comes; what is done is not computed again, and no bit differs."""
+    undisturbed = sweep.run(SPEC)
+    said = interrupted()
+    assert said.startswith("60 of 200 cells are computed and kept in memory")
+    assert said.endswith("To go on, give the same call again.")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    again = Interrupter()
+    same(sweep.run("rolling", roll_rate="2:4:20", tilt="0.1deg:5deg:10", progress=again), undisturbed)
+    assert again.heard[:3] == [(COMPUTING, 60), (COMPUTING, 200), (SEARCHING, 0)]
+    # it was for once
+    anew = Interrupter()
+    sweep.run(SPEC, progress=anew)
+    assert anew.heard[0] == (COMPUTING, 0)
+
+
+def test_it_can_be_interrupted_again_and_again():
+    """Each call gets further, and the last one is right."""
+    for at in (20, 100, 180):
+        assert interrupted(at=at).startswith(f"{at} of 200 cells")
+    same(sweep.run(SPEC), sweep.run(SPEC))
+
+
+def test_the_search_for_the_boundary_can_be_interrupted():
+    """All cells are kept then."""
+    refined = SPEC.replace(boundary="refined:1e-6")
+    assert interrupted(refined, at=0, stage=SEARCHING).startswith("200 of 200 cells")
+    again = Interrupter()
+    atlas = sweep.run(refined, progress=again)
+    assert again.heard[:2] == [(COMPUTING, 200), (SEARCHING, 0)]
+    same(atlas, sweep.run(refined))
+
+
+def test_another_call_begins_anew_and_leaves_what_is_kept():
+    """Until it is interrupted itself: one call is kept, the last one that was interrupted."""
+    interrupted()
+    other = Interrupter()
+    sweep.run(SPEC.replace(alpha=1), progress=other)
+    assert other.heard[0] == (COMPUTING, 0)
+    again = Interrupter(at=100)
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(SPEC, progress=again)
+    assert again.heard[0] == (COMPUTING, 60)
+    interrupted(SPEC.replace(alpha=1))
+    anew = Interrupter()
+    sweep.run(SPEC, progress=anew)
+    assert anew.heard[0] == (COMPUTING, 0)
+
+
+def test_an_error_of_the_progress_function_loses_nothing():
+    """It goes on to the caller, and the cells that were done stay as after an interrupt."""
+
+    def broken(status):
+        if status.done == 60:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        sweep.run(SPEC, block_cells=20, progress=broken)
+    again = Interrupter()
+    same(sweep.run(SPEC, progress=again), sweep.run(SPEC))
+    assert again.heard[0] == (COMPUTING, 60)
+
+
+def test_what_is_kept_can_be_forgotten():
+    """After `forget` the same call begins anew."""
+    interrupted()
+    sweep.forget()
+    anew = Interrupter()
+    sweep.run(SPEC, progress=anew)
+    assert anew.heard[0] == (COMPUTING, 0)
+
+
+def test_a_handler_of_the_caller_stays_in_charge():
+    """Whoever handles SIGINT goes on to do so, and the call is not interrupted."""
+    arrived = []
+    before = signal.signal(signal.SIGINT, lambda *_: arrived.append(1))
+    try:
+        sweep.run(SPEC, block_cells=20, progress=Interrupter(60))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert arrived == [1]
+
+
+def test_another_thread_computes_too():
+    """Outside the main thread no handler can be set, and none is."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(sweep.run(SPEC)))
+    thread.start()
+    thread.join()
+    same(found[0], sweep.run(SPEC))
+
+
+def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path):
+    """A notebook stops there too; the file is finished."""
+    with pytest.raises(KeyboardInterrupt, match="all was done when it came"):
+        sweep.run_to_file(SPEC, tmp_path / "a.nc", progress=Interrupter(183, stage="checking"))
+    with sweep.open_atlas(tmp_path / "a.nc") as atlas:
+        assert atlas.sizes == {"roll_rate": 20, "tilt": 10}
+
+
+@pytest.mark.parametrize(("cells", "seconds", "then"), [
+    (2**12, 0.001, 2**17), (2**12, 0.0, 2**17), (2**14, 0.5, 2**13), (2**12, 9.0, 2**12), (2**17, 0.1, 2**17),
+])  # fmt: skip
+def test_blocks_take_a_quarter_of_a_second(cells, seconds, then):
+    """They are never smaller than the first one, nor larger than a block of the engine usually is."""
+    assert in_memory._next_size(cells, seconds) == then
+
+
+@pytest.mark.parametrize(
+    ("how", "words"), [({"block_cells": 0}, "at least one cell"), ({"progress": 3}, "progress")]
+)
+def test_what_cannot_be_is_refused(how, words):
+    """In a sentence, before anything is computed."""
+    with pytest.raises(RequestError, match=words):
+        sweep.run(SPEC, **how)
+
+
+#: A program that is interrupted from outside, by the signal that a terminal or a notebook sends, and goes on.
+PROGRAM = """
+import sys, sweep
+spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:300", tilt="0.1deg:5deg:300")
+call = {"memory": lambda how: sweep.run(spec, block_cells=5000, progress=how),
+        "file": lambda how: sweep.run_to_file(spec, "a.nc", block_cells=5000, progress=how)}[sys.argv[1]]
+waited, dones = [], []
+
+def wait(status):
+    if status.done >= 10000 and not waited:
+        waited.append(status)
+        print("ready", flush=True)
+        sys.stdin.readline()
+
+try:
+    call(wait)
+except KeyboardInterrupt as end:
+    print(end, flush=True)
+call(lambda status: status.stage == "computing" and dones.append(status.done))
+print(dones[0], dones[-1])
+call(wait) if sys.argv[2:] else None
+"""
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("where", ["memory", "file"])
+def test_a_signal_from_outside(tmp_path, where):
+    """A real SIGINT: the message says where the finished part is, and the same call goes on with all of it."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, where],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate("on\n", timeout=120)
+    assert (process.returncode, err) == (0, "")
+    said, numbers = out.splitlines()
+    done, total = map(int, numbers.split())
+    assert total == 90000
+    assert 10000 <= done < 90000
+    if where == "memory":
+        assert said.startswith(f"{done} of 90000 cells are computed and kept in memory")
+    else:
+        assert said.startswith(f"{done // 5000} of 18 blocks are kept in ")
+        assert "a.nc.run. To go on, give the same call again." in said
+        assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.compiled
+def test_a_second_signal_does_not_wait(tmp_path):
+    """It raises where it arrives, here in a progress function that would sleep for a minute."""
+    program = (
+        "import sweep, time\n"
+        "def wait(status):\n"
+        "    print('ready', flush=True)\n"
+        "    time.sleep(60)\n"
+        "sweep.run('rolling', progress=wait)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    for _ in range(2):
+        process.send_signal(signal.SIGINT)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(0.5) if _ == 0 else process.wait(0)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == -signal.SIGINT
+    assert err.rstrip().endswith("KeyboardInterrupt")
