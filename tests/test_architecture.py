@@ -29,7 +29,7 @@ PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
 PATH_NAME = re.compile(r"(?<![\w./-])((?:kernels|sweep|scripts|tests|docs)/[\w./-]*\w)(?:::(\w+))?")
 DOTTED_NAME = re.compile(r"(?<![\w./-])(?:kernels|sweep)(?:\.[A-Za-z_]\w*)+(?![\w/-])")
 #: What commands of the gallery write.
-WRITTEN = ("docs/atlases", "docs/motion.nc", "docs/alphas.nc", "docs/random-")
+WRITTEN = ("docs/atlases", "docs/losses.nc", "docs/motion.nc", "docs/alphas.nc", "docs/random-")
 DRAWERS = {"utils", "util", "common", "helpers", "helper", "core", "misc", "lib", "tools"}
 HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", "typer", "rich"}
 
