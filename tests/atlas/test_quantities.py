@@ -3,13 +3,14 @@
 import pytest
 
 from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities, status_name
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS
 
 
 @pytest.mark.parametrize(("edge", "side"), [("upper", ""), ("lower", "lower_")])
 def test_edge_quantities_follow_their_axis(edge, side):
     """The quantities of an edge are named after their axis, the lower edge apart, and have its units; one is a flag."""
-    quantities = edge_quantities(PARAMETERS["precession_rate"], edge)
+    quantities = edge_quantities(DISK, "precession_rate", edge)
     assert list(quantities) == [
         f"boundary_{side}precession_rate",
         f"boundary_{side}precession_rate_halfwidth",
@@ -28,7 +29,7 @@ def test_the_edges_have_names_of_their_own():
     assert len(names) == len(set(names))
     for edge, side in (("upper", "above"), ("lower", "below")):
         measured = edge_names("roll_rate", edge)[0]
-        assert side in edge_quantities(PARAMETERS["roll_rate"], edge)[measured].long_name
+        assert side in edge_quantities(DISK, "roll_rate", edge)[measured].long_name
 
 
 def test_a_point_of_a_curve_has_a_place_along_every_axis():

@@ -7,6 +7,7 @@ import pytest
 
 from sweep.atlas.cf_metadata import curve_quantities, edge_quantities, point_quantities
 from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import CONTACT_VARIABLES, PARAMETERS, REDUCTION, SETTINGS, VARIABLES
 from sweep.model.quantity import DECISION, Quantity, positive, table
 from sweep.request.values import _FITTING
@@ -18,7 +19,7 @@ QUANTITIES = [
     *CONTACT_VARIABLES.values(),
     *REDUCTION.values(),
     *AUDIT.variables.values(),
-    *edge_quantities(PARAMETERS["roll_rate"]).values(),
+    *edge_quantities(DISK, "roll_rate").values(),
     *curve_quantities().values(),
     *point_quantities(PARAMETERS, ("tilt", "roll_rate")).values(),
 ]
