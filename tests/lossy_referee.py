@@ -194,19 +194,21 @@ def sign(x):
 
 @njit(cache=True)
 def decide(y, turn_zero, par, mode, work):
-    """Write the mode in which a motion goes on from y; return whether rolling friction holds it altogether."""
+    """Write the mode in which a motion goes on from y, return the time that this took: none, or a first moment.
+
+    Infinite where rolling friction holds the disk altogether.
+    """
     P, f = y[2], y[3]
     if P == 0.0 and f == 0.0:
         # a fall in the plane: roll and heading stay at zero whatever holds them
         if y[1] == 0.0 and held_fast(y, par, 0.0):
-            return True
+            return np.inf
         mode[ROLL], mode[TURN], mode[LEAN] = 0.0, 0.0, sign(y[1] if y[1] != 0.0 else y[0])
-        return False
+        return 0.0
     if par[ROLLING] > 0.0 and y[1] == 0.0 and f == 0.0:
         if held_fast(y, par, 1.0):
-            return True
-        break_away(y, par, mode, work)
-        return False
+            return np.inf
+        return break_away(y, par, mode, work)
     v = P + f * math.sin(y[0])
     best = np.inf
     found_roll = found_turn = 0.0
@@ -234,19 +236,18 @@ def decide(y, turn_zero, par, mode, work):
             if wrong < best:
                 best, found_roll, found_turn = wrong, roll, turn
     mode[ROLL], mode[TURN] = found_roll, found_turn
-    return False
+    return 0.0
 
 
 @njit(cache=True)
 def break_away(y, par, mode, work):
-    """Set a spinning disk going that rolling friction cannot hold: write its mode and rates of a first moment."""
+    """Set a spinning disk going that rolling friction cannot hold: write mode and state after a first moment."""
     mode[TURN], mode[LEAN] = sign(y[2]), sign(y[0])
-    first = 1e-8
     mode[ROLL] = 0.0
     n, _, _, hold_roll, _ = slopes(y, mode, par, work)
     if mode[LEAN] * work[1] > 0.0 and abs(hold_roll) <= par[CONTOUR] * n:
         if par[CONTOUR] > 0.0:
-            return
+            return 0.0
         mode[ROLL] = -sign(work[1] * y[2])
     else:
         # friction is along the direction d in which it accelerates: d turns until both agree
@@ -259,10 +260,13 @@ def break_away(y, par, mode, work):
             slopes(y, mode, par, work)
             ahead = mode[ROLL] * C * work[3] * math.cos(angle) - mode[LEAN] * work[1] * math.sin(angle)
             low, high = (angle, high) if ahead > 0.0 else (low, angle)
+    # so long that the rates are no noise, so short that nothing else has changed
+    first = min(1e-4, 1e-6 / math.hypot(work[1], work[3]))
     y[0] += 0.5 * first**2 * work[1]
     y[1], y[2], y[3] = first * work[1], y[2] + first * work[2], first * work[3]
-    y[LOSSES + 1] += first * par[PIVOTING] * abs(y[2])
+    y[LOSSES + 1] += first * work[LOSSES + 1]
     y[HEADING] += first * y[2]
+    return first
 
 
 @njit(cache=True)
@@ -283,47 +287,69 @@ def rest_of_held(y, t, horizon, par):
 
 
 @njit(cache=True)
-def first_event(y, h, k0, new, mode, par, flat, center, limit, scratch, k, trial, margin):
+def least_margin(y, h, k0, rules, space):
+    """Least margin after a real step h from y, whose slopes are k0; state and margins stay in `space`."""
+    scratch, k, trial, margin = space
+    k[0] = k0
+    step(y, h, rules[0], rules[1], k, trial)
+    margins(trial, *rules, scratch, margin)
+    return margin.min()
+
+
+@njit(cache=True)
+def sampled(y, h, k0, new, k1, rules, scratch, trial, seen):
+    """Write the margins of states at equal distances within a step, interpolated by cubics."""
+    for j in range(_SAMPLES + 1):
+        u = j / _SAMPLES
+        a, b, c = u * u * (3.0 - 2.0 * u), h * u * (1.0 - u) ** 2, h * u * u * (u - 1.0)
+        for i in range(4):
+            trial[i] = y[i] + a * (new[i] - y[i]) + b * k0[i] + c * k1[i]
+        margins(trial, *rules, scratch, seen[j])
+
+
+@njit(cache=True)
+def dip(seen, j):
+    """Where, in distances of samples, a margin may be negative between samples j-1 and j; j if nowhere."""
+    for which in range(MARGINS):
+        for middle in (max(j - 1, 1), min(j, _SAMPLES - 1)):
+            left, here, right = seen[middle - 1, which], seen[middle, which], seen[middle + 1, which]
+            bend, slope = right - 2.0 * here + left, 0.5 * (right - left)
+            if bend > 0.0:
+                place = middle - slope / bend
+                least = here - 0.5 * slope * slope / bend
+                if j - 1 < place < j and least < 1e-3 * (left + right):
+                    return place
+    return float(j)
+
+
+@njit(cache=True)
+def first_event(y, h, k0, new, rules, space, seen):
     """Return how far of a step h from y (ending at `new`, slopes there in k[-1]) no margin is negative, and the event.
 
-    After an event y of just beyond is in `trial`; without one (-1) all of h is free.
+    After an event the state of just beyond is in `space`; without one (-1) all of h is free.
     """
+    scratch, k, trial, margin = space
     k1 = k[_STAGES].copy()
+    sampled(y, h, k0, new, k1, rules, scratch, trial, seen)
     low = 0.0
     for j in range(1, _SAMPLES + 1):
-        u = j / _SAMPLES
-        if j < _SAMPLES:
-            a, b, c = u * u * (3.0 - 2.0 * u), h * u * (1.0 - u) ** 2, h * u * u * (u - 1.0)
-            for i in range(4):
-                trial[i] = y[i] + a * (new[i] - y[i]) + b * k0[i] + c * k1[i]
-        else:
-            trial[:] = new
-        margins(trial, mode, par, flat, center, limit, scratch, margin)
-        if margin.min() >= 0.0:
-            low = u * h
-            continue
-        high = u * h
-        if j < _SAMPLES:
-            k[0] = k0
-            step(y, high, mode, par, k, trial)
-            margins(trial, mode, par, flat, center, limit, scratch, margin)
-            if margin.min() >= 0.0:
+        place = dip(seen, j)
+        high = place / _SAMPLES * h
+        if place == j or least_margin(y, high, k0, rules, space) >= 0.0:
+            high = j / _SAMPLES * h
+            if seen[j].min() >= 0.0 or least_margin(y, high, k0, rules, space) >= 0.0:
                 low = high
                 continue
-        for _ in range(200):
+        # interpolation may have missed it at a sample before
+        while low > 0.0 and least_margin(y, low, k0, rules, space) < 0.0:
+            low, high = max(0.0, low - h / _SAMPLES), low
+        while low < 0.5 * (low + high) < high:
             middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            k[0] = k0
-            step(y, middle, mode, par, k, trial)
-            margins(trial, mode, par, flat, center, limit, scratch, margin)
-            if margin.min() < 0.0:
+            if least_margin(y, middle, k0, rules, space) < 0.0:
                 high = middle
             else:
                 low = middle
-        k[0] = k0
-        step(y, high, mode, par, k, trial)
-        margins(trial, mode, par, flat, center, limit, scratch, margin)
+        least_margin(y, high, k0, rules, space)
         return high, int(margin.argmin())
     k[_STAGES] = k1
     return h, -1
@@ -349,6 +375,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
     n = y.size
     k, new, trial = np.zeros((_STAGES + 1, n)), np.zeros(n), np.zeros(n)
     scratch, k0, mode, margin = np.zeros(n), np.zeros(n), np.zeros(3), np.zeros(MARGINS)
+    space, seen = (scratch, k, trial, margin), np.zeros((_SAMPLES + 1, MARGINS))
     atol = rtol * min(1.0, max(abs(y[0]) + abs(y[1]), 1e-8))
     t, h, total, steps, switches = 0.0, 1e-3, energy(y, par[ALPHA]), 0, 0
     measures[0], measures[1], measures[2:] = y[0], y[0], 0.0
@@ -359,14 +386,15 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
     while ending == RUNS_ON:
         if deciding:
             deciding = False
-            if decide(y, turn_zero, par, mode, scratch):
+            passed, turn_zero = decide(y, turn_zero, par, mode, scratch), False
+            if passed == np.inf:
                 t, ending = rest_of_held(y, t, horizon, par)
                 break
-            turn_zero = False
             margins(y, mode, par, flat, center, limit, scratch, margin)
             if margin[LIFT] <= 0.0 or margin[SLIP] < 0.0 or margin[FLAT] < 0.0:
                 ending = LIFTS if margin[LIFT] <= 0.0 else (SLIPS if margin[SLIP] < 0.0 else FLAT_DOWN)
                 break
+            t += passed
         slopes(y, mode, par, k0)
         h = min(h, horizon - t)
         k[0] = k0
@@ -381,7 +409,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
         steps += 1
         if steps > _MOST_STEPS:
             return LOST
-        free, event = first_event(y, h, k0, new, mode, par, flat, center, limit, scratch, k, trial, margin)
+        free, event = first_event(y, h, k0, new, (mode, par, flat, center, limit), space, seen)
         if event != -1:
             new[:] = trial
         if y[1] * new[1] < 0.0:
@@ -389,6 +417,9 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
             measures[0], measures[1] = min(measures[0], peak), max(measures[1], peak)
         t += free
         y[:] = new
+        if par[PIVOTING] > 0.0 and mode[TURN] == 0.0:
+            # what is held does not drift by the errors of the steps
+            y[2] = -y[3] * math.sin(y[0])
         measures[0], measures[1] = min(measures[0], y[0]), max(measures[1], y[0])
         lost = y[LOSSES:].sum()
         measures[4] = max(measures[4], abs(energy(y, par[ALPHA]) + lost - total))

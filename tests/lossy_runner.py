@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from kernels.lossy_disk.arrays import COUNTS, MEASURES, SETTINGS
+from kernels.lossy_disk.arrays import COUNTS, LOSSES, MEASURES, SAMPLES, SETTINGS
 from kernels.native import workers
 from sweep.model.kernel import Kernel
 
@@ -45,3 +45,21 @@ def bits(results, cells=slice(None)):
     """Return all results of some cells as bytes, one row per cell."""
     columns = [np.ascontiguousarray(column[cells]) for column in vars(results).values()]
     return np.concatenate([column.view(np.uint8).reshape(len(column), -1) for column in columns], axis=1)
+
+
+def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relative_step=0.0):
+    """Integrate starts one by one as single motions; results as those of `run`, as far as their ends tell."""
+    trajectory = Kernel("kernels.lossy_disk.trajectory", "trajectory").load()
+    settings = np.array([0.0, relative_step, flat_tilt, float(AIR_LAWS.index(air))])
+    cells = []
+    for start in starts.T:
+        samples = np.full((len(SAMPLES), 2), np.nan)
+        times = np.array([0.0, duration])
+        ending, filled, last, steps = trajectory(np.ascontiguousarray(start), settings, times, samples)
+        end = dict(zip(SAMPLES, samples[:, filled - 1], strict=True))
+        named = {name: end[name] for name in LOSSES} | {
+            "end_tilt": end["tilt"],
+            "heading_turned": end["heading"],
+        }
+        cells.append(named | {"ending": ending, "end_time": last, "steps": steps})
+    return SimpleNamespace(**{name: np.array([cell[name] for cell in cells]) for name in cells[0]})

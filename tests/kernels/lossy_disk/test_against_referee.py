@@ -1,0 +1,89 @@
+"""The integration with losses against independent integrations, closed forms and limits; longer in audit_losses.py."""
+
+import math
+
+import audit_losses
+import lossy_cells
+import lossy_referee as referee
+import lossy_runner
+import lossy_wobble
+import numpy as np
+import pytest
+
+from kernels.lossy_disk.endings import FLAT, HORIZON
+
+pytestmark = pytest.mark.compiled
+
+
+def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
+    """About 200 cells of all laws: final times to 1e-6, at most 5 % left out."""
+    audit = audit_losses.audit_mixtures(210, np.random.default_rng(2))
+    assert audit.fine, "\n".join(audit.broken)
+    assert set(audit.endings) == {"FLAT", "REST", "HORIZON", "LIFT_OFF", "SLIP"}
+
+
+def test_fresh_mixtures_end_as_the_referee_says():
+    """Other cells each time; those that start nearly upright may err by more than 1e-6."""
+    audit = audit_losses.audit_mixtures(30, np.random.default_rng(), slack=100.0)
+    assert audit.fine, "\n".join(audit.broken)
+
+
+def test_fresh_single_motions_end_as_the_referee_says():
+    """The scalar integration, in smaller steps than its usual ones."""
+    audit = audit_losses.audit_single(30, np.random.default_rng(), slack=100.0)
+    assert audit.fine, "\n".join(audit.broken)
+
+
+@pytest.mark.parametrize("law", lossy_wobble.LAWS)
+def test_the_wobble_takes_the_time_of_its_closed_form(law):
+    """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""
+    audit = audit_losses.audit_wobbles(500, laws=(law,))
+    assert audit.fine, "\n".join(audit.broken)
+    assert audit.cells == 3
+
+
+def test_moffatts_example_takes_the_time_of_his_formula():
+    """A disk of 0.4 kg and 3.75 cm in air takes a0^3 m / (2 pi mu R) = 94 s from 0.1 rad."""
+    mass, radius, viscosity, first, last = 0.4, 0.0375, 1.8e-5, 0.1, 1e-3
+    unit = math.sqrt(radius / 9.81)
+    tilt, turning, rolling = lossy_cells.wobble(first, 0.5)
+    given = referee.starts(
+        tilt=tilt, precession_rate=turning / unit, roll_rate=rolling / unit, radius=radius, gravity=9.81, mass=mass,
+        air_viscosity=viscosity,
+    )  # fmt: skip
+    found = lossy_runner.run(given, air="moffatt", duration=200.0, flat_tilt=0.5 * math.pi - last)
+    expected = (first**3 - last**3) * mass / (2.0 * math.pi * viscosity * radius)
+    assert found.ending[0] == FLAT
+    assert expected == pytest.approx(94.3, abs=0.1)
+    assert found.end_time[0] == pytest.approx(expected, rel=0.01)
+
+
+def test_vanishing_losses_leave_the_disk_without_losses():
+    """Extremes differ in proportion to the coefficients, verdicts only within that difference."""
+    audit = audit_losses.audit_limits(60, np.random.default_rng(7))
+    assert audit.fine, "\n".join(audit.broken)
+
+
+def test_rolling_friction_holds_up_to_its_tilt():
+    """S [1 + (1 + alpha/2) P^2 C] = arm, from both sides."""
+    audit = audit_losses.audit_holding(200, np.random.default_rng())
+    assert audit.fine, "\n".join(audit.broken)
+
+
+def test_a_hundred_reversals_converge_with_order_four():
+    """Contour friction changes its sense over a hundred times; halving the steps divides the error by about 16."""
+    given = referee.starts(tilt=0.2, precession_rate=2.0, roll_rate=0.05, contour_friction=1e-4)
+    true = referee.run(given, duration=170.0, rtol=1e-13)
+    assert true.switches[0] > 100
+    errors = []
+    for step in (0.08, 0.04, 0.02):
+        # no limit of the energy: the step is what is asked for
+        found = lossy_runner.run(given, duration=170.0, step=step, tolerance=1.0)
+        assert found.ending[0] == HORIZON
+        assert found.switches[0] == true.switches[0]
+        ends = ("end_tilt", "tilt_max", "heading_turned", "path_length", "contour_loss")
+        errors.append(max(abs(float(getattr(found, name)[0] - getattr(true, name)[0])) for name in ends))
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert (orders > 3.5).all()
+    usual = lossy_runner.run(given, duration=170.0)
+    assert usual.end_tilt[0] == pytest.approx(true.end_tilt[0], abs=1e-5)
