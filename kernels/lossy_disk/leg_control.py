@@ -391,7 +391,11 @@ def _gone_back(lane, lanes):
     for _ in range(4):
         state, gain = step(state, sense, inertia, losses, h)
         t, ledger = t + h, _added(ledger, gain, 1.0)
-    return Motion(contact_state(state, inertia), Senses(sense[0], sense[1], 0.0), t, ledger)
+    S, C, w, f, v = contact_state(state, inertia)
+    # along the leg both rates have its senses: where it began with one that vanished, going back leaves an error
+    f = f if sense[0] * f >= 0.0 else 0.0
+    v = v if sense[1] * v >= 0.0 else 0.0
+    return Motion((S, C, w, f, v), Senses(sense[0], sense[1], 0.0), t, ledger)
 
 
 @internal

@@ -19,6 +19,7 @@ def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
     """About 200 cells of all laws: final times to 1e-6, at most 5 % left out."""
     audit = audit_losses.audit_mixtures(210, np.random.default_rng(2))
     assert audit.fine, "\n".join(audit.broken)
+    assert audit.unresolved == 0
     assert set(audit.endings) == {"FLAT", "REST", "HORIZON", "LIFT_OFF", "SLIP"}
 
 
