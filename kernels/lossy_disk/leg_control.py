@@ -392,9 +392,10 @@ def _gone_back(lane, lanes):
         state, gain = step(state, sense, inertia, losses, h)
         t, ledger = t + h, _added(ledger, gain, 1.0)
     S, C, w, f, v = contact_state(state, inertia)
-    # along the leg both rates have its senses: where it began with one that vanished, going back leaves an error
+    # along the leg the rates that friction opposes have its senses: where it began with one that vanished, going back
+    # leaves an error
     f = f if sense[0] * f >= 0.0 else 0.0
-    v = v if sense[1] * v >= 0.0 else 0.0
+    v = v if sense[1] * v >= 0.0 or losses.pivoting == 0.0 else 0.0
     return Motion((S, C, w, f, v), Senses(sense[0], sense[1], 0.0), t, ledger)
 
 
