@@ -64,7 +64,10 @@ def test_words_pick_values(atlas, words, places, noted):
         ({"radius": "0.5"}, "radius is no axis of this atlas, whose axes are alpha, roll_rate, tilt"),
         ({"aplha": "1"}, "Did you mean alpha"),
         ({"speed": "9m/s"}, "18 rad s-1 is outside this atlas, whose roll_rate is 1 rad s-1 to 4 rad s-1"),
-        ({"sped": "9m/s"}, "alpha, roll_rate, tilt, scaled_roll_rate, speed. Did you mean speed"),
+        (
+            {"sped": "9m/s"},
+            "alpha, roll_rate, tilt, scaled_roll_rate, speed, inclination. Did you mean speed",
+        ),
         ({"speed": "1:2:3"}, "START:STOP"),
         ({"speed": "1kg"}, "does not fit"),
         ({"speed": "1", "roll_rate": "2"}, "roll_rate is given once: speed and roll_rate"),

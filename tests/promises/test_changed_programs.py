@@ -28,8 +28,8 @@ HARMLESS = [
     ),
     (
         "sweep/model/disk/initial_conditions.py",
-        "rate that the spec leaves to the cell",
-        "rate that a spec leaves to the cell",
+        "rates that the spec leaves to the cell",
+        "rates that a spec leaves to the cell",
     ),
     ("sweep/request/axes.py", '"A range must have count', '"The range must have count'),
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16"),
@@ -51,8 +51,8 @@ DECISIVE = [
     (
         "steady",
         "sweep/model/disk/initial_conditions.py",
-        "steady_precession_rates(starts",
-        "steady_roll_rate(starts",
+        "steady_precession_rates(tilt, starts",
+        "steady_roll_rate(tilt, starts",
     ),
     ("rk4", "sweep/request/axes.py", "return np.linspace(", "return np.geomspace("),
     ("contact", "kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
