@@ -425,9 +425,9 @@ class Model(ABC):
         return frozenset(self.extremes) | (self.variables.keys() - {*self.measures, *self.counts})
 
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
-        """Return what `verify` holds an atlas of `size` cells against; by default the exact reference, if there is one.
+        """Return what ``eulerdisk verify`` holds an atlas against; by default the exact reference, if there is one.
 
-        `seed` says which cells a sample has, where the reference takes one; a fresh one if not given.
+        The atlas has `size` cells; `seed` says which cells a sample has, where the reference takes one; a fresh one if not given.
         """
         return self.exact
 

@@ -107,7 +107,7 @@ def _fields(kind: MotionKind) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectorySpec(_fields(DISK_MOTION), MotionRequest):  # type: ignore[misc]  # see `_fields`
-    """The request for a motion of the disk without losses, or by `read` for any motion; see `MotionRequest`.
+    """The request for a motion of the disk without losses, or by `read` for any motion.
 
     `roll_rate` may be ``"steady"``, or `precession_rate` ``"steady-slow"`` or ``"steady-fast"``.
     """

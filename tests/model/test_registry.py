@@ -99,7 +99,7 @@ def test_a_preset_of_a_registered_model_is_found(installed, tmp_path, monkeypatc
     found = SweepSpec.preset("wobbling")
     assert (found.model, found.tilt) == (WITH_PRESET, 0.25)
     assert SweepSpec.preset("rolling").model is DISK
-    with pytest.raises(RequestError, match="circling, rolling, spinning, rolling, wobbling"):
+    with pytest.raises(RequestError, match="circling, rolling, spinning, coin, toy, rolling, wobbling"):
         SweepSpec.preset("waddling")
 
 

@@ -188,7 +188,8 @@ def test_a_criterion_changes_nothing_but_when_it_was_broken(limit):
     broken = same & np.isfinite(judged.breach_time)
     assert broken.sum() > 50
     assert np.array_equal(np.isfinite(truth.breach_time)[same], np.isfinite(judged.breach_time)[same])
-    np.testing.assert_allclose(judged.breach_time[broken], truth.breach_time[broken], rtol=1e-5, atol=1e-9)
+    # a start just within the limit may count as beyond it
+    np.testing.assert_allclose(judged.breach_time[broken], truth.breach_time[broken], rtol=1e-5, atol=1e-6)
     judged.breach_time = found.breach_time
     assert np.array_equal(lossy_runner.bits(found), lossy_runner.bits(judged))
 
