@@ -427,7 +427,8 @@ class Model(ABC):
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
         """Return what ``eulerdisk verify`` holds an atlas against; by default the exact reference, if there is one.
 
-        The atlas has `size` cells; `seed` says which cells a sample has, where the reference takes one; a fresh one if not given.
+        The atlas has `size` cells; `seed` says which of them a sample has, where the reference takes one: fresh ones if
+        not given.
         """
         return self.exact
 
