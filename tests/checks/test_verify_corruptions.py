@@ -237,7 +237,7 @@ def test_one_corrupt_value_is_named(kind):
 
 
 @pytest.mark.parametrize("kind", ["rolling", "circling", "exact", "falls"])
-def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(kind, None):
+def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(kind):
     """Of an atlas of other code nothing is computed again: what is not found is said not to be checked."""
     dataset, missed = atlas(kind).assign_attrs(kernel_hash="0" * 64), set()
     open_ = {
@@ -306,7 +306,7 @@ def test_a_missing_variable_is_named(kind):
         if name in again:
             continue
         try:
-            _checked(dataset.drop_vars(name))
+            _checked(dataset.drop_vars(name), None)
         except RequestError:
             with pytest.raises(RequestError, match=name):
                 verify(dataset.drop_vars(name))
