@@ -59,12 +59,11 @@ def test_endings_and_switches_are_those_of_the_referee():
             mine = followed(start, air=air, horizon=20.0, relative_step=0.015)
             assert mine.ending == found.ending[cell], (seed, air, cell)
             largest, time = differences(mine, found, cell)
-            assert largest < 5e-3, (seed, air, cell)
-            assert time < 1e-3, (seed, air, cell)
-            if not (mine.switches == found.switches[cell] and largest < 5e-6 and time < 1e-6):
-                apart.append((seed, air, cell))
+            assert largest < 5e-6, (seed, air, cell)
+            assert time < 1e-6, (seed, air, cell)
+            apart += [(seed, air, cell)] if mine.switches != found.switches[cell] else []
             compared += 1
-    # an excursion on the brink of a hold counts two switches or none; a start next to upright enlarges every error
+    # an excursion on the brink of a hold counts or does not, and so does a rate that rounding made
     assert len(apart) <= 3, apart
     assert compared > 10 * left_out
 
