@@ -83,6 +83,11 @@ class Entry:
         """Return the address of the C function, for compiled code (`kernels.native.by_address`)."""
         return ctypes.cast(self._loaded()[0], ctypes.c_void_p).value
 
+    def make_ready(self):
+        """Load the machine code now, and not at the first call."""
+        if not PLAIN:
+            self._loaded()
+
     def _loaded(self):
         """Return the C function, and the types of its results: loaded by the first thread that calls."""
         if self._found is None:

@@ -52,8 +52,9 @@ class Kernel:
     cached : tuple of str, optional
         The entry points (`kernels.native.entry`) that are kept on disk, each as ``module:function``; the function
         itself if none is named. A function that is plain Python and calls compiled ones names those.
-    beside : str, optional
-        The one of them that a second process compiles while this one compiles the others: the one that takes longest.
+    beside : tuple of str, optional
+        Those of them that a second process compiles, in this order, while this one compiles the others: about half of
+        the work.
     seconds : float, optional
         About how long compiling all of them takes in one process, for the notice of it.
     seconds_beside : float, optional
@@ -63,7 +64,7 @@ class Kernel:
     module: str
     function: str
     cached: tuple[str, ...] = ()
-    beside: str = ""
+    beside: tuple[str, ...] = ()
     seconds: float = 5.0
     seconds_beside: float = 5.0
 
@@ -71,10 +72,26 @@ class Kernel:
         """Return the function, kept on disk where the cache folder can be written."""
         return _loaded(self)
 
+    def make_ready(self) -> None:
+        """Load every entry point, and compile what is not kept on disk: the share of the second process last."""
+        self.load()
+        for name in sorted(self._entries, key=self.beside.__contains__):
+            _entry(name).make_ready()
+
     def keep(self) -> None:
         """Compile an entry point that is the function itself, unless it is kept on disk."""
         entry: Any = self.load()
         entry.source(entry)
+
+
+    @property
+    def _entries(self) -> tuple[str, ...]:
+        return self.cached or (f"{self.module}:{self.function}",)
+
+
+def _entry(name: str) -> Any:
+    module, _, function = name.partition(":")
+    return getattr(import_module(module), function)
 
 
 @lru_cache
@@ -84,17 +101,16 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     import_module("kernels.native.workers").use_usually(usual_threads())
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     root = cache_root()
-    places = [each.partition(":") for each in kernel.cached or (f"{kernel.module}:{kernel.function}",)]
-    folders = [usable_folder(root, cache_folder([module]).name) for module, _, _ in places]
+    names = kernel._entries
+    folders = [usable_folder(root, cache_folder([name.partition(":")[0]]).name) for name in names]
     second = SecondProcess(kernel.beside)
     # one notice for all entry points of the kernel
     announce = lru_cache(partial(_announce, kernel, root, all(folders), second))
-    for (module, colon, name), folder in zip(places, folders, strict=True):
+    for name, folder in zip(names, folders, strict=True):
         width = partial(vector_width.bits, root if folder else None)
         cache = KernelCache(folder, width, announce)
-        beside = module + colon + name == kernel.beside
-        getattr(import_module(module), name).source = (
-            partial(_made_beside, cache, second) if beside else cache.machine_code
+        _entry(name).source = (
+            partial(_made_beside, cache, second) if name in kernel.beside else cache.machine_code
         )
     return found
 

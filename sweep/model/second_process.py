@@ -1,4 +1,4 @@
-"""A second process that compiles an entry point while this one compiles others.
+"""A second process that compiles entry points while this one compiles others.
 
 Numba's own Python code takes two thirds of the time of a compilation, so that threads would not help. The second
 process leaves what it made in the cache; whatever goes wrong with it costs the time of compiling in this process.
@@ -6,6 +6,7 @@ process leaves what it made in the cache; whatever goes wrong with it costs the 
 
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -19,16 +20,16 @@ _PATIENCE = 60.0
 
 
 class SecondProcess:
-    """Compiles one entry point, once it is started.
+    """Compiles entry points one after the other, once it is started.
 
     Parameters
     ----------
-    entry : str
-        ``module:function``
+    entries : sequence of str
+        Each as ``module:function``.
     """
 
-    def __init__(self, entry: str) -> None:
-        self._entry, self._over = entry, False
+    def __init__(self, entries: Sequence[str]) -> None:
+        self._entries, self._over = entries, False
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> bool:
@@ -45,7 +46,7 @@ class SecondProcess:
         ):
             return False
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        line = [sys.executable, "-m", "sweep.model.compile_entry", *self._entry.split(":")]
+        line = [sys.executable, "-m", "sweep.model.compile_entry", *self._entries]
         nothing = subprocess.DEVNULL
         with suppress(OSError):
             self._process = subprocess.Popen(
