@@ -174,6 +174,7 @@ def test_words_toml_and_text_make_the_same_request(tmp_path):
         ({"model": "bead", "roll_rate": 3.0}, "roll_rate"),
         ({"model": "bead", "method": "exact"}, "method is rk4"),
         ({"model": "bead", "radius": -1.0}, "radius > 0"),
+        ({"model": "bead", "criterion": "aloft:10s"}, "states of no motion when it is lost"),
         ({"hoop_rate": 3.0}, "hoop_rate"),
     ],
 )
