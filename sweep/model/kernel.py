@@ -83,7 +83,6 @@ class Kernel:
         entry: Any = self.load()
         entry.source(entry)
 
-
     @property
     def _entries(self) -> tuple[str, ...]:
         return self.cached or (f"{self.module}:{self.function}",)
