@@ -14,22 +14,30 @@ copyright = author
 version = release = sweep.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",  # myst_parser, and notebooks
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "numpydoc",
     "formulas",
     "names",
+    "notebooks",
     "pictures",
 ]
 
 # The folder of the sources is the checkout, so that a link leads to the same page here as in the repository.
 root_doc = "docs/index"
-include_patterns = ["docs/*.md", "CONTRIBUTING.md", "CHANGELOG.md"]
+include_patterns = ["docs/*.md", "docs/tutorials/*.md", "CONTRIBUTING.md", "CHANGELOG.md"]
 exclude_patterns = [".*", "site-out", "build", "dist", "atlas-out"]
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
+
+# Tutorials are notebooks, executed with every build in folders of their own: a cell that raises ends it.
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_show_tb = True
+nb_execution_timeout = 120
+nb_output_stderr = "warn"  # so that a warning ends it too
 
 # `name` in a docstring is a link; the build warns of one that leads nowhere.
 default_role = "py:obj"

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -108,6 +109,15 @@ class Colouring:
     levels: tuple[float, ...] = ()
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows: IPython draws a plain one only in sessions in which pyplot was imported."""
+
+    def _repr_png_(self) -> bytes:
+        drawn = BytesIO()
+        self.savefig(drawn, format="png")
+        return drawn.getvalue()
+
+
 @contextmanager
 def styled(font_size: float = 8.0) -> Iterator[None]:
     """Draw in the style of this package alone, whatever matplotlib was told by files or programs."""
@@ -121,7 +131,7 @@ def sheet(
 ) -> Iterator[Figure]:
     """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
     with styled(font_size):
-        drawn = Figure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
+        drawn = ShownFigure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
         FigureCanvasAgg(drawn)
         yield drawn
 

@@ -33,6 +33,8 @@ CELLS = {
     "file": "sweep.run_to_file(spec, 'a.nc', progress=True)",
     "same": "sweep.compare(sweep.open_atlas('a.nc'), atlas, exact=True).identical",
     "summary": "small.eulerdisk",
+    "figure": "small.eulerdisk.plot()",
+    "figure with pyplot": "import matplotlib.pyplot as plt\nplt.figure()\nplt.close()\nsmall.eulerdisk.plot()",
 }
 
 
@@ -106,3 +108,11 @@ def test_an_atlas_is_shown(outputs):
     (found,) = shown(outputs["summary"])
     assert "<table" in found
     assert "<svg" in found
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("cell", ["figure", "figure with pyplot"])
+def test_a_figure_is_shown(outputs, cell):
+    """It is one picture, whether pyplot has told the notebook how figures are drawn or not."""
+    (found,) = shown(outputs[cell], "image/png")
+    assert found.startswith("iVBOR")

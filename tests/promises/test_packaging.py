@@ -171,7 +171,7 @@ def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -
     extras = email.message_from_string(metadata(wheel, "METADATA")).get_all("Provides-Extra")
     assert set(extras) == {"dask", "formats", "bench", "cuda"}
     groups = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]
-    assert any(str(each).startswith("pytest>") for each in groups["test"])
+    assert any(str(each).startswith("pytest-cov>") for each in groups["test"])
     assert {"include-group": "docs"} in groups["test"]
 
 

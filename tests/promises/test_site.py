@@ -1,5 +1,7 @@
 """The documentation is built without a warning, reads without a network, and its start page is runnable."""
 
+import json
+import os
 import re
 import subprocess
 import sys
@@ -7,13 +9,29 @@ from collections.abc import Iterator
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
-NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_parser", "numpydoc", "ziamath")
+NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_nb", "numpydoc", "ziamath", "ipykernel", "distributed")
+#: A page of which one cell prints what the other one would not reach.
+RAISES = """---
+file_format: mystnb
+kernelspec:
+  name: python3
+---
+
+# A page
+
+```{code-cell} python
+print("before")
+assert 1 + 1 == 3
+```
+"""
+TUTORIALS = sorted((CHECKOUT / "docs" / "tutorials").glob("*.md"))
 #: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
 LOADING = {
     **dict.fromkeys(
@@ -80,7 +98,13 @@ def local(base: Path, link: str) -> tuple[Path, str]:
 
 def test_every_page_is_built(pages: dict[Path, Page], site: Path) -> None:
     """Every page of docs/ is a page of the site, and so are the changelog and the page for contributors."""
-    sources = [*(CHECKOUT / "docs").glob("*.md"), CHECKOUT / "CHANGELOG.md", CHECKOUT / "CONTRIBUTING.md"]
+    docs = CHECKOUT / "docs"
+    sources = [
+        *docs.glob("*.md"),
+        *TUTORIALS,
+        CHECKOUT / "CHANGELOG.md",
+        CHECKOUT / "CONTRIBUTING.md",
+    ]
     wanted = {(site / path.relative_to(CHECKOUT)).with_suffix(".html").resolve() for path in sources}
     assert len(wanted) > 20
     assert wanted <= pages.keys()
@@ -143,6 +167,73 @@ def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: P
     assert public <= described
     members = {name for name in described - public if name.rpartition(".")[0] not in public}
     assert members == set()
+
+
+def notebooks(site: Path) -> dict[str, dict[str, Any]]:
+    """Return the executed notebooks that the pages of tutorials offer, by their names."""
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in site.rglob("*.ipynb")}
+
+
+@pytest.mark.compiled
+def test_tutorials_are_executed(site: Path) -> None:
+    """Each is offered as a notebook, all cells of which were run, and what they print is in one piece."""
+    found = notebooks(site)
+    assert found.keys() == {path.stem for path in TUTORIALS}
+    for name, book in found.items():
+        for cell in (each for each in book["cells"] if each["cell_type"] == "code"):
+            assert cell["execution_count"], (name, cell["source"])
+            streams = [each["name"] for each in cell["outputs"] if each["output_type"] == "stream"]
+            assert streams in ([], ["stdout"]), (name, cell["source"])
+
+
+@pytest.mark.compiled
+def test_a_tutorial_shows_nothing_of_this_machine(site: Path) -> None:
+    """No bar says how fast it is, and no path where the checkout lies."""
+    for name, book in notebooks(site).items():
+        text = json.dumps(book)
+        assert "finished after" not in text, name
+        assert str(CHECKOUT) not in text, name
+
+
+@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
+def test_a_failing_command_ends_a_tutorial(path: Path) -> None:
+    """Bash stops at the first command that fails, also in a pipe; every page holds its numbers, or its bits."""
+    text = path.read_text(encoding="utf-8")
+    called = re.findall(r"^%%bash(.*)$", text, re.M)
+    assert all(words.startswith(" -eo pipefail") for words in called)
+    assert not re.search(r"^!", text, re.M)
+    assert "\nassert " in text or "\n    assert " in text or path.stem == "regression"
+
+
+def test_a_cell_that_raises_ends_the_build(tmp_path: Path) -> None:
+    """A site of one page with a false assertion is not built; the message has the assertion."""
+    pytest.importorskip("myst_nb")
+    (tmp_path / "docs" / "tutorials").mkdir(parents=True)
+    (tmp_path / "docs" / "index.md").write_text("# Site\n\n```{toctree}\ntutorials/page\n```\n")
+    (tmp_path / "docs" / "tutorials" / "page.md").write_text(RAISES)
+    words = [
+        "-b",
+        "dummy",
+        "-W",
+        "-q",
+        "-c",
+        CHECKOUT / "docs",
+        "-d",
+        tmp_path / "kept",
+        tmp_path,
+        tmp_path / "out",
+    ]
+    where = os.pathsep.join([str(CHECKOUT), str(CHECKOUT / "docs" / "_site")])
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": where},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "assert 1 + 1 == 3" in done.stderr
 
 
 def python_of(name: str) -> str:
