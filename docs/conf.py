@@ -63,6 +63,8 @@ html_extra_path = ["_site/index.html"]
 html_copy_source = False
 html_show_sourcelink = False
 html_math_renderer = "mathml"
+html_show_search_summary = False  # a browser does not fetch pages of a site that it has opened from disk
+html_context = {"default_mode": "auto"}
 html_theme_options = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],

@@ -1,5 +1,7 @@
 r"""Formulas of a page, evaluated as they are printed: a reader of the LaTeX that docs/theory.md is written in.
 
+`Page` finds them: each stands on lines of its own below the name that its comment gives it.
+
 A line such as ``\dot\psi^2 > \frac{g}{R}`` has sides and relations between them; each side becomes a function of the
 values of its symbols. Symbols are named by what is printed: ``\dot\psi`` is "dot psi", ``\theta_0`` is "theta_0",
 ``V''`` is "V''", ``\frac{ds}{d\theta}`` is "ds/dtheta",
@@ -9,8 +11,9 @@ one factor alone, so that nothing is read in another way than a person reads it.
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -19,6 +22,9 @@ Values = Mapping[str, Any]
 Side = Callable[[Values], Any]
 
 _TOKEN = re.compile(r"\\operatorname\{\w+\}|\\[a-zA-Z]+|\\[,;!:| ]|\d+(?:\.\d+)?|[a-zA-Z]|\S")
+_NAMED = re.compile(r"<!-- formula: ([\w-]+) -->\n\$\$\n(.*?)\n\$\$\n", re.S)
+#: Signs that make a statement of a formula.
+_STATES = re.compile(r"=|<|>|\\leq?\b|\\geq?\b|\\approx|\\sim")
 _SPACE = {r"\,", r"\;", r"\!", r"\:", r"\ ", r"\quad", r"\qquad", r"\left", r"\right", "&"}
 RELATIONS = {"=": "=", ">": ">", "<": "<", r"\le": "<=", r"\ge": ">=", r"\leq": "<=", r"\geq": ">="}
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {
@@ -61,6 +67,43 @@ def lines(text: str) -> list[Line]:
     for name in ("aligned", "gathered"):
         text = text.replace(rf"\begin{{{name}}}", "").replace(rf"\end{{{name}}}", "")
     return [_Reader(row).line() for row in re.split(r"\\\\", text) if row.strip()]
+
+
+class Page:
+    """The formulas of a page, by their names; `tested` are those that a file of tests takes."""
+
+    def __init__(self, name: str) -> None:
+        docs = Path(__file__).resolve().parents[1] / "docs"
+        self.text = (docs / name).read_text(encoding="utf-8")
+        found = _NAMED.findall(self.text)
+        self.formulas = {name: lines(text) for name, text in found}
+        self.all_named = len(found) == len(self.formulas) == self.text.count("$$") / 2
+
+    def check(
+        self, name: str, values: Values, tolerance: float = 1e-12, defines: Container[str] = ()
+    ) -> None:
+        """Hold the lines of a formula against the values; those of the symbols named add a value for those below."""
+        held = 0
+        for line in self.formulas[name]:
+            if line.first in defines:
+                values = {**values, line.first: line.value(values)}
+            else:
+                assert line.error(values) <= tolerance, (name, line.text)
+                held += 1
+        assert held
+
+    def tested(self, source: str) -> set[str]:
+        """Return the names of the formulas that the file of tests `source` takes."""
+        text = Path(source).read_text(encoding="utf-8")
+        return set(re.findall(r'(?:check\(|formulas\[|FORMULAS\[)\s*"([\w-]+)"', text))
+
+    def inline(self) -> list[str]:
+        """Return the formulas between words."""
+        return re.findall(r"\$([^$\n]+)\$", _NAMED.sub("", self.text))
+
+    def statements(self) -> list[str]:
+        """Return those between words that state something: it belongs on a line of its own."""
+        return [each for each in self.inline() if _STATES.search(each)]
 
 
 class _Reader:

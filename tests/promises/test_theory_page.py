@@ -5,8 +5,6 @@ from the formula itself.
 """
 
 import math
-import re
-from pathlib import Path
 
 import lagrange
 import mpmath
@@ -14,7 +12,7 @@ import numpy as np
 import pytest
 import referee
 from kernel_runner import flow
-from latex_formula import lines
+from latex_formula import Page
 from scipy.integrate import solve_ivp
 
 import sweep
@@ -23,23 +21,8 @@ from kernels.disk.endings import BOUNDED
 from kernels.disk.exact import legendre
 from sweep.model.disk import theory
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "theory.md").read_text(encoding="utf-8")
-NAMED = re.compile(r"<!-- formula: ([\w-]+) -->\n\$\$\n(.*?)\n\$\$\n", re.S)
-FORMULAS = {name: lines(text) for name, text in NAMED.findall(PAGE)}
-#: Signs that make a statement of a formula.
-RELATION = re.compile(r"=|<|>|\\leq?\b|\\geq?\b|\\approx|\\sim")
-
-
-def check(name, values, tolerance=1e-12, defines=()):
-    """Hold the lines of a formula against the values; those of the symbols named add a value for the lines below."""
-    held = 0
-    for line in FORMULAS[name]:
-        if line.first in defines:
-            values = {**values, line.first: line.value(values)}
-        else:
-            assert line.error(values) <= tolerance, (name, line.text)
-            held += 1
-    assert held
+PAGE = Page("theory.md")
+FORMULAS, check = PAGE.formulas, PAGE.check
 
 
 @pytest.fixture(params=range(5))
@@ -109,16 +92,14 @@ def with_steady_roll(v):
 
 def test_every_formula_is_tested():
     """Every formula on a line of its own has a name, no two have the same, and a test of this file takes each."""
-    assert len(NAMED.findall(PAGE)) == len(FORMULAS) == PAGE.count("$$") / 2
-    source = Path(__file__).read_text(encoding="utf-8")
-    assert set(re.findall(r'(?:check\(|FORMULAS\[)\s*"([\w-]+)"', source)) == FORMULAS.keys()
+    assert PAGE.all_named
+    assert PAGE.tested(__file__) == FORMULAS.keys()
 
 
 def test_formulas_between_words_state_nothing():
     """What stands between words is a symbol or an expression: equations and conditions have a line of their own."""
-    inside = re.findall(r"\$([^$\n]+)\$", NAMED.sub("", PAGE))
-    assert len(inside) > 50
-    assert [each for each in inside if RELATION.search(each)] == []
+    assert len(PAGE.inline()) > 50
+    assert PAGE.statements() == []
 
 
 # --- angles and equations -------------------------------------------------------------------------------------------
