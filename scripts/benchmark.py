@@ -21,7 +21,7 @@ def main() -> int:
         "--figures", type=Path, metavar="FOLDER", help="draw work-precision.png and scaling.png"
     )
     parser.add_argument(
-        "--readme", action="store_true", help="put the table of all records into the README, and end"
+        "--page", action="store_true", help="put the table of all records into docs/speed.md, and end"
     )
     parser.add_argument(
         "--check",
@@ -30,8 +30,8 @@ def main() -> int:
         "where it has none, half as good as in any of them",
     )
     given = parser.parse_args()
-    if given.readme:
-        table.write_readme(record.read_all())
+    if given.page:
+        table.write_page(record.read_all())
         return 0
     repeats = given.repeats or (3 if given.quick else 5)
     found = {

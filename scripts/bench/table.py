@@ -1,4 +1,4 @@
-"""What was measured as a table for a terminal, and all records as the README's block."""
+"""What was measured as a table for a terminal, and all records as the table of docs/speed.md."""
 
 import re
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.record import CHECKOUT, plain_name
 
-README = CHECKOUT / "README.md"
+PAGE = CHECKOUT / "docs" / "speed.md"
 
 _BLOCK = re.compile(r"(?<=<!-- benchmark -->\n).*?(?=<!-- end of benchmark -->)", re.DOTALL)
 
@@ -73,8 +73,8 @@ def _whole_lines(found: dict[str, Any]) -> Iterator[str]:
         yield f"plan of {row['cells']} cells, {row['what']}: {row['planned']:.2f} s, took {row['took']:.2f} s"
 
 
-def readme_block(records: dict[str, dict[str, Any]]) -> str:
-    """Return the README's table: a column for each kind of processor."""
+def page_block(records: dict[str, dict[str, Any]]) -> str:
+    """Return the page's table: a column for each kind of processor."""
     names = [plain_name(found["machine"]) for found in records.values()]
     lines = [f"| | error (rad) | {' | '.join(names)} |", "|---|---|" + "---|" * len(names)]
     columns = [
@@ -124,13 +124,13 @@ def _two(value: float) -> str:
     return f"{float(f'{value:.2g}'):,.10g}"
 
 
-def write_readme(records: dict[str, dict[str, Any]], path: Path = README) -> None:
-    """Put the table between the markers of the README."""
+def write_page(records: dict[str, dict[str, Any]], path: Path = PAGE) -> None:
+    """Put the table between the markers of the page."""
     before = path.read_text(encoding="utf-8")
-    path.write_text(_BLOCK.sub(lambda _: readme_block(records), before), encoding="utf-8")
+    path.write_text(_BLOCK.sub(lambda _: page_block(records), before), encoding="utf-8")
 
 
-def block_in(path: Path = README) -> str:
-    """Return what stands between the markers of the README."""
+def block_in(path: Path = PAGE) -> str:
+    """Return what stands between the markers of the page."""
     found = _BLOCK.search(path.read_text(encoding="utf-8"))
     return found[0] if found else ""

@@ -244,11 +244,11 @@ def test_messages_cannot_fail(monkeypatch):
 
 
 def test_the_statuses_are_listed(command):
-    """`eulerdisk --help`, the README and the command line's own text name every status."""
+    """`eulerdisk --help`, the page of the command line and its own text name every status."""
     _, listed, _ = command("--help")
     for text in (
         " ".join(listed.split()),
-        " ".join((CHECKOUT / "README.md").read_text().split()),
+        " ".join((CHECKOUT / "docs" / "commands.md").read_text().replace("|", " ").split()),
         cli.__doc__,
     ):
         for status in ("0 done", "2 ", "3 ", "70 ", "130"):

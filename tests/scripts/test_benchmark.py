@@ -1,4 +1,4 @@
-"""The benchmark: its contenders do the task, its count and its record are right, and the README shows the record."""
+"""The benchmark: its contenders do the task, its count and record are right, and the page on speed shows the record."""
 
 import copy
 
@@ -15,18 +15,31 @@ def records():
     return copy.deepcopy(record.read_all())
 
 
-def test_the_readme_shows_the_records(records):
-    """The table of the README is what docs/benchmark renders; `scripts/benchmark.py --readme` puts it there."""
-    assert table.block_in() == table.readme_block(records)
+def test_the_page_shows_the_records(records):
+    """The table of docs/speed.md is what docs/benchmark renders; `scripts/benchmark.py --page` puts it there."""
+    assert table.block_in() == table.page_block(records)
 
 
-def test_the_records_are_written_into_a_readme(records, tmp_path):
+def test_the_readme_says_what_the_records_say(records):
+    """A third of a microsecond, and SciPy more than two thousand times as long."""
+    said = " ".join((record.CHECKOUT / "README.md").read_text(encoding="utf-8").split())
+    assert (
+        "takes a third of a microsecond on one thread, SciPy's DOP853 more than two thousand times as long"
+        in said
+    )
+    for found in records.values():
+        rows = {row["name"]: row for row in found["field"]["contenders"]}
+        assert 0.25 < rows["eulerdisk rk4"]["us_per_cell"]["median"] < 0.4
+        assert 2000 < rows["SciPy DOP853"]["ratio"]["median"] < 3000
+
+
+def test_the_records_are_written_into_a_page(records, tmp_path):
     """Only what stands between the markers is replaced."""
-    readme = tmp_path / "README.md"
-    readme.write_text("above\n<!-- benchmark -->\nold\n<!-- end of benchmark -->\nbelow\n", encoding="utf-8")
-    table.write_readme(records, readme)
-    assert table.block_in(readme) == table.readme_block(records)
-    lines = readme.read_text(encoding="utf-8").splitlines()
+    page = tmp_path / "speed.md"
+    page.write_text("above\n<!-- benchmark -->\nold\n<!-- end of benchmark -->\nbelow\n", encoding="utf-8")
+    table.write_page(records, page)
+    assert table.block_in(page) == table.page_block(records)
+    lines = page.read_text(encoding="utf-8").splitlines()
     assert (lines[0], lines[-1]) == ("above", "below")
     assert "old" not in lines
 
