@@ -6,12 +6,14 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from latex_formula import Page, lines
 
 import sweep
 from sweep.model.lossy_disk.model import LOSSY_DISK
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 PAGE = (CHECKOUT / "docs" / "losses.md").read_text(encoding="utf-8")
+THEORY = Page("losses-theory.md")
 
 #: The disk of the table, as its text describes it.
 TOY = {
@@ -50,6 +52,27 @@ def test_the_exponents_of_the_precession_rate_are_half_those_of_the_inclination(
     pairs = re.findall(r"^\| [\w, ]+ \| ([\d/]+) \| −([\d/]+) \|", section, flags=re.MULTILINE)
     assert len(pairs) == 5
     assert all(Fraction(tilt) == 2 * Fraction(rate) for tilt, rate in pairs)
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_its_times_to_flat_are_those_of_the_theory(place):
+    """For any disk and for the uniform one, as printed, they are those of docs/losses-theory.md."""
+    row = table(
+        r"law | inclination $\propto (t_f-t)^n$ | precession rate $\propto (t_f-t)^{-n/2}$ | $t_f$ from $a_0$"
+    )
+    of_any, uniform = (lines(f"t = {cell.strip('$')}")[0] for cell in row[place][3:])
+    known = {"a_0": 0.07, "c": 0.2, "k": 0.3, "q": 0.4}
+    for alpha in (0.5, 0.8):
+        theory = THEORY.formulas["times"][place].value({**known, "alpha": alpha})
+        assert of_any.value({**known, "alpha": alpha}) == pytest.approx(theory)
+    assert uniform.value(known) == pytest.approx(of_any.value({**known, "alpha": 0.5}), rel=3e-3)
+
+
+def test_its_drags_are_those_of_the_theory():
+    """Both q, as printed, are those of docs/losses-theory.md."""
+    known = {"pi": math.pi, "mu": 2.0, "rho": 3.0, "R": 0.4, "g": 5.0, "m": 0.6}
+    found = [lines(text)[0].value(known) for text in re.findall(r"\$(q = [^$]+)\$", PAGE)]
+    assert found == pytest.approx([line.value(known) for line in THEORY.formulas["coefficients"][1:]])
 
 
 @pytest.mark.compiled

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -167,6 +168,25 @@ def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: P
     assert public <= described
     members = {name for name in described - public if name.rpartition(".")[0] not in public}
     assert members == set()
+
+
+@pytest.mark.parametrize("asked", ["separatrix", "wobble", "reclassify"])
+def test_it_is_searched_from_disk(site: Path, asked: str) -> None:
+    """In a browser, without a server: a word leads to pages that have it, and nothing is an error."""
+    browser = next(filter(None, map(which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if browser is None:
+        pytest.skip("no chromium and no Chrome on the path")
+    words = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
+    page = f"{(site / 'search.html').as_uri()}?q={asked}"
+    done = subprocess.run(
+        [browser, *words, "--virtual-time-budget=5000", page], capture_output=True, text=True, check=False
+    )
+    found = re.search(r'<ul[^>]*class="search"[^>]*>(.*?)</ul>', done.stdout, re.S)
+    assert found, done.stderr
+    results = re.findall(r'href="([^"?#]+)', found[1])
+    assert len(results) >= 3
+    assert all(asked in (site / result).read_text(encoding="utf-8").lower() for result in results)
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line and "[PST]" not in line] == []
 
 
 def notebooks(site: Path) -> dict[str, dict[str, Any]]:
