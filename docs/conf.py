@@ -36,7 +36,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_show_tb = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600  # seconds a cell
 nb_output_stderr = "warn"  # so that a warning ends it too
 
 # `name` in a docstring is a link; the build warns of one that leads nowhere.
