@@ -5,6 +5,8 @@ import math
 import lossy_referee as referee
 import numpy as np
 
+from kernels.lossy_disk import arrays
+
 AIR_LAWS = ("none", "moffatt", "bildsten")
 KINDS = ("wobble", "nutating", "tumbling", "nearly upright", "slow")
 
@@ -58,3 +60,11 @@ def random_cells(n, rng, kinds=KINDS):
             )  # fmt: skip
             cells[air] = np.concatenate([cells[air], given], axis=1) if air in cells else given
     return cells
+
+
+def without(given, names):
+    """Starts without some losses: their rows of `arrays.PARAMETERS` are 0, or infinite for `friction`."""
+    changed = given.copy()
+    for name in names:
+        changed[arrays.PARAMETERS.index(name)] = math.inf if name == "friction" else 0.0
+    return changed

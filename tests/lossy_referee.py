@@ -23,8 +23,9 @@ from kernels.lossy_disk import arrays, endings
 #: the two air laws; coefficient of friction of the plane.
 ALPHA, ROLLING, PIVOTING, CONTOUR, DAMPING, MOFFATT, BILDSTEN, FRICTION = range(8)
 
-#: Beside the four of the motion the state holds heading, path and the losses in the order of `arrays.LOSSES`.
-HEADING, PATH, LOSSES, SIZE = 4, 5, 6, 11
+#: Beside the four of the motion the state holds heading, path, the losses in the order of `arrays.LOSSES`, and the
+#: contact point.
+HEADING, PATH, LOSSES, PLACE, SIZE = 4, 5, 6, 11, 13
 
 #: Signs of a mode: of the roll rate (0: held by contour friction), of the turning about the vertical (0: held by
 #: pivoting friction), of the tilt rate (for rolling friction while the roll rate is held).
@@ -95,6 +96,8 @@ def slopes(y, mode, par, out):
     out[LOSSES + 2] = par[CONTOUR] * n * abs(f)
     out[LOSSES + 3] = par[DAMPING] * f * f
     out[LOSSES + 4] = (par[MOFFATT] / C + par[BILDSTEN] * math.sqrt(abs(f))) * f * f
+    # along the rim, which touches the plane towards (-sin heading, cos heading)
+    out[PLACE], out[PLACE + 1] = -f * math.sin(y[HEADING]), f * math.cos(y[HEADING])
     # the acceleration of the centre, at S across the contact and C above it, where the contact moves along at f
     across = C * lean - S * w * w - P * (f + S * P)
     along = df + S * dP + 2.0 * C * w * P
@@ -421,7 +424,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
             # what is held does not drift by the errors of the steps
             y[2] = -y[3] * math.sin(y[0])
         measures[0], measures[1] = min(measures[0], y[0]), max(measures[1], y[0])
-        lost = y[LOSSES:].sum()
+        lost = y[LOSSES:PLACE].sum()
         measures[4] = max(measures[4], abs(energy(y, par[ALPHA]) + lost - total))
         if event == -1:
             growth = 10.0 if error == 0.0 else min(10.0, 0.9 * error**-0.125)
@@ -505,7 +508,10 @@ def coefficients(start, air):
 
 @dataclass(frozen=True)
 class Found:
-    """Measures of each start by the names of `arrays.MEASURES`, in SI; endings, switches, steps; states at the end."""
+    """Measures of each start by the names of `arrays.MEASURES`, in SI; endings, switches, steps; states at the end.
+
+    The contact point at the end is among the measures by the names that `arrays.SAMPLES` has for it.
+    """
 
     measures: dict[str, np.ndarray]
     ending: np.ndarray
@@ -520,7 +526,7 @@ class Found:
 
 def run(given, *, air="none", duration=1e3, flat_tilt=FLAT_TILT, limit=np.inf, from_start=False, rtol=1e-12):
     """Follow starts, float64[len(arrays.PARAMETERS), n]; `limit` [rad] is that of the first breach, one or one each."""
-    names, ends, states = (*arrays.MEASURES[:12], "energy_imbalance"), [], []
+    names, ends, states, places = (*arrays.MEASURES[:12], "energy_imbalance"), [], [], []
     found = np.full((len(names), given.shape[1]), np.nan)
     counts = np.zeros((2, given.shape[1]), int)
     limits = np.broadcast_to(limit, given.shape[1])
@@ -528,14 +534,16 @@ def run(given, *, air="none", duration=1e3, flat_tilt=FLAT_TILT, limit=np.inf, f
         par, unit = coefficients(start, air)
         y = np.zeros(SIZE)
         y[:4] = start[:4] * (1.0, unit, unit, unit)
-        measures = np.zeros(7)
+        gauges = np.zeros(7)
         center = y[0] if from_start else 0.0
-        ends.append(follow(y, par, duration / unit, flat_tilt, center, limits[cell], rtol, measures))
-        low, high, time, breach, imbalance, steps, switches = measures
+        ends.append(follow(y, par, duration / unit, flat_tilt, center, limits[cell], rtol, gauges))
+        low, high, time, breach, imbalance, steps, switches = gauges
         found[:, cell] = (
             low, high, time * unit, y[0], y[HEADING], y[PATH] * start[arrays.RADIUS],
-            *y[LOSSES:], breach * unit, imbalance,
+            *y[LOSSES:PLACE], breach * unit, imbalance,
         )  # fmt: skip
         counts[:, cell] = switches, steps
         states.append(y[:4] / (1.0, unit, unit, unit))
-    return Found(dict(zip(names, found, strict=True)), _CODES[ends], *counts, np.array(states).T)
+        places.append(y[PLACE:] * start[arrays.RADIUS])
+    measures = dict(zip((*names, "contact_x", "contact_y"), (*found, *np.array(places).T), strict=True))
+    return Found(measures, _CODES[ends], *counts, np.array(states).T)

@@ -22,12 +22,15 @@ AIR_LAWS = tuple(WITH_ALL_LAWS)
 def run(starts, *, air="none", variant="", threads=None, **settings):
     """Integrate starts, float64[len(PARAMETERS), n], of `lossy_referee.starts`; settings are rows of `SETTINGS`.
 
+    A `limit` alone is one of the tilt.
+
     Returns
     -------
     SimpleNamespace
         The measures and counts, each an array of shape (n,).
     """
     values = {"duration": 30.0, "flat_tilt": FLAT_TILT, "tolerance": 1e-8, "air_law": AIR_LAWS.index(air)}
+    values["limited"] = float("limit" in settings)
     row = np.array([float({**values, **settings}.get(name, 0.0)) for name in SETTINGS])
     n = starts.shape[1]
     measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
@@ -60,6 +63,8 @@ def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relati
         named = {name: end[name] for name in LOSSES} | {
             "end_tilt": end["tilt"],
             "heading_turned": end["heading"],
+            "contact_x": end["contact_x"],
+            "contact_y": end["contact_y"],
         }
         cells.append(named | {"ending": ending, "end_time": last, "steps": steps})
     return SimpleNamespace(**{name: np.array([cell[name] for cell in cells]) for name in cells[0]})

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from kernels.lossy_disk.endings import FLAT, HORIZON
+from kernels.lossy_disk.integrate import VARIANTS
 
 pytestmark = pytest.mark.compiled
 
@@ -29,9 +30,32 @@ def test_fresh_mixtures_end_as_the_referee_says():
     assert audit.fine, "\n".join(audit.broken)
 
 
+def test_fresh_breaches_are_those_of_the_referee():
+    """When the tilt of other cells each time first exceeded a limit, from upright and from the start."""
+    audit = audit_losses.audit_breaches(30, np.random.default_rng(), slack=100.0)
+    assert audit.fine, "\n".join(audit.broken)
+
+
+def test_fresh_variants_integrate_their_laws():
+    """Two of the 72 kernels each time, with cells that have no other laws than theirs."""
+    audit = audit_losses.audit_variants(2, np.random.default_rng(), cells=30, slack=100.0)
+    assert audit.fine, "\n".join(audit.broken)
+    assert audit.cells == 60
+
+
+def test_every_variant_is_audited():
+    """Each has its law of the air and what it leaves out; the widest leaves out nothing."""
+    laws = audit_losses.laws_of_variants()
+    assert set(laws) == set(VARIANTS)
+    assert laws["integrate_rolling_pivoting_bildsten_slipping"] == ("bildsten", ())
+    assert laws["integrate_viscous"] == (
+        "none", ("contour_friction", "rolling_friction", "pivoting_friction", "friction"),
+    )  # fmt: skip
+
+
 def test_fresh_single_motions_end_as_the_referee_says():
-    """The scalar integration, in smaller steps than its usual ones."""
-    audit = audit_losses.audit_single(30, np.random.default_rng(), slack=100.0)
+    """The scalar integration, in smaller steps than its usual ones; where the contact point went too."""
+    audit = audit_losses.audit_single(30, np.random.default_rng(), slack=2.0)
     assert audit.fine, "\n".join(audit.broken)
 
 

@@ -33,7 +33,7 @@ def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers
     for _ in range(200):
         par = np.array([rng.uniform(0.1, 1.0), *10.0 ** rng.uniform(-4, -1, 6), np.inf])
         y = np.zeros(referee.SIZE)
-        y[:4] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 3)
+        y[: referee.PATH] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 4)
         S, C = math.sin(y[0]), math.cos(y[0])
         if held == "roll":
             y[3] = 0.0
@@ -43,8 +43,10 @@ def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers
         mode = np.sign([f, P + f * S if held != "turn" else 0.0, w])
         n, across, along, *holding = referee.slopes(y, mode, par, out)
         push, roll, turn = forces(y, n, mode, par, *holding)
-        q, rates = np.array([0.0, 0.0, 0.0, y[0], 0.0]), np.array([0.0, f, P, w, f])
+        q = np.array([0.0, 0.0, y[referee.HEADING], y[0], 0.0])
+        rates = np.array([*out[referee.PLACE :], P, w, f])
         W = lagrange.constraint_matrix(q, 1.0)
+        np.testing.assert_allclose(W @ rates, 0.0, atol=1e-14)
         saddle = np.zeros((7, 7))
         saddle[:5, :5], saddle[:5, 5:], saddle[5:, :5] = lagrange.mass_matrix(q, par[0], 1.0, 1.0), -W.T, W
         right = np.array([0.0, 0.0, turn, push, roll + turn * S, 0.0, 0.0])

@@ -1,15 +1,16 @@
 """The words of the disk with losses: which of them choose it, what its laws need, and what is refused."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
-from kernels.lossy_disk import arrays
+from kernels.lossy_disk import arrays, integrate
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
-from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk import tables, variants
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 
@@ -190,11 +191,24 @@ def test_the_settings_of_the_kernels():
 )
 def test_only_the_laws_of_a_request_are_compiled(words, laws):
     """The kernel is the variant that the kernels call by that name."""
-    integrate = pytest.importorskip("kernels.lossy_disk.integrate")
     *rates, air, slip = laws
     kernel = LOSSY_DISK.integrator(SweepSpec(**words))
     assert kernel.function == integrate.variant(*rates, tables.AIR_LAWS.index(air), slip)
     assert LOSSY_DISK.kernels(SweepSpec(**words)) == (kernel,)
+
+
+def test_every_set_of_laws_has_its_kernel():
+    """All 96 sets ask for all 72 variants, each by the name that the kernels give it."""
+    asked = set()
+    for *laws, air in itertools.product(*[(False, True)] * 5, tables.AIR_LAWS):
+        contour, damping, rolling, pivoting, slips = laws
+        kernel = variants.integrator(
+            contour=contour, damping=damping, rolling=rolling, pivoting=pivoting, air=air, slips=slips
+        )
+        code = tables.AIR_LAWS.index(air)
+        assert kernel.function == integrate.variant(contour, damping, rolling, pivoting, code, slips)
+        asked.add(kernel.function)
+    assert asked == set(integrate.VARIANTS)
 
 
 def test_what_a_spec_without_a_title_is_about():
