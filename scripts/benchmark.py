@@ -8,13 +8,26 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench import field, figures, gpu, planned, record, reduction, roofline, scaling, start, table, whole
+from bench import (
+    field,
+    figures,
+    gpu,
+    losses,
+    planned,
+    record,
+    reduction,
+    roofline,
+    scaling,
+    start,
+    table,
+    whole,
+)
 
 
 def main() -> int:
     """Run the benchmark; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer cells and repeats: one or two minutes")
+    parser.add_argument("--quick", action="store_true", help="fewer cells and repeats: some minutes")
     parser.add_argument("--repeats", type=int, help="pairs per contender (default: 5, quick 3)")
     parser.add_argument("--record", action="store_true", help="keep it in docs/benchmark for this processor")
     parser.add_argument(
@@ -44,6 +57,7 @@ def main() -> int:
         "plan": planned.measure(given.quick),
         "reduction": reduction.measure(given.quick, repeats),
         "field": field.measure(given.quick, repeats),
+        "losses": losses.measure(given.quick, repeats),
     }
     on_device = gpu.measure(repeats)
     if on_device is not None:

@@ -89,6 +89,8 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
     for kernel, words in zip(found["kernel"][:2], ("own steps", "short steps"), strict=True):
         named[f"plain loop / lane kernel, {words}"] = kernel["ratio"]["median"]
         named[f"share of the multiply-adds, {words}"] = kernel["share"]
+    for row in found.get("losses", {}).get("contenders", [])[1:]:
+        named[f"{row['name']} / eulerdisk rk4, with losses"] = row["ratio"]
     reduction = found.get("reduction", {})
     if reduction:
         named["exact with the period / extremes alone"] = (

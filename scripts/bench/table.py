@@ -54,7 +54,38 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
             f"exact reduction, {exact['cells']} cells, {exact['threads']} threads: extremes "
             f"{exact['extremes_per_s']:.3g} cells/s, with the period {exact['with_period_per_s']:.3g}"
         )
+    yield from _losses_lines(found)
     yield from _whole_lines(found)
+
+
+def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
+    """Yield what the disk with losses takes, beside the contenders in its task."""
+    if "losses" not in found:
+        return
+    held, toys = found["losses"], found["losses"]["toys"]
+    yield ""
+    yield f"Time until toys are flat ({held['task']}), one thread each, relative error:"
+    for row in held["contenders"]:
+        line = f"{row['name']:22}{row['setting']:9.1g}{row['cells']:9d}{row['error']:10.1e}{row['us_per_cell']:12.4g}"
+        steps = (
+            f", {row['steps_per_cell']:.0f} steps of {row['ns_per_step']:.1f} ns"
+            if row["steps_per_cell"]
+            else ""
+        )
+        yield f"{line}{row['ratio']:12.3g}{steps}"
+    first, middle, last = toys["times"]
+    yield (
+        f"{toys['cells']} toys of {middle:.0f} s ({first:.0f} to {last:.0f}), {toys['threads']} thread(s): "
+        f"{toys['seconds']:.1f} s, of processors {toys['processor_seconds']:.1f} s"
+    )
+    yield (
+        f"  {toys['steps_per_cell']:.0f} steps per cell and {toys['ns_per_step']:.1f} ns for each, with those of the "
+        f"{100 * toys['repeated']:.0f} % of the cells that were repeated"
+    )
+    yield (
+        f"  {100 * toys['share_of_threads']:.0f} % of the threads' time busy by the processor time of its chunks; time "
+        f"with all lanes full {toys['share_of_lanes']:.2f} of it"
+    )
 
 
 def _whole_lines(found: dict[str, Any]) -> Iterator[str]:

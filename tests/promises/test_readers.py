@@ -19,7 +19,8 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
+from sweep.model.disk.model import DISK
+from sweep.model.lossy_disk.model import LOSSY_DISK
 
 READERS = Path(__file__).with_name("readers")
 
@@ -29,10 +30,23 @@ SPEC = sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze", c
 #: The same motions as a list of random starts: one dimension, and parameters that are auxiliary coordinates.
 LIST = SPEC.replace(roll_rate="uniform:0:3", tilt="uniform:5deg:40deg", samples=42)
 
+#: Disks with losses: some of them break the criterion, so that `breach_time` has values and gaps.
+LOSSY = SPEC.replace(
+    roll_rate=3.0,
+    rolling_friction="0,1mm,5mm",
+    contour_damping=0.01,
+    mass="2kg",
+    duration="3s",
+    criterion="departure:30deg",
+)
+
+#: A time that some cells lack, by the name of the model.
+TIMES = {DISK.name: "fall_time", LOSSY_DISK.name: "breach_time"}
+
 
 @dataclass(frozen=True)
 class Facts:
-    """What every reader has to find."""
+    """What every reader has to find of a time that some cells lack, and of the file."""
 
     shape: list[int]
     units: str
@@ -43,7 +57,7 @@ class Facts:
     criterion: str
 
 
-@pytest.fixture(scope="module", params=[SPEC, LIST], ids=["grid", "list"])
+@pytest.fixture(scope="module", params=[SPEC, LIST, LOSSY], ids=["grid", "list", "losses"])
 def spec(request):
     """Return what the atlas was made from."""
     return request.param
@@ -58,10 +72,16 @@ def path(tmp_path_factory, spec):
 
 
 @pytest.fixture(scope="module")
-def truth(path):
+def name(spec):
+    """Return the name of the time that is looked at."""
+    return TIMES[spec.model.name]
+
+
+@pytest.fixture(scope="module")
+def truth(path, name):
     """Return what xarray finds, which is not all missing and not all known."""
     with xr.open_dataset(path, engine="netcdf4") as atlas:
-        time, ending = atlas["fall_time"], atlas["ending"]
+        time, ending = atlas[name], atlas["ending"]
         known = int(time.notnull().sum())
         assert 0 < known < time.size
         return Facts(
@@ -108,12 +128,12 @@ def facts(text):
     )
 
 
-def test_c(path, truth, tmp_path):
+def test_c(path, name, truth, tmp_path):
     """Twenty lines of C find every fact: text attributes are plain characters, flags are bytes."""
     program("cc", "nc-config")
     libraries = shlex.split(said("nc-config --cflags --libs"))
     said("cc -Wall -Werror -o", tmp_path / "read", READERS / "read.c", *libraries)
-    assert facts(said(str(tmp_path / "read"), path)) == truth
+    assert facts(said(str(tmp_path / "read"), path, name)) == truth
 
 
 @pytest.mark.parametrize(
@@ -124,44 +144,44 @@ def test_c(path, truth, tmp_path):
     ],
     ids=["R", "Octave"],
 )
-def test_script(path, truth, command, library, probe):
+def test_script(path, name, truth, command, library, probe):
     """R and Octave find every fact, and Octave lists the whole file, which one foreign type would prevent."""
-    name, *_, script = command.split()
-    program(name)
+    language, *_, script = command.split()
+    program(language)
     if subprocess.run(shlex.split(probe), capture_output=True, check=False).returncode:
-        assert os.environ.get("CI") != "true", f"CI has every reader, but {name} lacks {library}"
-        pytest.skip(f"not installed: {library} of {name} (scripts/test says how)")
-    assert facts(said(command.replace(script, str(READERS / script)), path)) == truth
+        assert os.environ.get("CI") != "true", f"CI has every reader, but {language} lacks {library}"
+        pytest.skip(f"not installed: {library} of {language} (scripts/test says how)")
+    assert facts(said(command.replace(script, str(READERS / script)), path, name)) == truth
 
 
-def test_ncdump(path, truth):
+def test_ncdump(path, name, truth):
     """The text of ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
     program("ncdump")
     assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
-    text = said("ncdump -p 9,17 -v fall_time", path)
+    text = said(f"ncdump -p 9,17 -v {name}", path)
     assert text.isascii()
     assert 'title = "M\\\\xfcnze"' in text
-    assert f'fall_time:units = "{truth.units}" ;' in text
+    assert f'{name}:units = "{truth.units}" ;' in text
     assert f'ending:flag_meanings = "{truth.meanings}" ;' in text
     assert f"ending:flag_values = {', '.join(f'{flag}b' for flag in truth.flags)} ;" in text
-    values = re.search(r"\n fall_time =\s(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
+    values = re.search(rf"\n {name} =\s(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
     known = [float(each) for each in values if each != "_"]
     assert (len(values), len(known)) == (np.prod(truth.shape), truth.known)
     assert np.mean(known) == truth.mean
 
 
-def test_cdo(path, truth):
+def test_cdo(path, spec, name, truth):
     """CDO finds all variables on the grid, units, flags, the gaps, and the mean of a field."""
     program("cdo")
     names = said("cdo -s showname", path).split()
-    assert set(names) >= set(VARIABLES)
-    assert said("cdo -s showunit -selname,fall_time", path).strip() == truth.units
+    assert set(names) >= set(spec.model.variables)
+    assert said(f"cdo -s showunit -selname,{name}", path).strip() == truth.units
     assert f'flag_meanings = "{truth.meanings}"' in said("cdo -s showattribute,ending@flag_meanings", path)
     assert f'criterion = "{truth.criterion}"' in said("cdo -s showattribute,criterion", path)
-    table = said("cdo -s infon -selname,fall_time", path).splitlines()[1].split()
+    table = said(f"cdo -s infon -selname,{name}", path).splitlines()[1].split()
     assert table[5:7] == [str(np.prod(truth.shape)), str(np.prod(truth.shape) - truth.known)]
     # CDO sums with weights 1/n, so that the last digit is its own
-    assert float(said("cdo -s outputf,%.17g -fldmean -selname,fall_time", path)) == truth.mean
+    assert float(said(f"cdo -s outputf,%.17g -fldmean -selname,{name}", path)) == truth.mean
 
 
 @pytest.mark.parametrize("operator", ["copy", "selname"])
@@ -191,42 +211,42 @@ def test_what_cdo_writes_again_is_still_an_atlas(path, spec, operator, tmp_path,
     assert command(f"boundary {copy}") == command(f"boundary {path}")
 
 
-def test_cdo_keeps_the_fixed_parameters(path, tmp_path):
+def test_cdo_keeps_the_fixed_parameters(path, spec, name, tmp_path):
     """Selecting a variable leaves out the coordinates of no dimension; the attributes with their numbers stay."""
     program("cdo")
-    said("cdo -s selname,fall_time", path, tmp_path / "part.nc")
+    said(f"cdo -s selname,{name}", path, tmp_path / "part.nc")
     with netCDF4.Dataset(path) as whole, netCDF4.Dataset(tmp_path / "part.nc") as part:
-        for name in ("alpha", "radius", "gravity"):
-            assert part.getncattr(name) == whole[name][...].item()
-            assert part.getncattr(f"{name}_units") == whole[name].units
+        for each in ("alpha", "radius", "gravity", *(["contour_damping", "mass"] if spec is LOSSY else [])):
+            assert part.getncattr(each) == whole[each][...].item()
+            assert part.getncattr(f"{each}_units") == whole[each].units
         assert part.getncattr("criterion_meaning") == whole.getncattr("criterion_meaning")
 
 
-def test_nco(path, spec, truth, tmp_path):
+def test_nco(path, spec, name, truth, tmp_path):
     """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
     program("ncwa", "ncks")
-    said("ncwa -O -y avg -v fall_time", path, tmp_path / "mean.nc")
+    said(f"ncwa -O -y avg -v {name}", path, tmp_path / "mean.nc")
     with netCDF4.Dataset(tmp_path / "mean.nc") as file:
-        assert float(file["fall_time"][...]) == truth.mean
+        assert float(file[name][...]) == truth.mean
     found = json.loads(said("ncks --json -m -M", path))
     assert found["dimensions"] == dict(zip(spec.axes, truth.shape, strict=True))
-    assert found["variables"]["fall_time"]["attributes"]["units"] == truth.units
+    assert found["variables"][name]["attributes"]["units"] == truth.units
     assert found["variables"]["ending"]["attributes"]["flag_values"] == truth.flags
     assert found["variables"]["ending"]["type"] == "byte"
     assert found["attributes"]["criterion"] == truth.criterion
 
 
-def test_gdal(path, spec, truth, tmp_path):
+def test_gdal(path, spec, name, truth, tmp_path):
     """GDAL's multidimensional driver finds names, units, gaps and the mean."""
     program("gdalmdiminfo")
     # it leaves its statistics beside the file
     copy = shutil.copy(path, tmp_path / "atlas.nc")
     whole = json.loads(said("gdalmdiminfo", copy))
-    assert set(whole["arrays"]) >= {*VARIABLES, *spec.axes, *spec.listed}
+    assert set(whole["arrays"]) >= {*spec.model.variables, *spec.axes, *spec.listed}
     assert whole["attributes"]["criterion"] == truth.criterion
     assert whole["arrays"]["ending"]["attributes"]["flag_meanings"] == truth.meanings
     assert whole["arrays"]["ending"]["attributes"]["flag_values"] == truth.flags
-    field = json.loads(said("gdalmdiminfo -stats -array fall_time", copy))
+    field = json.loads(said(f"gdalmdiminfo -stats -array {name}", copy))
     assert (field["dimension_size"], field["unit"]) == (truth.shape, truth.units)
     assert field["statistics"]["valid_sample_count"] == truth.known
     assert field["statistics"]["mean"] == truth.mean
@@ -250,8 +270,14 @@ def test_h5netcdf(path):
 
 
 @pytest.mark.parametrize(
-    "units", sorted({each.units for table in (PARAMETERS, SETTINGS, VARIABLES) for each in table.values()})
-)
+    "units",
+    sorted({
+        each.units
+        for model in (DISK, LOSSY_DISK)
+        for table in (model.parameters, model.settings, model.variables)
+        for each in table.values()
+    }),
+)  # fmt: skip
 def test_udunits(units):
     """The library that CF names for units reads every one that a file can hold."""
     program("udunits2")

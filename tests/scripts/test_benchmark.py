@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-from bench import libraries, loops, planned, problem, record, roofline, table
+from bench import libraries, loops, losses, lossy_loops, planned, problem, record, roofline, table
 
 AMD = "amd-epyc-avx-512"
 
@@ -144,3 +144,52 @@ def test_a_contender_does_the_task(name):
     seconds, found = known[name].prepare()(given, known[name].settings[-1])
     assert seconds > 0.0
     assert np.abs(found - problem.peaks(given)).max() <= 1e-8
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["engine", "plain loop", "heyoka"])
+def test_a_contender_stops_a_toy(name):
+    """At a fine setting it finds the times of the referee of the tests to 1e-7."""
+    given = problem.some(losses.starts(losses.TASK), 16)
+    if name == "heyoka":
+        pytest.importorskip("heyoka")
+    solve, setting = {
+        "engine": (losses._engine, 1e-9), "plain loop": (lossy_loops.plain, 0.03), "heyoka": (lossy_loops.Heyoka, 1e-9),
+    }[name]  # fmt: skip
+    found, steps = (solve() if name == "heyoka" else solve)(given, setting)
+    np.testing.assert_allclose(found, losses._true_times(given), rtol=1e-7)
+    assert (steps > 16 * 1000) == (name != "heyoka")
+
+
+@pytest.mark.compiled
+def test_many_toys_are_flat_and_their_lanes_are_timed():
+    """Steps, times and shares are there; of three equal chunks the second of two threads does one."""
+    found = losses._toys(8)
+    assert found["cells"] == 64
+    assert found["flat"] == 1.0
+    assert found["steps_per_cell"] > 50_000
+    assert found["times"][0] < found["times"][1] < found["times"][2]
+    assert min(found["share_of_threads"], found["share_of_lanes"]) > 0.0
+    assert losses._longest_of([1.0, 1.0, 1.0], 2) == 2.0
+
+
+def test_what_losses_cost_is_told_and_compared(records):
+    """The table has a line for each contender, and a ratio that fell is a loss."""
+    found = copy.deepcopy(records[AMD])
+    row = {
+        "setting": 1e-6,
+        "cells": 8,
+        "error": 1e-7,
+        "us_per_cell": 9.0,
+        "steps_per_cell": 5.0,
+        "ns_per_step": 2.0,
+    }
+    found["losses"] = {
+        "task": "toys",
+        "contenders": [row | {"name": "eulerdisk rk4", "ratio": 1.0}, row | {"name": "a loop", "ratio": 9.0}],
+        "toys": {"cells": 4, "threads": 2, "seconds": 1.0, "processor_seconds": 2.0, "share_of_threads": 0.9,
+                 "share_of_lanes": 0.8, "steps_per_cell": 7.0, "ns_per_step": 9.0, "repeated": 0.5,
+                 "times": [1.0, 2.0, 3.0]},
+    }  # fmt: skip
+    assert "4 toys of 2 s (1 to 3), 2 thread(s): 1.0 s, of processors 2.0 s" in table.text(found)
+    assert record.ratios(found)["a loop / eulerdisk rk4, with losses"] == 9.0
