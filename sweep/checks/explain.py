@@ -262,6 +262,9 @@ def _lines(
             row = tuple(place[name] for name in dataset[edge_names(axis, edge)[0]].dims)
             reason = row_status.name(int(edge_status(dataset, axis, edge)[row]), edge)
             yield f"boundary    none was measured in this row ({side}): {reason}; {here}"
+        if not np.isfinite([predicted, critical]).any():
+            yield "            theory has no line for this row"
+            continue
         how, words = "as" if np.isfinite(predicted) else "is", spec.model.line_words
         yield f"            {_value(predicted, units)} {how} {words.told}"
         yield f"            {_value(critical, units)} {words.limit}"

@@ -8,7 +8,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import sweep
 from sweep.checks.verify import findings, verify
@@ -150,7 +152,14 @@ def test_every_command_speaks_of_losses(command):
     assert command("compare coin.nc coin.nc")[0] == 0
     assert command("export coin.nc --to csv -o coin.csv")[0] == 0
     assert "rolling_loss" in Path("coin.csv").read_text().splitlines()[0]
+    for name in ("parquet", "zarr"):
+        assert command(f"export coin.nc --to {name} -o coin.{name}")[0] == 0
+    tables = pd.read_parquet("coin.parquet"), pd.read_csv("coin.csv")
+    np.testing.assert_allclose(*(each["end_time"] for each in tables), rtol=1e-14)
+    with sweep.open_atlas("coin.nc") as atlas, xr.open_zarr("coin.zarr") as copy:
+        xr.testing.assert_equal(copy.load(), atlas.load())
     assert command("plot coin.nc -o coin.png")[0] == 0
+    assert command("plot coin.nc --losses -o losses.png")[0] == 0
     assert command("run --from coin.nc -o again.nc")[0] == 0
     assert command("compare again.nc coin.nc --exact")[0] == 0
     assert command("run rolling roll_rate=2:4:5 tilt=1deg,2deg -o disk.nc")[0] == 0
@@ -164,6 +173,14 @@ def test_every_command_speaks_of_losses(command):
         status, out, err = command(line)
         assert status == 2, (line, out, err)
         assert said in out + err, line
+
+
+def test_a_row_without_a_line_of_theory_is_said_to_have_none(command):
+    """A wobble about a centre at rest has no critical rate: one line says so, and no estimate of nothing."""
+    assert command(f"run {TOY} -o toy.nc")[0] == 0
+    said = command("explain toy.nc inclination=30deg precession_rate=50")[1]
+    assert "theory has no line for this row" in said
+    assert "without losses, in the limit" not in said
 
 
 def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():

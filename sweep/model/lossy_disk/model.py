@@ -73,6 +73,8 @@ class LossyDisk(Model):
         ]
         told = f"with {', '.join(losses)}" if losses else "without any loss"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
+        if spec.criterion.word == "aloft":
+            looked_at = "how long the disk stays aloft"
         return f"{motion} {told}: {looked_at}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:

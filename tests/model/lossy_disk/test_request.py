@@ -219,3 +219,6 @@ def test_what_a_spec_without_a_title_is_about():
     assert SweepSpec(rolling_friction=0.0, roll_rate=3.0).headline.startswith(
         "Rolling along a line without any loss"
     )
+    assert SweepSpec.preset("toy").headline == (
+        "Wobbling about a centre at rest with contour friction, air: how long the disk stays aloft"
+    )
