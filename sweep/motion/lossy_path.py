@@ -17,7 +17,7 @@ from sweep.motion.request import MotionRequest
 from sweep.request.spec import MOST_STEPS
 from sweep.request.words import AUTOMATIC
 
-_TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=8.0)
+_TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
 
 #: Largest imbalance of the energy over m g R with an automatic step; beyond it, the motion is integrated again with
 #: half the step, which is a sixteenth of the imbalance.

@@ -121,6 +121,9 @@ def _scaled(rate: str, symbol: str) -> Substitute:
 #: Of which cells an extreme is missing.
 _NO_EXTREME = "missing where ending is not_computed, unresolved or invalid"
 
+#: Of what the amplification is a multiple.
+AMPLIFICATION_SCALE = "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"
+
 #: What the sign of an extreme means.
 _SIGNED = (
     f"signed, as the coordinate tilt: a negative one is on the side away from positive starts; {_NO_EXTREME}"
@@ -216,8 +219,8 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
              f"the larger of |tilt_min| and |tilt_max|; {_NO_EXTREME}"),
     Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
-             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity)); "
-                             "missing where ending is steady, not_computed, unresolved or invalid"),
+             _AMPLIFICATION,
+             f"{AMPLIFICATION_SCALE}; missing where ending is steady, not_computed, unresolved or invalid"),
     Quantity("fall_time", "t_f", "s", "time until the tilt reached fall_tilt", _TIME,
              "missing where the disk did not fall: ending is not fell"),
     Quantity("nutation_period", "P", "s", "time between returns to the same extreme tilt", _TIME,

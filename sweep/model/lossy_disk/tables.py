@@ -5,7 +5,8 @@ without losses has too is taken from its tables.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -14,13 +15,10 @@ from kernels.lossy_disk import endings as code
 from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.disk import tables as disk
 from sweep.model.quantity import (
-    AMPLIFIED,
     DECISION,
     DURATION,
     ERROR_GAUGE,
-    EXTREME,
     GRID,
-    STABILITY,
     STEP,
     STEP_COUNT,
     Array,
@@ -57,18 +55,6 @@ def _loss(name: str, symbol: str, units: str, long_name: str, description: str =
     )  # fmt: skip
 
 
-def _setting(
-    name: str,
-    symbol: str,
-    units: str,
-    long_name: str,
-    default: float,
-    rule: str,
-    allows: Callable[[Array], Truths],
-) -> Input:
-    return Input(name, symbol, units, long_name, GRID, default=default, rule=rule, allows=allows)
-
-
 _ARM = "its torque is this arm times the normal force, against the sense of that turning"
 
 # fmt: off
@@ -102,10 +88,10 @@ LOSS_PARAMETERS = (*ARMS, "contour_damping", "air_viscosity", "air_density")
 SETTINGS: Mapping[str, Input] = table(
     DURATION,
     STEP,
-    _setting("flat_tilt", r"\theta_f", "rad", "tilt at which the disk counts as flat",
-             math.radians(89.9), "0 deg < flat_tilt < 90 deg", lambda tilt: (tilt > 0.0) & (tilt < math.pi / 2)),
-    _setting("tolerance", r"\epsilon", "1", "largest imbalance of the energy of a cell, over m g R, before its step is "
-             "reduced", 1e-8, "1e-12 <= tolerance <= 0.1", lambda error: (error >= 1e-12) & (error <= 0.1)),
+    replace(disk.SETTINGS["fall_tilt"], name="flat_tilt", long_name="tilt at which the disk counts as flat",
+            default=math.radians(89.9), rule="0 deg < flat_tilt < 90 deg"),
+    replace(disk.SETTINGS["tolerance"], units="1", rule="1e-12 <= tolerance <= 0.1",
+            long_name="largest imbalance of the energy of a cell, over m g R, before its step is reduced"),
 )
 
 OPTIONS: Mapping[str, Word] = table(
@@ -165,8 +151,6 @@ LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
 })
 
 _NO_NUMBERS = "missing where ending is not_computed, undisturbed, unresolved or invalid"
-_TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
-_AMPLIFICATION = Tolerance(0.0, 1e-12, "the errors of both extreme tilts, over the size of the perturbation", AMPLIFIED)
 _TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error states", "time_error")
 _STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
 _SUM = Tolerance(1e-7, 1e-5, "integrals along the motion, each to the order of the method")
@@ -177,20 +161,20 @@ def _lost_to(law: str, measure: str) -> Quantity:
     return Quantity(measure, "W", "1", f"energy lost to {words}, over mass * gravity * radius", _SUM, _NO_NUMBERS)
 
 
+def _as_without_losses(name: str, description: str) -> Quantity:
+    """Return the row of the disk without losses, whose values have another origin here."""
+    return replace(disk.VARIABLES[name], description=description)
+
+
 VARIABLES: Mapping[str, Quantity] = table(
     ENDINGS.quantity,
-    Quantity("stability", "", "1", STABILITY.long_name, DECISION,
-             "within the duration; follows from ending, tilt_min and tilt_max; flat is unstable, an unresolved cell "
-             "undecided", "i1", STABILITY.flags),
-    Quantity("tilt_min", r"\theta_{\min}", "rad", "smallest tilt of the motion", _TILT,
-             f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
-    Quantity("tilt_max", r"\theta_{\max}", "rad", "largest tilt of the motion", _TILT,
-             f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
-    Quantity("peak_tilt", r"\max|\theta|", "rad", "largest magnitude of the tilt", _TILT,
-             f"the larger of |tilt_min| and |tilt_max|; {_NO_NUMBERS}"),
-    Quantity("amplification", "A", "1", "largest distance from the steady tilt over the scale of the perturbation",
-             _AMPLIFICATION, "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity)); "
-                             f"missing where that is 0, and {_NO_NUMBERS.removeprefix('missing ')}"),
+    _as_without_losses("stability", "within the duration; follows from ending, tilt_min and tilt_max; flat is "
+                                    "unstable, an unresolved cell undecided"),
+    _as_without_losses("tilt_min", f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    _as_without_losses("tilt_max", f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    _as_without_losses("peak_tilt", f"the larger of |tilt_min| and |tilt_max|; {_NO_NUMBERS}"),
+    _as_without_losses("amplification", f"{disk.AMPLIFICATION_SCALE}; missing where that is 0, and "
+                                        f"{_NO_NUMBERS.removeprefix('missing ')}"),
     Quantity("end_time", "t_e", "s", "time until the ending", _TIME,
              "where ending is flat the time aloft, where it is rest the time until the disk stood still, else how long "
              f"the motion was followed; {_NO_NUMBERS}"),
@@ -206,12 +190,11 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("energy_imbalance", r"|\Delta E|", "1",
              "largest imbalance of the energy and all losses, over mass * gravity * radius", ERROR_GAUGE,
              "the exact motion has none, so this is an error of the integration", "f4"),
-    Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,
-             "from the imbalance of the energy", "f4"),
+    _as_without_losses("tilt_error", "from the imbalance of the energy"),
     Quantity("time_error", r"\delta t", "s", "estimated error of end_time", ERROR_GAUGE,
              "from the imbalance of the energy and the power of the losses", "f4"),
-    Quantity("steps", "n", "1", "steps of the accepted integration", STEP_COUNT, "", "i4"),
-    Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", STEP_COUNT, "", "i1"),
+    disk.VARIABLES["steps"],
+    disk.VARIABLES["refinements"],
     Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", STEP_COUNT, "", "i4"),
 )
 # fmt: on

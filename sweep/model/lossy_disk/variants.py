@@ -27,4 +27,4 @@ def integrator(
     rubbing = ("" if contour else "_viscous") if damping else "_dry"
     drag = "" if air == NO_AIR else f"_{air}"
     laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
-    return Kernel(_MODULE, "integrate" + "".join(laws), seconds=10.0)
+    return Kernel(_MODULE, "integrate" + "".join(laws), seconds=8.0)
