@@ -183,7 +183,7 @@ def laws_of_variants() -> dict[str, tuple[str, tuple[str, ...]]]:
         missing = tuple(row for row, has in zip(_ROWS, there, strict=True) if not has)
         for code, air in enumerate(lossy_cells.AIR_LAWS):
             name = integrate.variant(contour, damping, rolling, pivoting, code, slips)
-            # dry contour friction is in the variant without contour friction too: the first one found has it
+            # where two sets have one variant, the first of them has more laws
             found.setdefault(name, (air, missing))
     return found
 

@@ -37,7 +37,7 @@ def test_fresh_breaches_are_those_of_the_referee():
 
 
 def test_fresh_variants_integrate_their_laws():
-    """Two of the 72 kernels each time, with cells that have no other laws than theirs."""
+    """Two of the kernels each time, with cells that have no other laws than theirs."""
     audit = audit_losses.audit_variants(2, np.random.default_rng(), cells=30, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
     assert audit.cells == 60
