@@ -1,0 +1,154 @@
+/**
+ * What the page and the server say to each other, as types only: this module holds no code.
+ *
+ * Values are in SI units; `factor` times a value is what people read, in `unit`. A value at a pixel is
+ * centre + half * ((2 i + 1) / n - 1) along each axis, of an axis with the scale "log" the logarithm of that.
+ *
+ * @module types
+ */
+
+/**
+ * One axis of a window: the range from centre - half to centre + half; of "log", that of the natural logarithm.
+ * @typedef {{name: string, centre: number, half: number, scale: "linear"|"log"}} Axis
+ */
+
+/**
+ * What is looked at. `words` holds what differs from the base: numbers in SI units, or words as on the command line.
+ * @typedef {{base: string, words: Record<string, number|string>, x: Axis, y: Axis}} View
+ */
+
+/**
+ * A parameter that can be an axis or a slider; low and high are the ends of its slider, which are no limits.
+ * `value` is its default; `control` says that the boundary is sought along it.
+ * @typedef {object} Parameter
+ * @property {string} name
+ * @property {string} label  name in words, for an axis
+ * @property {string} description
+ * @property {string} unit  as people read it; empty for a pure number
+ * @property {number} factor
+ * @property {number} low
+ * @property {number} high
+ * @property {"linear"|"log"} scale
+ * @property {boolean} control
+ * @property {string[]} words  words that may be given instead of a number
+ */
+
+/**
+ * What gives a map its colours. `flags` maps each code of an enumerated quantity to its words.
+ * @typedef {object} Quantity
+ * @property {string} name
+ * @property {string} label
+ * @property {string} description
+ * @property {string} unit
+ * @property {number} factor
+ * @property {Record<string, string>|null} flags
+ * @property {"linear"|"log"} scale
+ */
+
+/**
+ * A criterion with one limit. It is written as `word:limit unit`, for instance "departure:5deg".
+ * @typedef {object} Criterion
+ * @property {string} word
+ * @property {string} description
+ * @property {string} unit
+ * @property {number} low  of its slider, in `unit`
+ * @property {number} high  of its slider, in `unit`
+ */
+
+/**
+ * Something to begin with: a preset, or what was given on the command line (its name is "").
+ * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
+ * `view` is the whole range of its grid.
+ * @typedef {object} Base
+ * @property {string} name
+ * @property {string} label
+ * @property {string} description
+ * @property {Record<string, number|string>} words
+ * @property {string[]} sliders  parameters that have a slider, in this order
+ * @property {View} view
+ */
+
+/**
+ * The atlas that was given. Its cells are shown where a view has its words and axes (`stored` of a window).
+ * @typedef {object} StoredAtlas
+ * @property {string} label  name of the file
+ * @property {string} base  the base whose view shows it
+ * @property {boolean} live  whether windows can be computed; false for a model without an exact reduction
+ * @property {string} note  a sentence on what is stored, and where its resolution ends
+ * @property {Axis} x  range of the grid that is stored
+ * @property {Axis} y
+ * @property {number[]} shape  number of cells along x and y
+ * @property {string[]} quantities  names of those that are stored
+ */
+
+/**
+ * @typedef {object} About
+ * @property {string} program  name and version
+ * @property {Base[]} bases
+ * @property {Parameter[]} parameters
+ * @property {Quantity[]} quantities
+ * @property {Criterion[]} criteria
+ * @property {StoredAtlas|null} atlas
+ */
+
+/**
+ * `stored` asks for the cells of the file where the window shows them, each as a rectangle of its pixels.
+ * @typedef {object} WindowRequest
+ * @property {View} view
+ * @property {number} width
+ * @property {number} height
+ * @property {string} quantity
+ * @property {boolean} [stored]
+ * @property {string} [client]
+ * @property {number} [number]
+ * @property {"coarse"|"fine"} [lane]
+ */
+
+/**
+ * Values in rows from the bottom upward, x fastest; NaN where there is none. `verdict`: 0 undecided, 1 stable,
+ * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed; missing if all were computed.
+ * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low` and `high` are null without values.
+ * @typedef {object} WindowAnswer
+ * @property {{low: number|null, high: number|null, seconds: number, end: boolean, note?: string}} head
+ * @property {number} width
+ * @property {number} height
+ * @property {Float32Array} value
+ * @property {Uint8Array} verdict
+ * @property {Uint8Array|null} stored
+ */
+
+/**
+ * @typedef {{name: string, label: string, points: number[][][]}} Line  polylines of [x, y]
+ */
+
+/**
+ * @typedef {{name: string, label: string, text: string, value: number|null}} ShownNumber
+ */
+
+/**
+ * @typedef {object} PointAnswer
+ * @property {Record<string, {value: number, text: string, label?: string}>} start
+ * @property {ShownNumber[]} numbers
+ * @property {string} verdict
+ * @property {PointAnswer|null} stored  the same of the nearest stored cell
+ */
+
+/**
+ * @typedef {{view: View, x: number, y: number}} Place
+ */
+
+/**
+ * Where the page gets its numbers from: a server, or what an exported page holds.
+ * @typedef {object} Source
+ * @property {boolean} live  whether windows can be computed
+ * @property {() => Promise<About>} about
+ * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>} window
+ * @property {(view: View, signal?: AbortSignal) => Promise<Line[]>} lines
+ * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer>} point
+ * @property {(request: object, signal?: AbortSignal) => Promise<any>} motion
+ * @property {(place: Place) => Promise<string>} explain
+ * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
+ * @property {((request: object) => Promise<{blob: Blob, name: string}>)|null} data
+ */
+
+export {};
