@@ -138,6 +138,25 @@
  */
 
 /**
+ * An array in an exported page: its bytes (little-endian, rows from the bottom upward, x fastest), zlib-compressed,
+ * in base64.
+ * @typedef {{type: "f4"|"f8"|"u1", data: string}} PackedArray
+ */
+
+/**
+ * What an exported page holds, as JSON in <script type="application/json" id="stored">. `about` has one base and an
+ * atlas that is not live; x and y are the coordinates of the cells (f8), `cells` has every stored quantity that
+ * `about` lists, and "verdict" (u1). `starts` are the values of the parameters that are no axis.
+ * @typedef {object} StoredPage
+ * @property {About} about
+ * @property {PackedArray} x
+ * @property {PackedArray} y
+ * @property {Record<string, PackedArray>} cells
+ * @property {Record<string, number>} starts
+ * @property {Line[]} lines
+ */
+
+/**
  * Where the page gets its numbers from: a server, or what an exported page holds.
  * @typedef {object} Source
  * @property {boolean} live  whether windows can be computed
