@@ -1,0 +1,50 @@
+"""The libraries of the page: what is recorded is what is there, and every one is imported by a bare name."""
+
+import hashlib
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+VENDOR = Path(__file__).parents[2] / "sweep" / "explorer" / "page" / "vendor"
+PACKAGES = tomllib.loads((VENDOR / "SOURCES.toml").read_text(encoding="utf-8"))["packages"]
+FILES = {file["to"]: file["sha256"] for package in PACKAGES for file in package["files"]}
+MODULES = sorted(name for name in FILES if name.endswith(".js"))
+
+
+def imported(name: str) -> set[str]:
+    """Return the names of the modules that a file imports."""
+    lines = (VENDOR / name).read_text(encoding="utf-8").splitlines()
+    code = "\n".join(line for line in lines if not line.lstrip().startswith("*"))
+    return set(re.findall(r"""\b(?:from|import)\s*\(?["']([\w@./-]+)["']""", code))
+
+
+def test_every_file_is_the_recorded_one() -> None:
+    """The folder holds the files of SOURCES.toml, with their hashes, and nothing else."""
+    held = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in VENDOR.iterdir()}
+    del held["SOURCES.toml"]
+    assert held == FILES
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package["name"])
+def test_every_package_brings_its_licence(package: dict) -> None:
+    """Each package has its licence beside it, of the kind that is recorded."""
+    (licence,) = (file["to"] for file in package["files"] if file["to"].endswith(".LICENSE"))
+    words = {"MIT": "Permission is hereby granted, free of charge", "ISC": "Permission to use, copy, modify"}
+    assert words[package["licence"]] in (VENDOR / licence).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_modules_import_bare_names_of_each_other(name: str) -> None:
+    """A vendored module imports vendored modules alone, each by a bare name: one file without folders can hold them."""
+    known = {module.removesuffix(".js").replace("three.", "three/") for module in MODULES}
+    assert imported(name) <= known
+
+
+def test_imports_are_seen() -> None:
+    """The search for imports finds those of a minified module and those of a written one."""
+    assert imported("d3-axis.js") == set()
+    assert imported("d3-time-format.js") == {"d3-time"}
+    assert imported("three.js") == {"three/core"}
+    assert imported("three.orbit_controls.js") == {"three"}
