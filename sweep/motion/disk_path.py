@@ -26,6 +26,9 @@ _RELATIVE_STEP = 0.005
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
 
+#: Below this drift, half the step that does not lower it shows that it is made of rounding, which more steps make worse.
+_ROUNDING = 1e-9
+
 #: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, so that a
 #: path drawn through the samples is within half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
@@ -83,14 +86,17 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
     """
     samples = np.empty((len(motion_arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
+    before = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
             continue
         drift = np.abs(_derived(start, samples[:, :filled])[motion_arrays.DERIVED_ENERGY_DRIFT]).max()
-        if drift <= _DRIFT or step > 0.0 or refinement == _MOST_REFINEMENTS:
+        rounding = 0.0 < before <= drift < _ROUNDING
+        if drift <= _DRIFT or rounding or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
+        before = drift
     raise RequestError(
         "This motion could not be resolved: its state must stay finite, and it may take at most "
         f"{MOST_STEPS} steps; gave up at {last:.6g} s.",

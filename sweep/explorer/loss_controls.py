@@ -1,0 +1,127 @@
+"""The controls of losses beside a motion: which sliders there are, from where to where, and what they ask for."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from sweep.errors import RequestError, shown
+from sweep.model.lossy_disk.tables import (
+    AIR_LAWS,
+    ARMS,
+    BILDSTEN,
+    LOSS_PARAMETERS,
+    NO_AIR,
+    OPTIONS,
+    PARAMETERS,
+    UNKNOWN,
+    UNLIMITED,
+)
+from sweep.motion.lossy_tables import LOSSY_MOTION
+from sweep.request.spec import SweepSpec
+
+#: Lever arms over the radius between which a slider moves: a toy on its mirror has 4e-4.
+_ARMS = (1e-6, 0.1)
+
+#: Viscous contour friction over m R^2 sqrt(g/R), likewise.
+_DAMPING = (1e-6, 0.1)
+
+#: Masses [kg] and friction coefficients between which a slider moves.
+_MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
+
+#: Air at room temperature: viscosity [Pa s], density [kg/m3].
+_AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
+
+#: The mass [kg] where none is given and a law needs one.
+_MASS = 1.0
+
+_KNOWN = (*LOSS_PARAMETERS, "mass", "friction", "air_law")
+
+
+def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the words of a request for a motion with losses.
+
+    Parameters
+    ----------
+    given : mapping of str to number or text
+        What the controls ask for, in SI. Air at room temperature and a mass of 1 kg are added where a law needs them;
+        a mass alone is no loss.
+
+    Raises
+    ------
+    RequestError
+        If a name is none of a loss.
+    """
+    for name in given:
+        if name not in _KNOWN:
+            raise RequestError(
+                f"{shown(name)} is no loss; losses are {', '.join(_KNOWN)}.",
+                hint="Leave it out.",
+                where="losses",
+            )
+    if {*given} <= {"mass"}:
+        return {}
+    # the word that says that the disk is one with losses, if only the friction coefficient is given
+    words = {"air_law": NO_AIR} | dict(given)
+    law = words["air_law"]
+    if law != NO_AIR:
+        words = {"air_viscosity": _AIR["air_viscosity"]} | words
+        if law == BILDSTEN:
+            words = {"air_density": _AIR["air_density"]} | words
+    if law != NO_AIR or words.get("contour_damping"):
+        words = {"mass": _MASS} | words
+    return words
+
+
+def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the controls of the losses of a motion, as the page draws them.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    start : mapping of str to float
+        Every parameter of its model [SI].
+    given : mapping of str to number or text
+        What the controls ask for now.
+
+    Returns
+    -------
+    list of dict
+        Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
+        logarithmic), ``value`` (None: the word is left out) and ``none``, what that means, and at which ``end`` of the
+        slider it is. Of a choice ``name``, ``label``, ``description``, ``choices`` and ``value``.
+    """
+    held = _held(spec) | dict(given)
+    radius, unit = start["radius"], (start["radius"] / start["gravity"]) ** 0.5
+    mass = held.get("mass", _MASS)
+    heavy = (mass if isinstance(mass, int | float) else _MASS) * radius**2 / unit
+    arms = {name: (_ARMS[0] * radius, _ARMS[1] * radius) for name in ARMS}
+    law = OPTIONS["air_law"]
+    return [
+        *(_slider(name, ends, held, "none") for name, ends in arms.items()),
+        _slider("contour_damping", (_DAMPING[0] * heavy, _DAMPING[1] * heavy), held, "none"),
+        {
+            "name": "air_law", "label": "air", "description": law.long_name, "choices": list(AIR_LAWS),
+            "value": held.get("air_law", law.default),
+        },
+        _slider("friction", _FRICTION, held, UNLIMITED, at_end="high"),
+        _slider("mass", _MASSES, held, UNKNOWN),
+    ]  # fmt: skip
+
+
+def _held(spec: SweepSpec) -> dict[str, Any]:
+    """Return the losses of the spec itself."""
+    if spec.model is not LOSSY_MOTION.model:
+        return {}
+    return {name: value for name in _KNOWN if isinstance(value := getattr(spec, name), float | str)}
+
+
+def _slider(
+    name: str, ends: tuple[float, float], held: Mapping[str, Any], none: str, at_end: str = "low"
+) -> dict[str, Any]:
+    quantity = PARAMETERS[name]
+    unit, factor = ("mm", 1e3) if quantity.units == "m" else (quantity.shown_units, 1.0)
+    value = held.get(name)
+    return {
+        "name": name, "label": name.replace("_", " "), "description": quantity.long_name,
+        "unit": unit, "factor": factor, "low": ends[0], "high": ends[1],
+        "value": float(value) if isinstance(value, int | float) and value > 0.0 else None, "none": none, "end": at_end,
+    }  # fmt: skip

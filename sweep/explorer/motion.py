@@ -1,0 +1,241 @@
+"""What the page draws of one motion: its samples in time, its potential, its ledger, and the words beside them.
+
+The answer is a head, which JSON can hold, and float64 arrays. Those with one value for each sample:
+
+``time`` [s]; ``tilt``, ``heading``, ``roll_angle`` [rad]; ``tilt_rate``, ``precession_rate``, ``roll_rate`` [rad/s];
+``contact_x``, ``contact_y`` [m]; ``normal_force``, ``friction_across``, ``friction_along`` over the weight;
+``friction_needed`` [1], NaN where the normal force is not positive; ``energy`` over m g R; with losses ``rolling_loss``,
+``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``, what each has taken since the start over m g R.
+
+The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], ``potential`` less the energy over
+m g R.
+
+The head: ``title``, ``ending`` and ``note`` in words; ``start``, ``radius``, ``gravity``, ``alpha``; ``ended`` (whether
+the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and its words), ``period`` [s], ``wells`` and
+``barriers`` (pairs of tilt and potential); ``losses`` (the controls, `sweep.explorer.loss_controls`); ``ledger``
+(words of each loss); ``quantities`` (label, unit and factor of each array).
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.disk.endings import BOUNDED, FELL
+from sweep.errors import RequestError
+from sweep.explorer.loss_controls import controls, loss_words
+from sweep.explorer.potential import potential_of
+from sweep.model.disk.model import DISK
+from sweep.model.quantity import Array
+from sweep.motion import disk_path, lossy_path
+from sweep.motion.disk_tables import TRAJECTORY
+from sweep.motion.lossy_tables import LAWS, LOSSY_MOTION
+from sweep.motion.request import MotionRequest
+from sweep.motion.start import start_of
+from sweep.request.spec import SweepSpec
+
+#: Periods that a motion without losses is followed, the shortest and the longest time [s].
+_PERIODS, _SHORTEST, _LONGEST = 3.0, 6.0, 60.0
+
+#: One with losses is followed to its end, but no longer than this [s].
+_TO_THE_END = 120.0
+
+#: Angle [rad] that the disk may turn in all at the rates of its start: a fast one is shown for a shorter time. Two
+#: thousand samples without losses, and ten times as many on the way to a stop.
+_TURNS, _TURNS_TO_THE_END = 400.0, 4000.0
+
+#: The least time [s] that somebody may ask for.
+_LEAST = 1e-3
+
+_STATE = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
+_SAMPLES = (*_STATE, "heading", "roll_angle", "contact_x", "contact_y")
+_FORCES = ("normal_force", "friction_across", "friction_along")
+
+#: Arrays whose unit is not that of their variable in a file of one motion -> label and unit.
+_SCALED: Mapping[str, tuple[str, str]] = {
+    "normal_force": ("normal force", "weights"),
+    "friction_across": ("friction across the track", "weights"),
+    "friction_along": ("friction along the track", "weights"),
+    "energy": ("energy", "m g R"),
+    "potential": ("potential less energy", "m g R"),
+    **{name: (words, "m g R") for name, words in LAWS.items()},
+}
+
+
+def motion(
+    spec: SweepSpec,
+    start: Mapping[str, float],
+    duration: float | None = None,
+    losses: Mapping[str, float | str] | None = None,
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return what the page draws of one motion.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        Of the cells of the window: it has the settings.
+    start : mapping of str to float
+        Every parameter of its model [SI].
+    duration : float, optional
+        Time [s] to follow it; by default some periods, or to its fall or stop.
+    losses : mapping of str to number or text, optional
+        Words of losses, in SI: with any of them the motion is one with losses.
+
+    Returns
+    -------
+    (head, arrays)
+        See the module.
+
+    Raises
+    ------
+    RequestError
+        If there is no such motion, or a word is not possible.
+
+    Notes
+    -----
+    It calls kernels: one thread at a time.
+    """
+    _check_start(start)
+    lost = loss_words(losses or {})
+    words = _words_of(spec, start) | lost
+    lossy = spec.model is LOSSY_MOTION.model or bool(lost)
+    exact = {} if lossy else _exact(spec, start)
+    fall = "flat_tilt" if lossy else "fall_tilt"
+    if hasattr(spec, fall):
+        words[fall] = getattr(spec, fall)
+    request = MotionRequest.read(**words, duration=_duration(start, exact, duration, lossy))
+    path = lossy_path if lossy else disk_path
+    times, values = path.follow(request, start_of(request))
+    arrays = _arrays(request, times, values)
+    head = _head(spec, request, start, values, float(times[-1]))
+    head |= {"losses": controls(spec, start, losses or {}), "ledger": LAWS if lossy else None}
+    return head | _potential(request, start, exact, arrays), arrays
+
+
+def quantities() -> dict[str, dict[str, Any]]:
+    """Return the label, the unit as people read it, and the factor from SI of every array of a motion."""
+    found: dict[str, dict[str, Any]] = {
+        "time": {"label": "time", "unit": "s", "factor": 1.0},
+        "potential_tilt": {"label": "tilt", "unit": "deg", "factor": math.degrees(1.0)},
+        "friction_needed": {"label": "friction needed", "unit": "", "factor": 1.0},
+    }
+    found |= {name: {"label": label, "unit": unit, "factor": 1.0} for name, (label, unit) in _SCALED.items()}
+    for name in _SAMPLES:
+        each = TRAJECTORY[name]
+        label = name.replace("_", " ")
+        found[name] = {
+            "label": label,
+            "unit": each.shown_units.replace(" s-1", "/s"),
+            "factor": each.plot_scale,
+        }
+    return found
+
+
+def _check_start(start: Mapping[str, float]) -> None:
+    none = [name for name in _STATE if not math.isfinite(start[name])]
+    if none:
+        raise RequestError(
+            f"Here is no motion: no {none[0]} keeps this tilt constant.",
+            hint="Choose another place of the map.",
+            where=none[0],
+        )
+
+
+def _words_of(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any]:
+    """Return the words of a request for the motion of a cell."""
+    words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
+    if spec.model is LOSSY_MOTION.model:
+        words |= {name: getattr(spec, name) for name in spec.model.options}
+    return words
+
+
+def _exact(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, float]:
+    """Return what the exact reduction knows of a motion without losses."""
+    rows = {name: np.array([value]) for name, value in start.items()}
+    assert DISK.exact is not None
+    return {name: float(values[0]) for name, values in DISK.exact.measures(spec, rows).items()}
+
+
+def _duration(
+    start: Mapping[str, float], exact: Mapping[str, float], asked: float | None, lossy: bool
+) -> float:
+    rate = sum(abs(start[name]) for name in _STATE[1:])
+    most = (_TURNS_TO_THE_END if lossy else _TURNS) / rate if rate > 0.0 else math.inf
+    if asked is not None:
+        return min(max(asked, _LEAST), most)
+    if lossy:
+        return min(_TO_THE_END, most)
+    period = exact["nutation_period"]
+    # a disk that falls is followed to its fall, whenever that is
+    wanted = (
+        _PERIODS * period if math.isfinite(period) else _LONGEST if exact["ending"] == FELL else _SHORTEST
+    )
+    return min(max(wanted, _SHORTEST), _LONGEST, most)
+
+
+def _arrays(request: MotionRequest, times: Array, values: Mapping[str, npt.NDArray[Any]]) -> dict[str, Array]:
+    """Return the arrays with one value for each sample."""
+    mass = 1.0 if isinstance(request.mass, str) else request.mass
+    weight = mass * request.gravity
+    found = {"time": times} | {name: values[name] for name in _SAMPLES}
+    found |= {name: values[name] / weight for name in _FORCES}
+    found |= {"friction_needed": values["friction_needed"]}
+    taken = ("energy", *(LAWS if request.kind is LOSSY_MOTION else ()))
+    return found | {name: values[name] / (weight * request.radius) for name in taken}
+
+
+def _head(
+    spec: SweepSpec,
+    request: MotionRequest,
+    start: Mapping[str, float],
+    values: Mapping[str, Any],
+    last: float,
+) -> dict[str, Any]:
+    kind = request.kind
+    ending = kind.variables["ending"].flag(float(values["ending"]))
+    ended = ending in kind.endings
+    at = ", ".join(
+        f"{name.replace('_', ' ')} {kind.model.parameters[name].spell(start[name], 6)}"
+        for name in spec.axes
+        if name in start
+    )
+    return {
+        "title": at.replace(" s-1", "/s"),
+        "ending": f"{kind.endings[ending]} at {last:.4g} s" if ended else f"goes on after {last:.4g} s",
+        "ended": ended,
+        "note": _limit_words(values, values["normal_force"]),
+        "lossy": kind is LOSSY_MOTION,
+        "start": {name: start[name] for name in _STATE},
+        **{name: start[name] for name in ("alpha", "radius", "gravity")},
+        "quantities": quantities(),
+    }
+
+
+def _limit_words(values: Mapping[str, Any], normal: Array) -> str:
+    """Return what the contact needs for the disk to roll all the time."""
+    needed = values["friction_needed"]
+    if not (normal > 0.0).all():
+        return "A real disk would leave the table on the way: its normal force vanishes."
+    return f"Rolling without slipping needs a friction coefficient of {float(np.nanmax(needed)):.3g}."
+
+
+def _potential(
+    request: MotionRequest, start: Mapping[str, float], exact: Mapping[str, float], arrays: dict[str, Array]
+) -> dict[str, Any]:
+    """Add the curve of the potential to the arrays; return what the head says of it."""
+    if request.kind is LOSSY_MOTION:
+        return {"turns": [], "period": None, "wells": [], "barriers": []}
+    found = potential_of(start, request.fall_tilt)
+    arrays |= {"potential_tilt": found.tilt, "potential": found.excess}
+    bounded = exact["ending"] == BOUNDED
+    turns = [exact[name] for name in ("tilt_min", "tilt_max")] if bounded else []
+    period = exact["nutation_period"]
+    spell = TRAJECTORY["tilt"].spell
+    return {
+        "turns": [[turn, spell(turn, 6)] for turn in turns],
+        "period": period if math.isfinite(period) else None,
+        "wells": found.wells,
+        "barriers": found.barriers,
+    }
