@@ -1,0 +1,23 @@
+// What eslint looks for in the explorer's page; types and unknown names are tsc's work, format is prettier's.
+import js from "@eslint/js";
+import globals from "globals";
+
+export default [
+  js.configs.recommended,
+  {
+    languageOptions: { ecmaVersion: 2022, sourceType: "module", globals: globals.browser },
+    linterOptions: { reportUnusedDisableDirectives: "error" },
+    rules: {
+      curly: ["error", "multi-line"],
+      eqeqeq: "error",
+      "max-lines": ["error", { max: 400, skipComments: true }],
+      "no-console": "error",
+      "no-implicit-coercion": ["error", { boolean: true, number: true, string: true }],
+      "no-unused-vars": ["error", { args: "after-used" }],
+      "no-var": "error",
+      "object-shorthand": "error",
+      "prefer-const": "error",
+      "prefer-template": "off",
+    },
+  },
+];
