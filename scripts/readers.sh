@@ -1,9 +1,9 @@
-# Sourced by scripts/test. prepare_readers [install] looks for the programs with which the tests read atlases, and
-# installs what is missing only if it is told to. It never fails: the tests of a missing program are skipped, in CI they
-# fail.
+# Sourced by scripts/test. prepare_readers [install] looks for the programs with which the tests read atlases and look at
+# the explorer's page, and installs what is missing only if it is told to. It never fails: the tests of a missing program
+# are skipped, in CI they fail.
 
-readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev)
-readers_commands=(ncdump cdo ncwa Rscript octave-cli gdalmdiminfo udunits2 nc-config cc)
+readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev chromium)
+readers_commands=(ncdump cdo ncwa Rscript octave-cli gdalmdiminfo udunits2 nc-config cc chromium)
 
 prepare_readers() {
     local missing=() each log=$checkout/.venv/eulerdisk-readers.log
@@ -13,17 +13,17 @@ prepare_readers() {
         done
         [ ${#missing[@]} -eq 0 ] && return
         if [ "${1:-}" = install ]; then
-            echo "Installing programs that read netCDF, for the tests (a minute or two, once) ..." >&2
+            echo "Installing programs that read netCDF and a browser, for the tests (minutes, once) ..." >&2
             install_readers "${missing[@]}" >"$log" 2>&1 && return
             echo "The installation failed, see $log." >&2
         fi
-        echo "Tests with some readers of netCDF are skipped. To install these: scripts/test --readers, or" >&2
+        echo "Tests with some readers of netCDF or a browser are skipped. To install these: scripts/test --readers, or" >&2
         echo "    sudo apt-get install --no-install-recommends ${missing[*]}" >&2
     else
         for each in "${readers_commands[@]}"; do
             command -v "$each" >/dev/null || missing+=("$each")
         done
-        [ ${#missing[@]} -eq 0 ] || echo "Tests with some readers of netCDF are skipped: no ${missing[*]}." >&2
+        [ ${#missing[@]} -eq 0 ] || echo "Tests with some readers of netCDF or a browser are skipped: no ${missing[*]}." >&2
     fi
 }
 
