@@ -41,6 +41,7 @@ _COMMANDS = {
     "verify": "check",
     "compare": "check",
     "explain": "check",
+    "explore": "explore",
     "simulate": "simulate",
     "export": "inspect",
     "prepare": "run",

@@ -1,0 +1,145 @@
+"""What the page has to know before it asks for anything: parameters, quantities, criteria and where to begin."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from sweep.explorer.quantities import shown_of
+from sweep.explorer.view import base_names, middle, preset
+from sweep.model.quantity import Array, Input, Quantity
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.version import __version__
+
+#: Parameter or setting -> the ends of its slider in SI, and how it is spread.
+_SLIDERS: Mapping[str, tuple[float, float, str]] = {
+    "tilt": (math.radians(-60.0), math.radians(60.0), "linear"),
+    "tilt_rate": (-2.0, 2.0, "linear"),
+    "precession_rate": (-10.0, 10.0, "linear"),
+    "roll_rate": (-10.0, 10.0, "linear"),
+    "alpha": (0.05, 1.0, "linear"),
+    "radius": (0.005, 1.0, "log"),
+    "gravity": (0.1, 30.0, "log"),
+    "fall_tilt": (math.radians(10.0), math.radians(89.0), "linear"),
+}
+
+#: Criterion -> what it limits, its unit, and the ends of its slider in that unit.
+_CRITERIA: Mapping[str, tuple[str, str, float, float]] = {
+    "departure": ("how far the tilt leaves its steady value", "deg", 0.1, 80.0),
+    "amplification": ("that distance over the size of the perturbation", "", 1.1, 1000.0),
+}
+
+
+def about(given: SweepSpec | None, atlas: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return what the page asks for first; all values are in SI, and ``factor`` leads to the unit that people read.
+
+    Parameters
+    ----------
+    given : SweepSpec or None
+        What the explorer was given; it is the base with the empty name, and the first.
+    atlas : mapping, optional
+        What is known of a file (`sweep.explorer.stored`).
+
+    Returns
+    -------
+    dict
+        ``program``; ``bases``, of which the first is shown; ``parameters``, ``quantities``, ``criteria``, ``atlas``.
+        The page's types.js says what each of them holds.
+    """
+    bases = {} if given is None else {"": given}
+    bases |= {name: preset(name) for name in base_names()}
+    first = next(iter(bases.values()))
+    exact = first.replace(method="exact") if first.model.exact is not None else first
+    rows = [*first.model.parameters.values(), first.model.settings["fall_tilt"]]
+    return {
+        "program": f"eulerdisk {__version__}",
+        "bases": [base_of(name, spec) for name, spec in bases.items()],
+        "parameters": [_input(row) for row in rows],
+        "quantities": [
+            {**_quantity(each.quantity), "scale": each.scale} for each in shown_of(exact).values()
+        ],
+        "criteria": [
+            {"word": word, "description": description, "unit": unit, "low": low, "high": high}
+            for word, (description, unit, low, high) in _CRITERIA.items()
+        ],
+        "atlas": atlas,
+    }
+
+
+def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
+    """Return a base: its name, its words, the parameters that have a slider, and the view that shows all of it."""
+    view = sides(spec)
+    axes = [side["name"] for side in view.values()]
+    held = {each: getattr(spec, each) for each in spec.model.parameters if each not in axes}
+    words = {
+        each: middle(value) if isinstance(value, Range | Values) else value for each, value in held.items()
+    }
+    words["criterion"] = str(spec.criterion)
+    return {
+        "name": name,
+        "label": name or str(spec.title) or "as given",
+        "description": spec.headline,
+        "words": words,
+        "sliders": [each for each in _SLIDERS if each in words and not isinstance(words[each], str)],
+        "view": {"base": name, "words": {}, **view},
+    }
+
+
+def sides(spec: SweepSpec) -> dict[str, dict[str, Any]]:
+    """Return the window that shows all of the first two axes of a spec, a control parameter to the right.
+
+    A spec with fewer axes has parameters of the model for the others.
+    """
+    model = spec.model
+    names = [
+        *spec.axes,
+        *(name for name in (*model.controls(model.parameters), "tilt") if name not in spec.axes),
+    ]
+    controls = model.controls(names[:2])
+    x = controls[0] if controls else names[0]
+    y = next(name for name in names if name != x)
+    return {"x": _side(spec, x), "y": _side(spec, y)}
+
+
+def _side(spec: SweepSpec, name: str) -> dict[str, Any]:
+    held = getattr(spec, name)
+    if not isinstance(held, Range | Values) or len(held) < 2:
+        low, high, scale = _SLIDERS[name]
+    else:
+        low, high = map(float, held.ends())
+        scale = "log" if is_logarithmic(held.array()) else "linear"
+    if scale == "log":
+        low, high = math.log(low), math.log(high)
+    return {"name": name, "centre": 0.5 * (low + high), "half": 0.5 * (high - low), "scale": scale}
+
+
+def is_logarithmic(values: Array) -> bool:
+    """Return whether the values of an axis lie evenly in their logarithm."""
+    if values[0] <= 0.0 or values.size < 3:
+        return False
+    return bool(abs(values[1] / values[0] - values[-1] / values[-2]) < 1e-6 * values[1] / values[0])
+
+
+def _quantity(quantity: Quantity) -> dict[str, Any]:
+    flags = quantity.flags
+    return {
+        "name": quantity.name,
+        "label": quantity.name.replace("_", " "),
+        "description": quantity.long_name,
+        "unit": quantity.shown_units,
+        "factor": quantity.plot_scale,
+        "flags": None if flags is None else {str(code): quantity.flag(code) for code in flags},
+    }
+
+
+def _input(row: Input) -> dict[str, Any]:
+    low, high, scale = _SLIDERS.get(row.name, (None, None, "linear"))
+    return {
+        **_quantity(row),
+        "rule": row.rule,
+        "low": low,
+        "high": high,
+        "scale": scale,
+        "control": row.control,
+        "words": list(row.words),
+    }

@@ -1,0 +1,76 @@
+"""What is answered: one function for every address that the page asks."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sweep.explorer.about import about
+from sweep.explorer.fields import read_count, read_number, read_object, read_text
+from sweep.explorer.packing import packed
+from sweep.explorer.point import place, point
+from sweep.explorer.turns import KERNELS, Lanes
+from sweep.explorer.view import View
+from sweep.explorer.window import window
+from sweep.request.spec import SweepSpec
+
+JSON, BINARY = "application/json", "application/octet-stream"
+
+#: The largest number that a page may give a request.
+_MOST_NUMBER = 2**53
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is sent: a type, and an object for JSON or parts of bytes; `name` is that of a file to be saved."""
+
+    kind: str
+    content: Any
+    name: str = ""
+
+
+class Answers:
+    """All that the page can ask, for what the explorer was given.
+
+    Parameters
+    ----------
+    given : SweepSpec or None
+        The base with the empty name.
+    """
+
+    def __init__(self, given: SweepSpec | None) -> None:
+        self.given = given
+        self._lanes = Lanes()
+        self.posted: Mapping[str, Callable[[Mapping[str, Any], Callable[[], bool]], Answer]] = {
+            "window": self._window,
+            "point": self._point,
+            "motion": self._motion,
+        }
+
+    def about(self) -> Answer:
+        """Answer ``GET ./about``."""
+        return Answer(JSON, about(self.given))
+
+    def _window(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        number = read_count(fields, "number", _MOST_NUMBER) if "number" in fields else 1
+        client, lane = (read_text(fields, name, "") for name in ("client", "lane"))
+        check = self._lanes.enter(client[:64], lane[:64], number, gone)
+        head, arrays = window(self._view(fields), fields, check)
+        return Answer(BINARY, packed({**head, "number": number}, arrays))
+
+    def _point(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        return Answer(JSON, point(self._view(fields), fields))
+
+    def _motion(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        # it loads more than a map needs
+        from sweep.explorer.motion import motion
+
+        view = self._view(fields)
+        start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+        duration = None if fields.get("duration") is None else read_number(fields, "duration")
+        losses = read_object(fields.get("losses") or {}, "losses")
+        with KERNELS:
+            head, arrays = motion(view.spec, start, duration, losses)
+        return Answer(BINARY, packed(head, arrays))
+
+    def _view(self, fields: Mapping[str, Any]) -> View:
+        return View.read(fields.get("view"), self.given)

@@ -1,0 +1,66 @@
+"""The files of the page: a fixed list, read when the server starts."""
+
+import base64
+import hashlib
+import re
+from dataclasses import dataclass
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+#: Ending of a file -> its type; others are not sent.
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".woff2": "font/woff2",
+}
+
+_IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
+
+#: The page that is shown.
+INDEX = "index.html"
+
+
+@dataclass(frozen=True)
+class PageFile:
+    """A file of the page: its type and its bytes."""
+
+    kind: str
+    content: bytes
+
+
+def page_files() -> dict[str, PageFile]:
+    """Return the files of the page by their paths in its folder, with ``/`` between parts."""
+    return dict(_found(files("sweep.explorer") / "page", ""))
+
+
+def _found(folder: Traversable, path: str) -> list[tuple[str, PageFile]]:
+    found: list[tuple[str, PageFile]] = []
+    for each in sorted(folder.iterdir(), key=lambda entry: entry.name):
+        ending = each.name[each.name.rfind(".") :]
+        if each.is_dir():
+            found += _found(each, f"{path}{each.name}/")
+        elif ending in _TYPES:
+            found.append((path + each.name, PageFile(_TYPES[ending], each.read_bytes())))
+    return found
+
+
+def content_policy(index: bytes, *, framed: bool) -> str:
+    """Return the Content-Security-Policy of the page: nothing from elsewhere, no script within it but its import map.
+
+    Parameters
+    ----------
+    index : bytes
+        The page, with its import map.
+    framed : bool
+        Whether a notebook of this machine may show it in a frame.
+    """
+    maps = (base64.b64encode(hashlib.sha256(each).digest()).decode() for each in _IMPORT_MAP.findall(index))
+    scripts = " ".join(["'self'", *(f"'sha256-{each}'" for each in maps)])
+    frames = "'self' http://localhost:* http://127.0.0.1:*" if framed else "'none'"
+    return (
+        f"default-src 'self'; script-src {scripts}; img-src 'self' data: blob:; worker-src 'self' blob:; "
+        f"object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors {frames}"
+    )

@@ -1,0 +1,72 @@
+"""The numbers of one point of the map: those of a cell with that start, to the bit."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sweep.engine.compute import compute
+from sweep.explorer.fields import read_number
+from sweep.explorer.turns import KERNELS
+from sweep.explorer.view import View
+from sweep.explorer.window import live_spec
+from sweep.model.description import Columns
+from sweep.model.quantity import Array, Quantity
+from sweep.request.spec import SweepSpec
+
+#: Columns that say how a cell was computed, or that the exact reduction does not know.
+_LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
+
+
+def point(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Compute the cell at a point.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``x`` and ``y``, the values of the two parameters in SI.
+
+    Returns
+    -------
+    dict
+        ``start``, ``numbers`` and ``verdict``: every number with its value in SI (None if there is none) and as text.
+
+    Raises
+    ------
+    RequestError
+    """
+    spec = live_spec(view)
+    starts = view.starts(*place(fields))
+    with KERNELS:
+        cell = compute(spec, starts)
+    start = {name: float(values[0]) for name, values in starts.items()}
+    return {
+        "start": {name: _told(spec.model.parameters[name], value) for name, value in start.items()},
+        **numbers_of(spec, cell),
+        "stored": None,
+    }
+
+
+def place(fields: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Return the values of both parameters at a point, ``x`` and ``y`` of a request, shape (1,) each."""
+    return np.array([read_number(fields, "x")]), np.array([read_number(fields, "y")])
+
+
+def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
+    """Return the numbers of one cell, and its verdict in words, from columns of one value each."""
+    variables = spec.model.cell_variables(spec)
+    numbers = [
+        {"name": name, "description": quantity.long_name, **_told(quantity, float(cell[name][0]))}
+        for name, quantity in variables.items()
+        if name not in _LEFT_OUT and name in cell
+    ]
+    return {"numbers": numbers, "verdict": variables["stability"].flag(float(cell["stability"][0]))}
+
+
+def _told(quantity: Quantity, value: float) -> dict[str, Any]:
+    if quantity.flags is not None:
+        return {"value": value, "text": quantity.flag(value)}
+    if not np.isfinite(value):
+        return {"value": None, "text": "none"}
+    return {"value": value, "text": quantity.spell(value, 3 if quantity.dtype == "f4" else 10)}

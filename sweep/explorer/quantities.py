@@ -1,0 +1,83 @@
+"""What the map shows as colour, and the numbers of a point."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.model.description import FAILED, LOST, Columns
+from sweep.model.quantity import DECISION, Quantity
+from sweep.request.spec import SweepSpec
+
+#: Kinds of motion: wells of the potential, and whether the motion crosses upright; or why it has neither.
+REGIME = Quantity(
+    "regime", "", "1", "kind of motion", DECISION,
+    "wells of the potential that belongs to the constants of the motion, and whether the disk passes upright", "u1",
+    MappingProxyType({
+        0: "one_well,_one_side", 1: "one_well,_crosses", 2: "two_wells,_one_side", 3: "two_wells,_crosses",
+        4: "falls", 5: "no_result",
+    }),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A quantity that the map can show.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    scale : {"linear", "log"}
+        How colours are spread over its values.
+    needs : tuple of str
+        Columns of a cell that `values` reads.
+    values : callable
+        (spec, columns) -> array, shape (n,): float64, or the codes of `quantity`.
+    timed : bool
+        Whether it needs more than the extremes, and so half as much time again.
+    """
+
+    quantity: Quantity
+    scale: str
+    needs: tuple[str, ...]
+    values: Callable[[SweepSpec, Columns], npt.NDArray[Any]]
+    timed: bool = False
+
+
+def shown_of(spec: SweepSpec) -> Mapping[str, Shown]:
+    """Return what the map can show of the cells of a spec, the usual one first."""
+    model = spec.model
+    variables = model.cell_variables(spec)
+    scales = {
+        model.peak: "linear", "stability": "linear", "amplification": "log", "separatrix": "linear",
+        "friction_needed": "linear", "fall_time": "log", "nutation_period": "linear",
+    }  # fmt: skip
+    unknown = model.unknown_to.get(spec.method, ())
+    found = {
+        name: Shown(variables[name], scale, (name,), _column(name), name not in _EXTREMES)
+        for name, scale in scales.items()
+        if name in variables and name not in unknown
+    }
+    if {"wells", *model.extremes} <= variables.keys():
+        found[REGIME.name] = Shown(REGIME, "linear", ("ending", "wells", *model.extremes), _regime)
+    return found
+
+
+#: Columns that a computation without periods has.
+_EXTREMES = ("peak_tilt", "stability", "amplification", "separatrix")
+
+
+def _column(name: str) -> Callable[[SweepSpec, Columns], npt.NDArray[Any]]:
+    return lambda spec, columns: columns[name]
+
+
+def _regime(spec: SweepSpec, columns: Columns) -> npt.NDArray[np.uint8]:
+    endings, ending = spec.model.endings, columns["ending"]
+    low, high = (columns[name] for name in spec.model.extremes)
+    found = 2 * (columns["wells"].astype(np.int8) - 1) + ((low < 0.0) & (high > 0.0))
+    found = np.where(columns["wells"] > 0, found, 5)
+    found = np.where(endings.have(LOST, ending), 4, found)
+    return np.where(endings.have(FAILED, ending), 5, found).astype(np.uint8)

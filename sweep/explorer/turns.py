@@ -1,0 +1,55 @@
+"""Whose turn it is: one thread at a time calls kernels, and of the requests of one lane only the latest is answered."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+
+#: Kernels use all processors by themselves: the threads that answer requests call them one after another.
+KERNELS = threading.RLock()
+
+#: Lanes that are remembered: a page has a few, and a page that was left is never heard of again.
+_MOST_LANES = 256
+
+
+class SupersededError(Exception):
+    """Nobody waits for the answer any more: a newer request of the same lane came, or the client has gone."""
+
+
+class Lanes:
+    """The number of the newest request of every lane; safe to use from several threads.
+
+    A lane is a client with a word for what it asks: its coarse and its fine windows are answered apart.
+    """
+
+    def __init__(self) -> None:
+        self._newest: OrderedDict[tuple[str, str], int] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def enter(self, client: str, lane: str, number: int, gone: Callable[[], bool]) -> Callable[[], None]:
+        """Note a request, and return what its computation calls between two pieces of work.
+
+        Parameters
+        ----------
+        client, lane : str
+        number : int
+            Grows with the requests of a client.
+        gone : callable
+            Returns whether the client has closed its connection.
+
+        Returns
+        -------
+        callable
+            Raises SupersededError if the answer is no longer wanted.
+        """
+        key = client, lane
+        with self._lock:
+            self._newest[key] = max(number, self._newest.get(key, number))
+            self._newest.move_to_end(key)
+            if len(self._newest) > _MOST_LANES:
+                self._newest.popitem(last=False)
+
+        def check() -> None:
+            if self._newest.get(key, number) > number or gone():
+                raise SupersededError
+
+        return check

@@ -1,0 +1,239 @@
+"""What the page looks at: the plane of two parameters, the window in it, and the spec of all its cells."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from sweep.errors import RequestError, shown
+from sweep.explorer.fields import read_choice, read_number, read_object, read_text, refuse
+from sweep.model import registry
+from sweep.model.description import Model, Starts
+from sweep.model.quantity import Array
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.words import presets
+
+#: A pixel is at least so many units in the last place wide.
+_ULPS = 8
+
+#: Characters of a word of the page; no value that a person writes is as long.
+_MOST_TEXT = 1000
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of the window: a parameter, and the values that are seen of it.
+
+    Parameters
+    ----------
+    name : str
+    centre, half : float
+        Of the value in SI, or with the scale ``log`` of its natural logarithm.
+    scale : {"linear", "log"}
+    """
+
+    name: str
+    centre: float
+    half: float
+    scale: str
+
+    @classmethod
+    def read(cls, raw: object, where: str) -> "Side":
+        """Return the side that a request gives.
+
+        Raises
+        ------
+        RequestError
+        """
+        fields = read_object(raw, where)
+        side = cls(
+            read_text(fields, "name"),
+            read_number(fields, "centre"),
+            read_number(fields, "half"),
+            read_choice(fields, "scale", ("linear", "log"), "linear"),
+        )
+        if side.half <= 0.0:
+            refuse(f"{where}.half", "above 0", side.half)
+        # exp() of a larger one is no number
+        if side.scale == "log" and abs(side.centre) + side.half > 700.0:
+            refuse(f"{where}.centre", "the logarithm of a number", side.centre)
+        return side
+
+    def values(self, count: int) -> Array:
+        """Return the values at the centres of so many pixels, in SI, shape (count,)."""
+        place = (2.0 * np.arange(count) + 1.0) / count - 1.0
+        values = self.centre + self.half * place
+        return np.exp(values) if self.scale == "log" else values
+
+    def ends(self) -> tuple[float, float]:
+        """Return the values at both borders of the window, in SI."""
+        low, high = self.centre - self.half, self.centre + self.half
+        return (math.exp(low), math.exp(high)) if self.scale == "log" else (low, high)
+
+    def is_too_fine(self, count: int) -> bool:
+        """Return whether a pixel is less than 8 units in the last place wide: then rounding would be seen as steps."""
+        unit = np.spacing(abs(self.centre) + self.half)
+        # the value itself is rounded too
+        if self.scale == "log":
+            unit = max(unit, np.spacing(1.0))
+        return bool(2.0 * self.half / count < _ULPS * unit)
+
+
+@dataclass(frozen=True)
+class View:
+    """A window in the plane of two parameters, and the spec that all of its cells have in common.
+
+    Parameters
+    ----------
+    base : str
+        A preset, or empty for what the explorer was given.
+    words : mapping of str to number or text
+        The other parameters and settings that differ from the base.
+    x, y : Side
+    given : SweepSpec
+        The spec of the base.
+    """
+
+    base: str
+    words: Mapping[str, float | str]
+    x: Side
+    y: Side
+    given: SweepSpec
+
+    @classmethod
+    def read(cls, raw: object, given: SweepSpec | None) -> "View":
+        """Return the view that a request gives; `given` is the spec of the base with the empty name.
+
+        Raises
+        ------
+        RequestError
+            If a field or a value is not possible.
+        """
+        fields = read_object(raw, "view")
+        base = read_text(fields, "base", "")
+        spec = _base(base, given)
+        x, y = (Side.read(fields.get(name), name) for name in ("x", "y"))
+        for side, where in ((x, "x"), (y, "y")):
+            if side.name not in spec.model.parameters:
+                refuse(f"{where}.name", f"one of {', '.join(spec.model.parameters)}", side.name)
+        if x.name == y.name:
+            refuse("y.name", "another parameter than that of x", y.name)
+        words = _read_words(read_object(fields.get("words", {}), "words"), spec.model)
+        return cls(base, {name: words[name] for name in words if name not in (x.name, y.name)}, x, y, spec)
+
+    @cached_property
+    def spec(self) -> SweepSpec:
+        """The spec of the cells of this view: its axes are those of the window, their values do not matter.
+
+        Cells are those of ``method=exact`` where the model has an exact reduction.
+
+        Raises
+        ------
+        RequestError
+            If the words are not possible, or do not go together.
+        """
+        return _spec_of(self.given, tuple(self.words.items()), self.x.name, self.y.name)
+
+    def spec_along(self, side: Side) -> SweepSpec:
+        """Return the spec whose axis on one side has the ends of the window."""
+        low, high = side.ends()
+        return self.spec.replace(**{side.name: Values((low, high) if low < high else (low,))})
+
+    def starts(self, x: Array, y: Array) -> Starts:
+        """Return the starts at some places, in SI.
+
+        Parameters
+        ----------
+        x, y : array, shape (n,)
+            Values of the two parameters of the window.
+
+        Returns
+        -------
+        mapping of str to array, shape (n,)
+            Every parameter of the model. A rate that the cell computes is not finite where it does not exist.
+        """
+        held = {name: getattr(self.spec, name) for name in self.spec.model.parameters}
+        at = {self.x.name: x, self.y.name: y}
+        known = {name: at.get(name, value) for name, value in held.items()}
+        numbers = {
+            name: np.full(x.shape, self.spec.constants.get(name, value))
+            if isinstance(value, float | str)
+            else np.asarray(value)
+            for name, value in known.items()
+            if not isinstance(value, str) or name in self.spec.constants
+        }
+        found = self.spec.model.complete(self.spec, numbers)
+        return {name: found[name] for name in self.spec.model.parameters}
+
+
+def base_names() -> tuple[str, ...]:
+    """Return the presets of the models that have an exact reduction: what can be computed while one looks."""
+    known = presets(registry.named(registry.DEFAULT))
+    # the simplest first
+    return tuple(sorted(known, key=lambda name: (name != "rolling", name)))
+
+
+def _base(name: str, given: SweepSpec | None) -> SweepSpec:
+    # not any text that `SweepSpec.preset` takes: it reads files
+    if name in base_names():
+        return preset(name)
+    if name or given is None:
+        refuse("base", f"one of {', '.join(base_names())}", name or "no name")
+    return given
+
+
+@lru_cache
+def preset(name: str) -> SweepSpec:
+    """Return a preset, one of `base_names`."""
+    return SweepSpec.preset(name)
+
+
+def _read_words(raw: Mapping[str, Any], model: Model) -> dict[str, float | str]:
+    """Return words that change a spec; those that name files, lists or other models are not among them."""
+    known = (*model.parameters, *model.substitutes, *model.settings, "criterion")
+    words: dict[str, float | str] = {}
+    for name, value in raw.items():
+        if name not in known:
+            refuse("words", f"named by {', '.join(known)}", name)
+        if isinstance(value, str) and len(value) <= _MOST_TEXT:
+            words[name] = value
+        else:
+            words[name] = read_number(raw, name)
+    return words
+
+
+@lru_cache(maxsize=64)
+def _spec_of(given: SweepSpec, words: tuple[tuple[str, float | str], ...], x: str, y: str) -> SweepSpec:
+    changes: dict[str, Any] = dict(words)
+    others = (name for name in given.axes if name not in (x, y) and name not in changes)
+    changes |= {name: middle(getattr(given, name)) for name in others}
+    changes |= {name: _any_axis(given, name) for name in (x, y)}
+    exact = {"method": "exact"} if given.model.exact is not None else {}
+    found = given.replace(**changes, **exact, device="cpu", boundary="grid")
+    if extra := [name for name in found.axes if name not in (x, y)]:
+        raise RequestError(
+            f"{extra[0]} must be one number here: the axes of the window are {x} and {y}; got "
+            f"{shown(changes[extra[0]])}.",
+            hint="Give one number.",
+            where=extra[0],
+        )
+    return found
+
+
+def _any_axis(given: SweepSpec, name: str) -> Range | Values:
+    """Return an axis for a parameter of the window: that of the base, or one of a value that is always possible."""
+    held = getattr(given, name)
+    if isinstance(held, Range | Values):
+        return held
+    # not zero: no steady motion has a rate of zero
+    return Values((held if isinstance(held, float) and held else 1.0,))
+
+
+def middle(axis: Range | Values) -> float:
+    """Return the value in the middle of an axis."""
+    values = axis.array()
+    return float(values[values.size // 2])

@@ -1,0 +1,135 @@
+"""The map of a window: every pixel a cell, computed piece by piece."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.engine.compute import compute
+from sweep.errors import RequestError
+from sweep.explorer.fields import read_choice, read_count, refuse
+from sweep.explorer.quantities import Shown, shown_of
+from sweep.explorer.turns import KERNELS
+from sweep.explorer.view import View
+from sweep.request.spec import SweepSpec
+
+#: Pixels of a window at most.
+MOST_PIXELS = 4_000_000
+
+#: Pixels that are computed before it is asked whether anybody still waits: about 5 ms of two threads, and whole chunks
+#: of the kernel.
+_PIECE, _TIMED_PIECE = 32768, 12288
+
+#: Below this share of its largest value the range of a quantity has too few steps in single precision.
+_NARROW = 1e-3
+
+
+def window(
+    view: View, fields: Mapping[str, Any], check: Callable[[], None]
+) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    """Compute a window.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``width`` and ``height`` in pixels, and the ``quantity``.
+    check : callable
+        Called between pieces of work: raises where the answer is no longer wanted.
+
+    Returns
+    -------
+    head : dict
+        ``low`` and ``high`` of the values (None without any), ``seconds`` of work, and ``end``, whether pixels are so
+        small that rounding would be seen.
+    arrays : dict of str to array, shape (height, width)
+        ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
+        the bottom up. NaN where there is no number. And ``verdict``, uint8.
+
+    Raises
+    ------
+    RequestError
+        If the window is too large, or the model has no exact reduction.
+    """
+    width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
+    if width * height > MOST_PIXELS:
+        refuse("width * height", f"at most {MOST_PIXELS}", width * height)
+    spec = live_spec(view)
+    known = shown_of(spec)
+    shown = known[read_choice(fields, "quantity", tuple(known), next(iter(known)))]
+    begun = time.perf_counter()
+    value, verdict = pixels(view, spec, shown, (width, height), check)
+    low, high = _range(value)
+    if value.dtype == np.float64 and not _is_narrow(low, high):
+        value = value.astype(np.float32)
+    head = {
+        "width": width,
+        "height": height,
+        "quantity": shown.quantity.name,
+        "low": low,
+        "high": high,
+        "seconds": time.perf_counter() - begun,
+        "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
+    }
+    return head, {"value": value, "verdict": verdict}
+
+
+def live_spec(view: View) -> SweepSpec:
+    """Return the spec of a view whose cells can be computed while somebody looks.
+
+    Raises
+    ------
+    RequestError
+        If they would have to be integrated in time.
+    """
+    spec = view.spec
+    if spec.model.exact is not None:
+        return spec
+    raise RequestError(
+        f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too long "
+        "for a map that is computed while one looks.",
+        hint="Show the cells of the file, or compute an atlas with eulerdisk run.",
+        where="cells",
+    )
+
+
+def pixels(
+    view: View, spec: SweepSpec, shown: Shown, size: tuple[int, int], check: Callable[[], None]
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8]]:
+    """Compute the values of a quantity and the verdicts at all pixels, shape (height, width)."""
+    width, height = size
+    columns, rows = view.x.values(width), view.y.values(height)
+    value = np.empty((height, width), np.uint8 if shown.quantity.flags else np.float64)
+    verdict = np.empty((height, width), np.uint8)
+    for part in _pieces(size, _TIMED_PIECE if shown.timed else _PIECE, by_columns=view.x.name == "alpha"):
+        check()
+        y, x = np.meshgrid(rows[part[0]], columns[part[1]], indexing="ij")
+        with KERNELS:
+            found = compute(spec, view.starts(x.ravel(), y.ravel()), verdicts_only=not shown.timed)
+        value[part] = shown.values(spec, found).reshape(x.shape)
+        verdict[part] = found["stability"].reshape(x.shape)
+    check()
+    return value, verdict
+
+
+def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[tuple[slice, slice]]:
+    """Yield the pieces of a window, whole rows or columns: the reduction has tables for each alpha of a piece."""
+    width, height = size
+    along, across = (height, width) if by_columns else (width, height)
+    step = max(1, cells // along)
+    for start in range(0, across, step):
+        part = slice(start, min(start + step, across))
+        yield (slice(None), part) if by_columns else (part, slice(None))
+
+
+def _range(value: npt.NDArray[Any]) -> tuple[float | None, float | None]:
+    known = value[np.isfinite(value)] if value.dtype == np.float64 else value
+    return (float(known.min()), float(known.max())) if known.size else (None, None)
+
+
+def _is_narrow(low: float | None, high: float | None) -> bool:
+    if low is None or high is None:
+        return False
+    return high - low < _NARROW * max(abs(low), abs(high))
