@@ -38,7 +38,7 @@ def about(given: SweepSpec | None, atlas: Mapping[str, Any] | None = None) -> di
     given : SweepSpec or None
         What the explorer was given; it is the base with the empty name, and the first.
     atlas : mapping, optional
-        What is known of a file (`sweep.explorer.stored`).
+        What is known of a file.
 
     Returns
     -------

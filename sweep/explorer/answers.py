@@ -6,6 +6,7 @@ from typing import Any
 
 from sweep.explorer.about import about
 from sweep.explorer.fields import read_count, read_number, read_object, read_text
+from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
 from sweep.explorer.turns import KERNELS, Lanes
@@ -43,6 +44,7 @@ class Answers:
         self.posted: Mapping[str, Callable[[Mapping[str, Any], Callable[[], bool]], Answer]] = {
             "window": self._window,
             "point": self._point,
+            "lines": self._lines,
             "motion": self._motion,
         }
 
@@ -59,6 +61,9 @@ class Answers:
 
     def _point(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         return Answer(JSON, point(self._view(fields), fields))
+
+    def _lines(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        return Answer(JSON, {"lines": lines(self._view(fields))})
 
     def _motion(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         # it loads more than a map needs

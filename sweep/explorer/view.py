@@ -65,8 +65,11 @@ class Side:
 
     def values(self, count: int) -> Array:
         """Return the values at the centres of so many pixels, in SI, shape (count,)."""
-        place = (2.0 * np.arange(count) + 1.0) / count - 1.0
-        values = self.centre + self.half * place
+        return self.at((2.0 * np.arange(count) + 1.0) / count - 1.0)
+
+    def at(self, places: Array) -> Array:
+        """Return the values at places of the window, -1 and 1 at its borders, in SI."""
+        values = self.centre + self.half * places
         return np.exp(values) if self.scale == "log" else values
 
     def ends(self) -> tuple[float, float]:

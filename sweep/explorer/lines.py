@@ -1,0 +1,137 @@
+"""Lines on the map: the boundary of theory, the one predicted for the criterion, and the measured one."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from sweep.atlas.curves import Curves
+from sweep.atlas.scratch import Scratch
+from sweep.engine.compute import compute
+from sweep.engine.grid import Span, whole
+from sweep.explorer.turns import KERNELS
+from sweep.explorer.view import Side, View
+from sweep.explorer.window import live_spec
+from sweep.model.quantity import Array
+from sweep.request.axes import Values
+
+#: Points of a line of theory.
+_POINTS = 256
+
+#: Cells along both sides among which the measured boundary is looked for.
+_COARSE = 96, 72
+
+#: Pixels of the largest screen: the measured boundary is bisected to one of them.
+_FINE = 4096
+
+#: No bracket is narrower, over the largest value of its side: there rounding decides.
+_LEAST = 1e-14
+
+
+def lines(view: View) -> list[dict[str, Any]]:
+    """Return the lines in a window.
+
+    Returns
+    -------
+    list of dict
+        ``name`` (``analytic``, ``predicted`` or ``measured``), ``label``, and ``points``: polylines of pairs of the
+        values of both parameters in SI. A line that the window does not meet is left out.
+
+    Raises
+    ------
+    RequestError
+        If the words of the view are not possible.
+    """
+    found = _theory(view)
+    if view.spec.model.exact is not None:
+        found.append({"name": "measured", "label": "measured, exact cells", "points": measured(view)})
+    return [line for line in found if line["points"]]
+
+
+def _theory(view: View) -> list[dict[str, Any]]:
+    spec, model = view.spec, view.spec.model
+    controls = model.controls([view.x.name, view.y.name])
+    if not controls:
+        return []
+    along = view.x if view.x.name == controls[0] else view.y
+    across = view.y if along is view.x else view.x
+    rows = across.values(_POINTS)
+    starts = view.starts(*(rows if side is across else np.ones_like(rows) for side in (view.x, view.y)))
+    with np.errstate(all="ignore"):
+        edges = model.lines(view.spec_along(along), along.name, starts)
+    labels = {
+        "analytic": "analytic, no perturbation",
+        "predicted": model.line_words.label.format(spec.criterion.label(model)),
+    }
+    known = labels if spec.criterion.predictable else ("analytic",)
+    return [
+        {
+            "name": name,
+            "label": labels[name],
+            "points": [
+                _pairs(part, along is view.x)
+                for edge in edges.values()
+                for part in _inside(np.stack((edge[number], rows)), along)
+            ],
+        }
+        for number, name in enumerate(known)
+    ]
+
+
+def _inside(points: Array, along: Side) -> Iterable[Array]:
+    """Yield the stretches of a line, shape (2, n), that lie in the window or no further out than its width."""
+    low, high = along.centre - 3.0 * along.half, along.centre + 3.0 * along.half
+    with np.errstate(invalid="ignore", divide="ignore"):
+        place = np.log(points[0]) if along.scale == "log" else points[0]
+        inside = (place >= low) & (place <= high)
+    for part in np.split(np.arange(inside.size), np.flatnonzero(np.diff(inside)) + 1):
+        if inside[part[0]] and part.size > 1:
+            yield points[:, part]
+
+
+def _pairs(points: Array, along_x: bool) -> list[list[float]]:
+    return (points if along_x else points[::-1]).T.tolist()
+
+
+def measured(view: View) -> list[list[list[float]]]:
+    """Return the curves between stable and unstable cells, each point bisected to a pixel of a large screen.
+
+    Each point lies between two neighbours of a coarse grid of exact cells; what is smaller than the grid is not found.
+    """
+    live_spec(view)
+    names = view.y.name, view.x.name
+    axes = {side.name: _coarse(side, count) for side, count in ((view.x, _COARSE[0]), (view.y, _COARSE[1]))}
+    if any(axis is None for axis in axes.values()):
+        return []
+    spec = view.spec.replace(**axes, axes=names)
+    with KERNELS, Scratch() as scratch:
+        verdicts = compute(spec, whole(spec), verdicts_only=True)["stability"]
+        curves = Curves(spec, lambda span: verdicts[span.start : span.stop], scratch)
+        if not curves.count:
+            return []
+        counts, closed = curves.lengths(Span(0, curves.count))
+        points = curves.measured(Span(0, curves.points), _width(view))
+        x, y = (points.along(side.name)[0] for side in (view.x, view.y))
+    found = []
+    for part, is_closed in zip(np.split(np.arange(x.size), np.cumsum(counts)[:-1]), closed, strict=True):
+        whole_curve = [*part, part[0]] if is_closed else part
+        found.append(np.stack((x[whole_curve], y[whole_curve])).T.tolist())
+    return found
+
+
+def _coarse(side: Side, count: int) -> Values | None:
+    """Return the values of a side of the coarse grid, from border to border; None where they are too near to be told apart."""
+    values = side.at(np.linspace(-1.0, 1.0, count))
+    return Values(tuple(values.tolist())) if (np.diff(values) > 0.0).all() else None
+
+
+def _width(view: View) -> float:
+    """Return the width of a bracket [SI unit of its axis] that is less than a pixel along both sides."""
+    widths, largest = [], []
+    for side in (view.x, view.y):
+        low, high = side.ends()
+        pixel = 2.0 * side.half / _FINE
+        widths.append(low * math.expm1(pixel) if side.scale == "log" else pixel)
+        largest.append(max(abs(low), abs(high)))
+    return max(min(widths), _LEAST * min(largest))
