@@ -1,0 +1,54 @@
+"""What makes a test of the page fail by itself is seen: messages, exceptions, requests that fail or go elsewhere."""
+
+from explorer_browser import Watch
+
+OWN = "http://127.0.0.1:9/token/"
+
+
+def problems_of(browser, script):
+    """Return what the watch notes of a page that runs a script; it is asked for at OWN, where nothing else is."""
+    context = browser.new_context()
+    page = context.new_page()
+    page.route(
+        "**/*",
+        lambda route: (
+            route.fulfill(
+                body=f"<link rel=icon href=data:,><script>{script}</script>", content_type="text/html"
+            )
+            if route.request.url == OWN
+            else route.fulfill(status=404)
+        ),
+    )
+    watch = Watch(page, (OWN,))
+    page.goto(OWN, wait_until="networkidle")
+    # unhandled rejections are told a moment later
+    page.wait_for_timeout(50)
+    context.close()
+    return watch.problems
+
+
+def test_quiet_page_is_no_problem(browser):
+    """A page that does nothing, or that ends a request of its own, is no problem."""
+    assert problems_of(browser, "") == []
+    ended = "const c = new AbortController(); fetch('x', {signal: c.signal}).catch(() => 0); c.abort();"
+    assert problems_of(browser, ended) == []
+
+
+def test_messages_and_exceptions_are_problems(browser):
+    """A message in the console, an exception and a promise that nobody waited for are told with their words."""
+    for script in (
+        "console.error('broken')",
+        "console.warn('broken')",
+        "throw Error('broken')",
+        "Promise.reject(Error('broken'))",
+    ):
+        (problem,) = problems_of(browser, script)
+        assert "broken" in problem, script
+
+
+def test_failed_and_foreign_requests_are_problems(browser):
+    """A request that is refused and one that leaves the server's own addresses are told with the address."""
+    refused = problems_of(browser, "fetch('missing')")
+    assert any("404" in problem and f"{OWN}missing" in problem for problem in refused)
+    foreign = problems_of(browser, "new Image().src = 'http://127.0.0.1:10/picture.png'")
+    assert any("another address: http://127.0.0.1:10/picture.png" in problem for problem in foreign)
