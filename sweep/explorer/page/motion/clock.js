@@ -1,0 +1,115 @@
+/** The time of the motions that are shown: all panels have the same one, so that two of them can be compared. */
+
+/** Speeds that can be chosen: seconds of the motion in a second. */
+export const SPEEDS = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+
+/** Seconds that a motion should take on the screen. */
+const SHOWN = 9;
+
+/** A page that was in the background goes on where it was: the longest time that one picture stands for. */
+const LONGEST_FRAME = 0.1;
+
+export class Clock {
+  time = 0;
+  playing = false;
+  speed = 1;
+  /** Whether somebody has chosen the speed; else it follows from the length of the motions. */
+  #chosen = false;
+  /** @type {Map<object, number>} length of the motion of each panel */
+  #lengths = new Map();
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+  #frame = 0;
+  #last = 0;
+
+  /** Length of the longest motion that is shown, in seconds. */
+  get length() {
+    return Math.max(0, ...this.#lengths.values());
+  }
+
+  /**
+   * Call a function after every change; the answer ends that.
+   * @param {() => void} listener
+   */
+  listen(listener) {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  /**
+   * Note how long the motion of a panel is.
+   * @param {object} panel
+   * @param {number} length
+   */
+  enter(panel, length) {
+    this.#lengths.set(panel, length);
+    this.#settle();
+  }
+
+  /** @param {object} panel */
+  leave(panel) {
+    this.#lengths.delete(panel);
+    this.#settle();
+  }
+
+  play() {
+    if (this.playing || this.length === 0) return;
+    if (this.time >= this.length) this.time = 0;
+    this.playing = true;
+    this.#last = 0;
+    this.#frame = requestAnimationFrame((now) => this.#advance(now));
+    this.#tell();
+  }
+
+  pause() {
+    if (!this.playing) return;
+    this.playing = false;
+    cancelAnimationFrame(this.#frame);
+    this.#tell();
+  }
+
+  /** @param {number} time */
+  seek(time) {
+    this.time = Math.min(Math.max(time, 0), this.length);
+    this.#tell();
+  }
+
+  /** @param {number} speed */
+  setSpeed(speed) {
+    this.speed = speed;
+    this.#chosen = true;
+    this.#tell();
+  }
+
+  #settle() {
+    if (this.length === 0) {
+      this.playing = false;
+      cancelAnimationFrame(this.#frame);
+      this.time = 0;
+    } else if (!this.#chosen) {
+      const wanted = Math.log(this.length / SHOWN);
+      const nearer = (/** @type {number} */ a, /** @type {number} */ b) =>
+        Math.abs(Math.log(a) - wanted) <= Math.abs(Math.log(b) - wanted) ? a : b;
+      this.speed = SPEEDS.reduce(nearer);
+    }
+    this.time = Math.min(this.time, this.length);
+    this.#tell();
+  }
+
+  /** @param {number} now  in milliseconds */
+  #advance(now) {
+    const passed = this.#last === 0 ? 0 : Math.min((now - this.#last) / 1000, LONGEST_FRAME);
+    this.#last = now;
+    this.time = Math.min(this.time + this.speed * passed, this.length);
+    if (this.time >= this.length) this.playing = false;
+    else this.#frame = requestAnimationFrame((later) => this.#advance(later));
+    this.#tell();
+  }
+
+  #tell() {
+    for (const listener of this.#listeners) listener();
+  }
+}
+
+/** The clock of this page. */
+export const clock = new Clock();

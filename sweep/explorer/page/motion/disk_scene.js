@@ -1,0 +1,224 @@
+/** The disk on the table in three dimensions, seen by a camera that goes along with it and can be turned. */
+
+import {
+  AmbientLight,
+  Color,
+  DirectionalLight,
+  Fog,
+  Matrix4,
+  Mesh,
+  PCFSoftShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Scene,
+  ShadowMaterial,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/orbit_controls";
+import { Arrow } from "eulerdisk/motion/arrow";
+import { diskBody } from "eulerdisk/motion/disk_body";
+import { gridOfSquares, niceLength, Trail } from "eulerdisk/motion/ground";
+import { poseOf } from "eulerdisk/motion/pose";
+
+/** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
+
+/**
+ * Colours of the scene, as CSS writes them.
+ * @typedef {{ground: string, grid: string, trail: string, force: string}} SceneColours
+ */
+
+/** Where the camera stands at first: behind the disk to its right, over the table, and how far, in radii. */
+const AZIMUTH = (-28 * Math.PI) / 180;
+const ELEVATION = (22 * Math.PI) / 180;
+const DISTANCE = 5.6;
+
+/** Degrees by which a key turns the camera. */
+const TURN = (6 * Math.PI) / 180;
+
+/** Side of the squares of the table over the radius, at most. */
+const SQUARE = 1.0;
+
+/** Length of the arrow for the weight of the disk, in radii. */
+const WEIGHT = 0.9;
+
+export class DiskScene {
+  /**
+   * @param {HTMLElement} element  is filled with the picture
+   * @throws if the browser has no WebGL
+   */
+  constructor(element) {
+    this.element = element;
+    this.renderer = new WebGLRenderer({ antialias: true });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.canvas = this.renderer.domElement;
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(32, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.enablePan = false;
+    this.controls.maxPolarAngle = 0.495 * Math.PI;
+    this.controls.addEventListener("change", () => this.draw());
+    /** @type {Samples|null} */
+    this.samples = null;
+    this.time = 0;
+    this.square = 0;
+    element.append(this.canvas);
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.addEventListener("keydown", (event) => this.#turnBy(event));
+    this.observer = new ResizeObserver(() => this.#fit());
+    this.observer.observe(element);
+  }
+
+  /**
+   * Show a motion; the camera stays where it is about the disk, unless another disk has another size.
+   * @param {Samples} samples
+   * @param {SceneColours} colours
+   */
+  show(samples, colours) {
+    const { radius, alpha } = samples.head;
+    const first = this.samples === null || this.samples.head.radius !== radius;
+    this.#empty();
+    this.samples = samples;
+    this.square = niceLength(SQUARE * radius);
+    this.disk = diskBody(radius, alpha);
+    this.force = new Arrow(radius, colours.force);
+    const { time, contact_x, contact_y } = samples.arrays;
+    this.trail = new Trail(time, contact_x, contact_y, radius, colours.trail);
+    this.grid = gridOfSquares(this.square, colours.grid);
+    this.table = new Mesh(new PlaneGeometry(200 * radius, 200 * radius), new ShadowMaterial({ opacity: 0.28 }));
+    this.table.receiveShadow = true;
+    this.scene.background = new Color(colours.ground);
+    this.scene.fog = new Fog(colours.ground, 6 * radius, 26 * radius);
+    this.light = sun(radius);
+    const parts = [this.table, this.grid, this.trail.whole, this.trail.passed, this.disk, this.force];
+    this.scene.add(...parts, this.light, this.light.target, new AmbientLight("#ffffff", 1.7));
+    if (first) this.#standBehind(radius);
+    this.setTime(this.time);
+  }
+
+  /** @param {number} time  in seconds */
+  setTime(time) {
+    this.time = time;
+    if (!this.samples || !this.disk) return;
+    const at = (/** @type {string} */ name) => /** @type {Samples} */ (this.samples).at(name, time);
+    const { radius } = this.samples.head;
+    const pose = poseOf(at("tilt"), at("heading"), at("roll_angle"), at("contact_x"), at("contact_y"), radius);
+    const [painted, aside, axis, centre] = [pose.painted, pose.aside, pose.axis, pose.centre].map((v) => new Vector3(...v));
+    this.disk.setRotationFromMatrix(new Matrix4().makeBasis(painted, aside, axis));
+    this.disk.position.copy(centre);
+    const push = new Vector3(0, 0, at("normal_force"));
+    push.addScaledVector(new Vector3(...pose.across), at("friction_across"));
+    push.addScaledVector(new Vector3(...pose.along), at("friction_along"));
+    this.force?.point(new Vector3(...pose.contact), push.multiplyScalar(WEIGHT * radius));
+    this.trail?.setTime(time);
+    this.#follow(pose.contact, radius);
+    this.draw();
+  }
+
+  draw() {
+    if (this.samples) this.renderer.render(this.scene, this.camera);
+  }
+
+  dispose() {
+    this.observer.disconnect();
+    this.#empty();
+    this.controls.dispose();
+    this.renderer.dispose();
+    // browsers keep few contexts: the next motion needs one
+    this.renderer.forceContextLoss();
+    this.canvas.remove();
+  }
+
+  /**
+   * Move camera, light and grid along with the contact point.
+   * @param {[number, number, number]} contact
+   * @param {number} radius
+   */
+  #follow([x, y], radius) {
+    const target = new Vector3(x, y, 0.55 * radius);
+    const way = target.clone().sub(this.controls.target);
+    this.controls.target.copy(target);
+    this.camera.position.add(way);
+    this.camera.lookAt(target);
+    this.light?.target.position.set(x, y, 0);
+    this.light?.position.set(x - 1.5 * radius, y + 1.2 * radius, 5 * radius);
+    this.table?.position.set(x, y, 0);
+    const { square } = this;
+    this.grid?.position.set(square * Math.round(x / square), square * Math.round(y / square), 0);
+  }
+
+  /** @param {number} radius */
+  #standBehind(radius) {
+    const samples = /** @type {Samples} */ (this.samples);
+    const backwards = samples.head.start.roll_rate < 0 ? Math.PI : 0;
+    // the track of heading 0 is the y axis
+    const azimuth = samples.at("heading", 0) - Math.PI / 2 + AZIMUTH + backwards;
+    const ray = [Math.cos(ELEVATION) * Math.cos(azimuth), Math.cos(ELEVATION) * Math.sin(azimuth), Math.sin(ELEVATION)];
+    this.camera.position.set(...(/** @type {[number, number, number]} */ (ray.map((part) => DISTANCE * radius * part))));
+    this.camera.position.add(this.controls.target);
+    this.camera.near = 0.05 * radius;
+    this.camera.far = 80 * radius;
+    this.controls.minDistance = 1.6 * radius;
+    this.controls.maxDistance = 24 * radius;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #turnBy(event) {
+    const turns = { ArrowLeft: [-1, 0, 1], ArrowRight: [1, 0, 1], ArrowUp: [0, 1, 1], ArrowDown: [0, -1, 1], "+": [0, 0, 0.9], "-": [0, 0, 1 / 0.9] };
+    const turn = turns[/** @type {"+"} */ (event.key)];
+    if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const distance = Math.min(Math.max(offset.length() * turn[2], this.controls.minDistance), this.controls.maxDistance);
+    const azimuth = Math.atan2(offset.y, offset.x) + turn[0] * TURN;
+    const elevation = Math.min(Math.max(Math.asin(offset.z / offset.length()) + turn[1] * TURN, 0.02), 1.55);
+    offset.set(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    this.camera.position.copy(this.controls.target).addScaledVector(offset, distance);
+    this.controls.update();
+    this.draw();
+  }
+
+  #fit() {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Take everything out of the scene, and free what the graphics card holds of it. */
+  #empty() {
+    this.scene.traverse((part) => {
+      const { geometry, material } = /** @type {Mesh} */ (part);
+      geometry?.dispose();
+      for (const each of [material ?? []].flat()) {
+        /** @type {any} */ (each).map?.dispose();
+        each.dispose();
+      }
+    });
+    this.light?.dispose();
+    this.scene.clear();
+    this.samples = null;
+  }
+}
+
+/** @param {number} radius */
+function sun(radius) {
+  const light = new DirectionalLight("#ffffff", 2.0);
+  light.castShadow = true;
+  light.shadow.mapSize.set(1024, 1024);
+  light.shadow.radius = 5;
+  light.shadow.bias = -0.0005;
+  const frame = light.shadow.camera;
+  frame.left = frame.bottom = -2.6 * radius;
+  frame.right = frame.top = 2.6 * radius;
+  frame.near = 0.5 * radius;
+  frame.far = 12 * radius;
+  return light;
+}

@@ -1,0 +1,110 @@
+/** What lies on the table: the grid of squares, and the path of the contact point. */
+
+import { BufferAttribute, BufferGeometry, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial } from "three";
+
+/** Squares from the middle of the grid to its border. */
+const SQUARES = 40;
+
+/** Width of the path, and how far it lies over the table, in radii. */
+const WIDTH = 0.035;
+const OVER = 0.002;
+
+/** Points of the path at most. */
+const MOST_POINTS = 20000;
+
+/**
+ * Length that is 1, 2 or 5 times a power of ten, not above a length.
+ * @param {number} length
+ */
+export function niceLength(length) {
+  const power = 10 ** Math.floor(Math.log10(length));
+  const lead = length / power;
+  return (lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power;
+}
+
+/**
+ * Lines around the origin, `side` apart.
+ * @param {number} side
+ * @param {string} colour
+ * @returns {LineSegments<BufferGeometry, LineBasicMaterial>}
+ */
+export function gridOfSquares(side, colour) {
+  const reach = SQUARES * side;
+  const ends = [];
+  for (let i = -SQUARES; i <= SQUARES; i += 1) {
+    ends.push(-reach, i * side, 0, reach, i * side, 0, i * side, -reach, 0, i * side, reach, 0);
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(ends), 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ color: colour }));
+}
+
+/** The path as a ribbon on the table: what has been passed is strong, the rest faint. */
+export class Trail {
+  /**
+   * @param {Float64Array} times
+   * @param {Float64Array} x  of the contact point
+   * @param {Float64Array} y
+   * @param {number} radius
+   * @param {string} colour
+   */
+  constructor(times, x, y, radius, colour) {
+    const every = Math.ceil(times.length / MOST_POINTS);
+    const chosen = Array.from({ length: Math.ceil(times.length / every) }, (_, i) => i * every);
+    if (chosen[chosen.length - 1] !== times.length - 1) chosen.push(times.length - 1);
+    this.times = Float64Array.from(chosen, (i) => times[i]);
+    const geometry = ribbon(chosen, x, y, 0.5 * WIDTH * radius, OVER * radius);
+    this.passed = new Mesh(geometry, flat(colour, 1));
+    this.whole = new Mesh(geometry.clone(), flat(colour, 0.22));
+    this.whole.renderOrder = 1;
+    this.passed.renderOrder = 2;
+  }
+
+  /** @param {number} time */
+  setTime(time) {
+    let count = 0;
+    // the triangles of a segment begin at the sample before it
+    let [low, high] = [0, this.times.length];
+    while (low < high) {
+      count = (low + high) >> 1;
+      if (this.times[count] <= time) low = count + 1;
+      else high = count;
+    }
+    this.passed.geometry.setDrawRange(0, 6 * Math.max(low - 1, 0));
+  }
+}
+
+/**
+ * @param {string} colour
+ * @param {number} opacity
+ */
+function flat(colour, opacity) {
+  return new MeshBasicMaterial({ color: colour, opacity, transparent: true, side: DoubleSide, depthWrite: false });
+}
+
+/**
+ * @param {number[]} chosen  numbers of the samples
+ * @param {Float64Array} x
+ * @param {Float64Array} y
+ * @param {number} half  width
+ * @param {number} height
+ */
+function ribbon(chosen, x, y, half, height) {
+  const corners = new Float32Array(6 * chosen.length);
+  const triangles = new Uint32Array(6 * Math.max(chosen.length - 1, 0));
+  let [ux, uy] = [1, 0];
+  chosen.forEach((sample, i) => {
+    const before = chosen[Math.max(i - 1, 0)];
+    const after = chosen[Math.min(i + 1, chosen.length - 1)];
+    const [dx, dy] = [x[after] - x[before], y[after] - y[before]];
+    const length = Math.hypot(dx, dy);
+    if (length > 0) [ux, uy] = [dx / length, dy / length];
+    corners.set([x[sample] - half * uy, y[sample] + half * ux, height], 6 * i);
+    corners.set([x[sample] + half * uy, y[sample] - half * ux, height], 6 * i + 3);
+    if (i > 0) triangles.set([2 * i - 2, 2 * i - 1, 2 * i, 2 * i, 2 * i - 1, 2 * i + 1], 6 * i - 6);
+  });
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(corners, 3));
+  geometry.setIndex(new BufferAttribute(triangles, 1));
+  return geometry;
+}
