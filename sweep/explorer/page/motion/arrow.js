@@ -1,6 +1,14 @@
 /** An arrow of three.js, of any length and direction. */
 
-import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshStandardMaterial, Quaternion, Vector3 } from "three";
+import {
+  ConeGeometry,
+  CylinderGeometry,
+  Group,
+  Mesh,
+  MeshStandardMaterial,
+  Quaternion,
+  Vector3,
+} from "three";
 
 /** Radius of the shaft, radius and length of the head, in the unit that is given. */
 const SHAFT = 0.022;

@@ -1,6 +1,15 @@
 /** The disk as a body of three.js: two faces with a painted radius, and a rim. Its axis is z, the painted radius x. */
 
-import { CanvasTexture, Group, LatheGeometry, Mesh, MeshStandardMaterial, RingGeometry, SRGBColorSpace, Vector2 } from "three";
+import {
+  CanvasTexture,
+  Group,
+  LatheGeometry,
+  Mesh,
+  MeshStandardMaterial,
+  RingGeometry,
+  SRGBColorSpace,
+  Vector2,
+} from "three";
 
 /** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
 const FACES = ["#f4c95d", "#5a86b8"];
@@ -44,8 +53,13 @@ export function diskBody(radius, alpha) {
     body.add(face);
   }
   const profile = [new Vector2(radius, -half), new Vector2(radius, half)];
-  if (inner > 0) profile.push(new Vector2(inner, half), new Vector2(inner, -half), new Vector2(radius, -half));
-  const rim = new Mesh(new LatheGeometry(profile, 128), new MeshStandardMaterial({ color: RIM, roughness: 0.5, side: 2 }));
+  if (inner > 0) {
+    profile.push(new Vector2(inner, half), new Vector2(inner, -half), new Vector2(radius, -half));
+  }
+  const rim = new Mesh(
+    new LatheGeometry(profile, 128),
+    new MeshStandardMaterial({ color: RIM, roughness: 0.5, side: 2 }),
+  );
   rim.rotation.x = Math.PI / 2;
   rim.castShadow = true;
   body.add(rim);
@@ -85,7 +99,10 @@ function facePicture(colour) {
   context.beginPath();
   context.arc(0, 0, 0.985 * middle, 0, 2 * Math.PI);
   context.stroke();
-  for (const [width, style] of /** @type {[number, string][]} */ ([[0.1, "#ffffff"], [0.06, PAINT]])) {
+  for (const [width, style] of /** @type {[number, string][]} */ ([
+    [0.1, "#ffffff"],
+    [0.06, PAINT],
+  ])) {
     context.lineWidth = width * middle;
     context.strokeStyle = style;
     context.beginPath();

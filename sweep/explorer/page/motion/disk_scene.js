@@ -88,7 +88,10 @@ export class DiskScene {
     const { time, contact_x, contact_y } = samples.arrays;
     this.trail = new Trail(time, contact_x, contact_y, radius, colours.trail);
     this.grid = gridOfSquares(this.square, colours.grid);
-    this.table = new Mesh(new PlaneGeometry(200 * radius, 200 * radius), new ShadowMaterial({ opacity: 0.28 }));
+    this.table = new Mesh(
+      new PlaneGeometry(200 * radius, 200 * radius),
+      new ShadowMaterial({ opacity: 0.28 }),
+    );
     this.table.receiveShadow = true;
     this.scene.background = new Color(colours.ground);
     this.scene.fog = new Fog(colours.ground, 6 * radius, 26 * radius);
@@ -105,8 +108,17 @@ export class DiskScene {
     if (!this.samples || !this.disk) return;
     const at = (/** @type {string} */ name) => /** @type {Samples} */ (this.samples).at(name, time);
     const { radius } = this.samples.head;
-    const pose = poseOf(at("tilt"), at("heading"), at("roll_angle"), at("contact_x"), at("contact_y"), radius);
-    const [painted, aside, axis, centre] = [pose.painted, pose.aside, pose.axis, pose.centre].map((v) => new Vector3(...v));
+    const pose = poseOf(
+      at("tilt"),
+      at("heading"),
+      at("roll_angle"),
+      at("contact_x"),
+      at("contact_y"),
+      radius,
+    );
+    const [painted, aside, axis, centre] = [pose.painted, pose.aside, pose.axis, pose.centre].map(
+      (v) => new Vector3(...v),
+    );
     this.disk.setRotationFromMatrix(new Matrix4().makeBasis(painted, aside, axis));
     this.disk.position.copy(centre);
     const push = new Vector3(0, 0, at("normal_force"));
@@ -156,8 +168,14 @@ export class DiskScene {
     const backwards = samples.head.start.roll_rate < 0 ? Math.PI : 0;
     // the track of heading 0 is the y axis
     const azimuth = samples.at("heading", 0) - Math.PI / 2 + AZIMUTH + backwards;
-    const ray = [Math.cos(ELEVATION) * Math.cos(azimuth), Math.cos(ELEVATION) * Math.sin(azimuth), Math.sin(ELEVATION)];
-    this.camera.position.set(...(/** @type {[number, number, number]} */ (ray.map((part) => DISTANCE * radius * part))));
+    const ray = [
+      Math.cos(ELEVATION) * Math.cos(azimuth),
+      Math.cos(ELEVATION) * Math.sin(azimuth),
+      Math.sin(ELEVATION),
+    ];
+    this.camera.position.set(
+      .../** @type {[number, number, number]} */ (ray.map((part) => DISTANCE * radius * part)),
+    );
     this.camera.position.add(this.controls.target);
     this.camera.near = 0.05 * radius;
     this.camera.far = 80 * radius;
@@ -168,15 +186,29 @@ export class DiskScene {
 
   /** @param {KeyboardEvent} event */
   #turnBy(event) {
-    const turns = { ArrowLeft: [-1, 0, 1], ArrowRight: [1, 0, 1], ArrowUp: [0, 1, 1], ArrowDown: [0, -1, 1], "+": [0, 0, 0.9], "-": [0, 0, 1 / 0.9] };
+    const turns = {
+      ArrowLeft: [-1, 0, 1],
+      ArrowRight: [1, 0, 1],
+      ArrowUp: [0, 1, 1],
+      ArrowDown: [0, -1, 1],
+      "+": [0, 0, 0.9],
+      "-": [0, 0, 1 / 0.9],
+    };
     const turn = turns[/** @type {"+"} */ (event.key)];
     if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     const offset = this.camera.position.clone().sub(this.controls.target);
-    const distance = Math.min(Math.max(offset.length() * turn[2], this.controls.minDistance), this.controls.maxDistance);
+    const distance = Math.min(
+      Math.max(offset.length() * turn[2], this.controls.minDistance),
+      this.controls.maxDistance,
+    );
     const azimuth = Math.atan2(offset.y, offset.x) + turn[0] * TURN;
     const elevation = Math.min(Math.max(Math.asin(offset.z / offset.length()) + turn[1] * TURN, 0.02), 1.55);
-    offset.set(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    offset.set(
+      Math.cos(elevation) * Math.cos(azimuth),
+      Math.cos(elevation) * Math.sin(azimuth),
+      Math.sin(elevation),
+    );
     this.camera.position.copy(this.controls.target).addScaledVector(offset, distance);
     this.controls.update();
     this.draw();

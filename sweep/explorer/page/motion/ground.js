@@ -1,6 +1,14 @@
 /** What lies on the table: the grid of squares, and the path of the contact point. */
 
-import { BufferAttribute, BufferGeometry, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial } from "three";
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DoubleSide,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+} from "three";
 
 /** Squares from the middle of the grid to its border. */
 const SQUARES = 40;
@@ -62,13 +70,12 @@ export class Trail {
 
   /** @param {number} time */
   setTime(time) {
-    let count = 0;
-    // the triangles of a segment begin at the sample before it
+    // samples up to the time, by bisection; the triangles of a segment begin at the sample before it
     let [low, high] = [0, this.times.length];
     while (low < high) {
-      count = (low + high) >> 1;
-      if (this.times[count] <= time) low = count + 1;
-      else high = count;
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1;
+      else high = middle;
     }
     this.passed.geometry.setDrawRange(0, 6 * Math.max(low - 1, 0));
   }
@@ -79,7 +86,13 @@ export class Trail {
  * @param {number} opacity
  */
 function flat(colour, opacity) {
-  return new MeshBasicMaterial({ color: colour, opacity, transparent: true, side: DoubleSide, depthWrite: false });
+  return new MeshBasicMaterial({
+    color: colour,
+    opacity,
+    transparent: true,
+    side: DoubleSide,
+    depthWrite: false,
+  });
 }
 
 /**

@@ -1,0 +1,169 @@
+/** What the plots of a motion show, from its answer: tilt, potential, forces, and where its energy went. */
+
+import { rangeOf } from "eulerdisk/motion/plot";
+
+/** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
+/** @typedef {import("eulerdisk/motion/plot").Figure} Figure */
+
+/** Friction that is needed stays in view up to this many times the largest of the other forces. */
+const IN_VIEW = 2;
+
+/**
+ * Values of an array as people read them.
+ * @param {Samples} samples
+ * @param {string} name
+ */
+export function shown(samples, name) {
+  const { factor } = samples.head.quantities[name];
+  return samples.arrays[name].map((value) => factor * value);
+}
+
+/**
+ * Label of an axis: the name of an array and its unit.
+ * @param {Samples} samples
+ * @param {string} name
+ */
+function labelled(samples, name) {
+  const { label, unit } = samples.head.quantities[name];
+  return unit ? `${label} (${unit})` : label;
+}
+
+/**
+ * Range of the time, the same for motions that are compared.
+ * @param {number} length
+ */
+function timeRange(length) {
+  return { low: 0, high: length };
+}
+
+/**
+ * @param {Samples} samples
+ * @param {number} length  of the longest motion that is shown
+ * @returns {Figure}
+ */
+export function tiltFigure(samples, length) {
+  const tilt = shown(samples, "tilt");
+  const { factor } = samples.head.quantities.tilt;
+  return {
+    title: "tilt against time",
+    xLabel: labelled(samples, "time"),
+    yLabel: labelled(samples, "tilt"),
+    x: timeRange(length),
+    y: rangeOf(tilt),
+    curves: [{ x: samples.times, y: tilt, kind: "tilt" }],
+    lines: samples.head.turns.map(([turn]) => ({ y: factor * turn, kind: "turn" })),
+  };
+}
+
+/**
+ * @param {Samples} samples
+ * @param {number} length
+ * @returns {Figure}
+ */
+export function forcesFigure(samples, length) {
+  const { arrays, times } = samples;
+  const across = arrays.friction_across;
+  const horizontal = across.map((value, i) => Math.hypot(value, arrays.friction_along[i]));
+  const forces = rangeOf([0, 1, ...extremes(arrays.normal_force), ...extremes(horizontal)]);
+  const needed = extremes(arrays.friction_needed)[1];
+  return {
+    title: "forces at the contact against time",
+    xLabel: labelled(samples, "time"),
+    yLabel: "contact",
+    x: timeRange(length),
+    y: { low: forces.low, high: Math.max(forces.high, Math.min(1.07 * needed, IN_VIEW * forces.high)) },
+    curves: [
+      { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
+      { x: times, y: horizontal, kind: "horizontal", label: "horizontal (weights)" },
+      { x: times, y: arrays.friction_needed, kind: "needed", label: "friction needed" },
+    ],
+  };
+}
+
+/**
+ * @param {Samples} samples
+ * @returns {Figure}
+ */
+export function potentialFigure(samples) {
+  const { head, arrays } = samples;
+  const tilt = shown(samples, "potential_tilt");
+  const { factor } = head.quantities.potential_tilt;
+  const dot =
+    (/** @type {string} */ kind, /** @type {string} */ words) =>
+    (/** @type {[number, number]} */ [x, y]) => ({
+      x: factor * x,
+      y,
+      kind,
+      label: `${words} at ${(factor * x).toPrecision(6)} ${head.quantities.potential_tilt.unit}`,
+    });
+  const turns = head.turns.map(([turn]) => /** @type {[number, number]} */ ([turn, 0]));
+  return {
+    title: "potential less energy against tilt",
+    xLabel: labelled(samples, "potential_tilt"),
+    yLabel: labelled(samples, "potential"),
+    x: { low: tilt[0], high: tilt[tilt.length - 1] },
+    y: rangeOf(arrays.potential),
+    curves: [{ x: tilt, y: arrays.potential, kind: "potential" }],
+    lines: [{ y: 0, kind: "energy" }],
+    dots: [
+      ...head.wells.map(dot("well", "well")),
+      ...head.barriers.map(dot("barrier", "barrier")),
+      ...turns.map(dot("turn", "turning point")),
+    ],
+  };
+}
+
+/**
+ * Height of the potential at a tilt, for the dot that moves along it; NaN outside the curve.
+ * @param {Samples} samples
+ * @param {number} tilt  in SI units
+ */
+export function potentialAt(samples, tilt) {
+  const { potential_tilt: tilts, potential } = samples.arrays;
+  if (!tilts || !(tilt >= tilts[0] && tilt <= tilts[tilts.length - 1])) return NaN;
+  let after = tilts.findIndex((value) => value >= tilt);
+  after = Math.max(after, 1);
+  const share = (tilt - tilts[after - 1]) / (tilts[after] - tilts[after - 1]);
+  return potential[after - 1] + share * (potential[after] - potential[after - 1]);
+}
+
+/**
+ * The energy that is left, and on it what each loss has taken: together they stay what they were.
+ * @param {Samples} samples
+ * @param {number} length
+ * @returns {Figure}
+ */
+export function ledgerFigure(samples, length) {
+  const { head, arrays, times } = samples;
+  const taken = Object.keys(head.ledger ?? {}).filter((name) => arrays[name].some((value) => value > 0));
+  let top = arrays.energy;
+  const areas = [{ x: times, y: top, kind: "energy", label: "energy" }];
+  for (const name of taken) {
+    const below = top;
+    top = arrays[name].map((value, i) => below[i] + value);
+    areas.push({ x: times, y: top, kind: name, label: head.ledger?.[name] ?? name });
+  }
+  return {
+    title: "energy and what the losses have taken of it, against time",
+    xLabel: labelled(samples, "time"),
+    yLabel: labelled(samples, "energy"),
+    x: timeRange(length),
+    y: { low: 0, high: 1.05 * extremes(top)[1] },
+    curves: [],
+    areas,
+  };
+}
+
+/**
+ * Least and greatest finite value.
+ * @param {Float64Array} values
+ * @returns {[number, number]}
+ */
+function extremes(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high && value < Infinity) high = value;
+  }
+  return low > high ? [0, 0] : [low, high];
+}

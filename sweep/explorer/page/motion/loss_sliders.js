@@ -1,0 +1,138 @@
+/** The losses of a motion: a slider for each law, which is off at one of its ends. */
+
+import { html } from "eulerdisk/html";
+
+/** @typedef {import("eulerdisk/motion/types").LossControl} LossControl */
+
+/** Steps of a slider; one end of it says that there is no such loss. */
+const STEPS = 240;
+
+/** Digits of a value that a slider sets. */
+const DIGITS = 3;
+
+export class LossSliders {
+  /**
+   * @param {HTMLElement} element
+   * @param {(losses: Record<string, number|string>) => void} changed
+   */
+  constructor(element, changed) {
+    this.element = element;
+    this.changed = changed;
+    /** @type {Record<string, number|string>} what the controls ask for */
+    this.losses = {};
+    /** @type {Map<string, (control: LossControl) => void>} */
+    this.rows = new Map();
+    this.reset = html("button", { type: "button", class: "quiet" }, "no losses");
+    this.reset.addEventListener("click", () => this.#set({}));
+  }
+
+  /**
+   * Show the controls of an answer. They are made once: one that is being dragged stays.
+   * @param {LossControl[]} controls
+   */
+  show(controls) {
+    if (this.rows.size === 0) {
+      const made = controls.map((control) =>
+        control.choices ? this.#choice(control) : this.#slider(control),
+      );
+      this.element.replaceChildren(...made, html("p", { class: "buttons" }, this.reset));
+    }
+    for (const control of controls) this.rows.get(control.name)?.(control);
+    this.reset.disabled = Object.keys(this.losses).length === 0;
+  }
+
+  /** @param {Record<string, number|string>} losses */
+  #set(losses) {
+    this.losses = losses;
+    this.changed(losses);
+  }
+
+  /**
+   * @param {string} name
+   * @param {number|string|null} value
+   */
+  #setOne(name, value) {
+    const others = { ...this.losses };
+    delete others[name];
+    this.#set(value === null ? others : { ...others, [name]: value });
+  }
+
+  /** @param {LossControl} first */
+  #slider(first) {
+    let control = first;
+    const slide = html("input", { type: "range", min: "0", max: String(STEPS), "aria-label": first.label });
+    const said = html("output", {});
+    const tell = (/** @type {number|null} */ value) => {
+      const text =
+        value === null ? (control.none ?? "") : spelled(value * (control.factor ?? 1), control.unit ?? "");
+      said.textContent = text;
+      slide.setAttribute("aria-valuetext", text);
+    };
+    slide.addEventListener("input", () => {
+      const value = valueAt(control, Number(slide.value));
+      tell(value);
+      this.#setOne(first.name, value);
+    });
+    this.rows.set(first.name, (next) => {
+      control = next;
+      // where it was dragged to is known better here than in an answer to an earlier place
+      const value = this.losses[next.name] ?? next.value;
+      slide.value = String(placeOf(control, typeof value === "number" ? value : null));
+      tell(typeof value === "number" ? value : null);
+    });
+    const caption = html(
+      "span",
+      { class: "caption", title: first.description },
+      html("span", {}, first.label),
+      said,
+    );
+    return html("label", { class: "loss" }, caption, slide);
+  }
+
+  /** @param {LossControl} control */
+  #choice(control) {
+    const options = (control.choices ?? []).map((choice) => html("option", { value: choice }, choice));
+    const select = html("select", { "aria-label": control.label }, ...options);
+    select.addEventListener("change", () => {
+      this.#setOne(control.name, select.selectedIndex === 0 ? null : select.value);
+    });
+    this.rows.set(control.name, (next) => {
+      select.value = String(this.losses[next.name] ?? next.value);
+    });
+    return html(
+      "label",
+      { class: "loss choice", title: control.description },
+      html("span", {}, control.label),
+      select,
+    );
+  }
+}
+
+/**
+ * Value at a place of a slider; null at the end that has none.
+ * @param {LossControl} control
+ * @param {number} place  from 0 to STEPS
+ */
+export function valueAt({ low = 1, high = 1, end }, place) {
+  const step = end === "high" ? place : place - 1;
+  if (step < 0 || step > STEPS - 1) return null;
+  return Number((low * (high / low) ** (step / (STEPS - 1))).toPrecision(DIGITS));
+}
+
+/**
+ * @param {LossControl} control
+ * @param {number|null} value
+ */
+export function placeOf({ low = 1, high = 1, end }, value) {
+  if (value === null) return end === "high" ? STEPS : 0;
+  const share = Math.log(value / low) / Math.log(high / low);
+  return Math.round(Math.min(Math.max(share, 0), 1) * (STEPS - 1)) + (end === "high" ? 0 : 1);
+}
+
+/**
+ * @param {number} value
+ * @param {string} unit
+ */
+function spelled(value, unit) {
+  return `${Number(value.toPrecision(DIGITS))} ${unit}`.trimEnd();
+}

@@ -1,0 +1,254 @@
+/** One motion: the disk as it moves, its curves, its losses and what is known of its start in words. */
+
+import { html } from "eulerdisk/html";
+import { clock } from "eulerdisk/motion/clock";
+import { DiskScene } from "eulerdisk/motion/disk_scene";
+import {
+  forcesFigure,
+  ledgerFigure,
+  potentialAt,
+  potentialFigure,
+  tiltFigure,
+} from "eulerdisk/motion/figures";
+import { LossSliders } from "eulerdisk/motion/loss_sliders";
+import { Plot } from "eulerdisk/motion/plot";
+import { Samples } from "eulerdisk/motion/samples";
+import { Transport } from "eulerdisk/motion/transport";
+
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
+
+/** Milliseconds that a slider has to rest before its motion is asked for. */
+const REST = 60;
+
+const NO_WEBGL = "This browser offers no WebGL: the disk is not drawn, and the curves below are complete.";
+
+export class MotionPanel {
+  /**
+   * @param {HTMLElement} element
+   * @param {Source} source
+   */
+  constructor(element, source) {
+    this.element = element;
+    this.source = source;
+    /** @type {Samples|null} */
+    this.samples = null;
+    /** @type {MotionRequest|null} */
+    this.request = null;
+    /** @type {AbortController|null} */
+    this.asked = null;
+    this.timer = 0;
+    this.parts = partsOf(element);
+    /** @type {DiskScene|undefined} */
+    this.scene = undefined;
+    this.parts.words.addEventListener("toggle", () => this.#explain());
+    const seek = (/** @type {number} */ time) => clock.seek(time);
+    this.tilt = new Plot(this.parts.tilt, seek);
+    this.potential = new Plot(this.parts.potential);
+    this.forces = new Plot(this.parts.forces, seek);
+    this.transport = new Transport(this.parts.transport, clock);
+    this.losses = new LossSliders(this.parts.losses, () => this.#askSoon());
+    this.unlisten = clock.listen(() => this.#follow());
+    this.dark = matchMedia("(prefers-color-scheme: dark)");
+    this.repaint = () => this.#showScene();
+    this.dark.addEventListener("change", this.repaint);
+    this.themes = new MutationObserver(this.repaint);
+    this.themes.observe(document.documentElement, { attributeFilter: ["class", "data-theme", "style"] });
+  }
+
+  /**
+   * Show the motion of a place of the map, with the losses that are set.
+   * @param {MotionRequest} request
+   */
+  async show(request) {
+    const another = !this.request || this.request.x !== request.x || this.request.y !== request.y;
+    this.request = request;
+    if (another) {
+      this.parts.explanation.textContent = "";
+      this.parts.verdict.textContent = "";
+      this.#tellVerdict(request);
+    }
+    await this.#ask(another);
+    this.#explain();
+  }
+
+  clear() {
+    clearTimeout(this.timer);
+    this.asked?.abort();
+    this.samples = null;
+    this.request = null;
+    this.scene?.dispose();
+    this.scene = undefined;
+    clock.leave(this);
+    this.element.classList.remove("shown");
+  }
+
+  dispose() {
+    this.clear();
+    this.unlisten();
+    this.themes.disconnect();
+    this.dark.removeEventListener("change", this.repaint);
+    for (const plot of [this.tilt, this.potential, this.forces]) plot.dispose();
+    this.element.replaceChildren();
+  }
+
+  #askSoon() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.#ask(false), REST);
+  }
+
+  /** @param {boolean} fromStart  whether the clock begins anew */
+  async #ask(fromStart) {
+    if (!this.request) return;
+    this.asked?.abort();
+    const asked = new AbortController();
+    this.asked = asked;
+    this.element.classList.add("waiting");
+    try {
+      const request = { ...this.request, losses: this.losses.losses };
+      const answer = await this.source.motion(request, asked.signal);
+      if (asked.signal.aborted) return;
+      this.#show(new Samples(answer), fromStart);
+      this.parts.problem.textContent = "";
+    } catch (problem) {
+      if (asked.signal.aborted) return;
+      const { message, hint } = /** @type {{message: string, hint?: string}} */ (problem);
+      this.parts.problem.textContent = hint ? `${message} ${hint}` : message;
+    }
+    this.element.classList.remove("waiting");
+  }
+
+  /**
+   * @param {Samples} samples
+   * @param {boolean} fromStart
+   */
+  #show(samples, fromStart) {
+    const { head } = samples;
+    this.samples = samples;
+    this.element.classList.add("shown");
+    this.element.classList.toggle("lossy", head.lossy);
+    this.parts.title.textContent = head.title;
+    this.parts.ending.textContent = head.ending;
+    this.parts.note.textContent = head.note;
+    this.losses.show(head.losses);
+    this.#showScene();
+    if (fromStart) clock.seek(0);
+    // the clock tells all panels: those beside this one draw their curves over the new time
+    clock.enter(this, samples.length);
+    if (fromStart && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
+  }
+
+  #showScene() {
+    if (!this.samples) return;
+    const style = getComputedStyle(this.element);
+    const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
+    try {
+      this.scene ??= new DiskScene(this.parts.stage);
+    } catch {
+      this.parts.stage.textContent = NO_WEBGL;
+      return;
+    }
+    const colours = {
+      ground: colour("--motion-ground"),
+      grid: colour("--motion-grid"),
+      trail: colour("--motion-trail"),
+      force: colour("--motion-force"),
+    };
+    this.scene.show(this.samples, colours);
+    this.scene.canvas.setAttribute(
+      "aria-label",
+      `the disk, ${this.samples.head.title}; arrow keys turn the camera`,
+    );
+    this.parts.square.textContent = `squares of ${lengthText(this.scene.square)}`;
+    this.parts.stage.append(this.parts.square);
+    this.scene.setTime(clock.time);
+  }
+
+  /** Show the time of the clock. */
+  #follow() {
+    const { samples } = this;
+    if (!samples) return;
+    if (this.drawnLength !== clock.length || this.drawn !== samples) this.#drawCurves(samples, clock.length);
+    const time = Math.min(clock.time, samples.length);
+    const tilt = samples.at("tilt", time);
+    this.tilt.setCursor(time);
+    this.forces.setCursor(time);
+    if (samples.head.lossy) this.potential.setCursor(time);
+    else this.potential.setCursor(samples.head.quantities.tilt.factor * tilt, potentialAt(samples, tilt));
+    this.transport.follow();
+    this.scene?.setTime(time);
+  }
+
+  /**
+   * @param {Samples} samples
+   * @param {number} length
+   */
+  #drawCurves(samples, length) {
+    this.drawnLength = length;
+    this.drawn = samples;
+    this.tilt.show(tiltFigure(samples, length));
+    this.potential.show(samples.head.lossy ? ledgerFigure(samples, length) : potentialFigure(samples));
+    this.forces.show(forcesFigure(samples, length));
+  }
+
+  /** @param {MotionRequest} request */
+  async #tellVerdict({ view, x, y }) {
+    const point = await this.source.point({ view, x, y }).catch(() => null);
+    if (this.request?.x !== x || this.request.y !== y || !point) return;
+    this.parts.verdict.textContent = point.verdict;
+    this.parts.verdict.dataset.verdict = point.verdict;
+  }
+
+  /** Ask for the explanation when it is open and not there yet. */
+  async #explain() {
+    const { request } = this;
+    if (!request || !this.parts.words.open || this.parts.explanation.textContent) return;
+    const { view, x, y } = request;
+    const text = await this.source
+      .explain({ view, x, y })
+      .catch((/** @type {Error} */ problem) => problem.message);
+    if (this.request === request) this.parts.explanation.textContent = text;
+  }
+}
+
+/**
+ * The elements of a panel, put into one.
+ * @param {HTMLElement} element
+ */
+function partsOf(element) {
+  const part = (/** @type {string} */ name) => html("div", { class: name });
+  const explanation = html("pre", { class: "explanation", tabindex: "0" });
+  const losses = part("losses");
+  const parts = {
+    title: html("h3", {}),
+    verdict: html("span", { class: "verdict" }),
+    ending: html("p", { class: "ending" }),
+    problem: html("p", { class: "problem", role: "status" }),
+    stage: part("stage"),
+    square: html("span", { class: "square" }),
+    transport: part("transport"),
+    tilt: part("plot tilt"),
+    potential: part("plot potential"),
+    forces: part("plot forces"),
+    note: html("p", { class: "note" }),
+    losses,
+    explanation,
+    laws: html("details", { class: "laws" }, html("summary", {}, "Losses: the disk that stops"), losses),
+    words: html("details", { class: "words" }, html("summary", {}, "In words"), explanation),
+  };
+  const head = html("header", {}, parts.title, parts.verdict, parts.ending);
+  const curves = html("div", { class: "curves" }, parts.tilt, parts.potential, parts.forces);
+  const below = [parts.note, parts.laws, parts.words];
+  element.classList.add("motion");
+  element.replaceChildren(head, parts.problem, parts.stage, parts.transport, curves, ...below);
+  return parts;
+}
+
+/**
+ * Length as people read it.
+ * @param {number} length  in m
+ */
+function lengthText(length) {
+  const [unit, factor] = length < 0.01 ? ["mm", 1e3] : length < 1 ? ["cm", 1e2] : ["m", 1];
+  return `${Number((length * Number(factor)).toPrecision(3))} ${unit}`;
+}

@@ -1,0 +1,280 @@
+/** A small plot: curves over one axis, marks, and a cursor that can be dragged. */
+
+import { svg } from "eulerdisk/svg";
+import { readable, superscript, ticksOf } from "eulerdisk/ticks";
+
+/** @typedef {{low: number, high: number}} Range */
+
+/**
+ * A curve, drawn in the colour of its class. What is not finite ends a piece of it.
+ * @typedef {{x: ArrayLike<number>, y: ArrayLike<number>, kind: string, label?: string}} Curve
+ */
+
+/**
+ * What a plot shows, in the units that people read.
+ * @typedef {object} Figure
+ * @property {string} title  what it is, for those who do not see it
+ * @property {string} xLabel
+ * @property {string} yLabel
+ * @property {Range} x
+ * @property {Range} y
+ * @property {Curve[]} curves
+ * @property {{y: number, kind: string}[]} [lines]  horizontal lines
+ * @property {{x: number, y: number, kind: string, label: string}[]} [dots]
+ * @property {Curve[]} [areas]  filled from the curve before, the first one from zero
+ */
+
+/** Room around the curves, in pixels. */
+const ROOM = { left: 54, right: 10, top: 20, bottom: 34 };
+
+/** Space beyond the largest and the smallest value, as a share of what is between them. */
+const MARGIN = 0.07;
+
+/** Radius of a dot in pixels, and width of a tick. */
+const DOT = 3.5;
+const TICK = 4;
+
+/**
+ * Range of values with a little space; of equal ones, a range about them.
+ * @param {Iterable<number>} values
+ * @returns {Range}
+ */
+export function rangeOf(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  if (low > high) return { low: 0, high: 1 };
+  const least = Math.max(Math.abs(low), Math.abs(high)) * 1e-13;
+  const space = high - low > least ? MARGIN * (high - low) : Math.max(Math.abs(low), 1e-12) * 0.1;
+  return { low: low - space, high: high + space };
+}
+
+export class Plot {
+  /**
+   * @param {HTMLElement} element
+   * @param {(x: number) => void} [seek]  is told where the cursor was dragged to
+   */
+  constructor(element, seek) {
+    this.element = element;
+    /** @type {Figure|null} */
+    this.figure = null;
+    this.cursor = NaN;
+    this.root = svg("svg", { role: "img" });
+    this.mark = svg("g", { class: "cursor" });
+    element.append(this.root);
+    this.observer = new ResizeObserver(() => this.#draw());
+    this.observer.observe(element);
+    if (seek) this.#followPointer(seek);
+  }
+
+  /** @param {Figure} figure */
+  show(figure) {
+    this.figure = figure;
+    this.#draw();
+  }
+
+  /**
+   * Move the cursor: a line across the plot, or with `y` a dot.
+   * @param {number} x
+   * @param {number} [y]
+   */
+  setCursor(x, y) {
+    this.cursor = x;
+    if (!this.figure || !this.width) return;
+    const place = this.#right(x);
+    const line = { x1: place, x2: place, y1: ROOM.top, y2: this.height - ROOM.bottom };
+    const parts =
+      y === undefined ? [svg("line", line)] : [svg("circle", { cx: place, cy: this.#up(y), r: 5 })];
+    this.mark.replaceChildren(...(Number.isFinite(place) ? parts : []));
+  }
+
+  dispose() {
+    this.observer.disconnect();
+    this.root.remove();
+  }
+
+  #draw() {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    const { figure } = this;
+    if (!figure || width === 0 || height === 0) return;
+    [this.width, this.height] = [width, height];
+    this.root.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.root.setAttribute("aria-label", figure.title);
+    const lines = (figure.lines ?? []).map(({ y, kind }) => {
+      const line = { x1: ROOM.left, x2: width - ROOM.right, y1: this.#up(y), y2: this.#up(y) };
+      return svg("line", { ...line, class: `line ${kind}` });
+    });
+    const areas = this.#areas(figure.areas ?? []);
+    const curves = figure.curves.map((curve) =>
+      svg("path", { d: this.#path(curve), class: `curve ${curve.kind}` }),
+    );
+    const dots = (figure.dots ?? []).map((dot) => this.#dot(dot));
+    this.root.replaceChildren(
+      ...this.#axes(figure),
+      ...areas,
+      ...lines,
+      ...curves,
+      ...dots,
+      ...this.#legend(figure),
+      this.mark,
+    );
+    if (Number.isFinite(this.cursor) && this.mark.firstChild?.nodeName === "line") {
+      this.setCursor(this.cursor);
+    }
+  }
+
+  /**
+   * Place of a value from the left, in pixels.
+   * @param {number} value
+   */
+  #right(value) {
+    const { low, high } = /** @type {Figure} */ (this.figure).x;
+    return ROOM.left + ((value - low) / (high - low)) * (this.width - ROOM.left - ROOM.right);
+  }
+
+  /**
+   * Place of a value from the top, in pixels; values far out are drawn a little outside.
+   * @param {number} value
+   */
+  #up(value) {
+    const { low, high } = /** @type {Figure} */ (this.figure).y;
+    const share = Math.min(Math.max((value - low) / (high - low), -0.5), 1.5);
+    return this.height - ROOM.bottom - share * (this.height - ROOM.bottom - ROOM.top);
+  }
+
+  /**
+   * Path through a curve. Of the samples that share a pixel the first, the extremes and the last are kept.
+   * @param {Curve} curve
+   */
+  #path({ x, y }) {
+    /** @type {string[]} */
+    const parts = [];
+    let pen = "M";
+    let i = 0;
+    while (i < x.length) {
+      const column = Math.round(this.#right(x[i]));
+      let [least, most, last] = [i, i, i];
+      for (; i < x.length && Math.round(this.#right(x[i])) === column; i += 1) {
+        if (y[i] < y[least]) least = i;
+        if (y[i] > y[most]) most = i;
+        last = i;
+      }
+      for (const each of [Math.min(least, most), Math.max(least, most), last]) {
+        if (!Number.isFinite(y[each])) pen = "M";
+        else {
+          parts.push(`${pen}${this.#right(x[each]).toFixed(2)},${this.#up(y[each]).toFixed(2)}`);
+          pen = "L";
+        }
+      }
+    }
+    return parts.join("");
+  }
+
+  /** @param {Curve[]} areas  each one above the one before */
+  #areas(areas) {
+    const floor = (/** @type {Curve} */ { x }) => ({ x, y: new Float64Array(x.length), kind: "" });
+    return areas.map((area, i) => {
+      const below = i === 0 ? floor(area) : areas[i - 1];
+      const back = { x: Array.from(below.x).reverse(), y: Array.from(below.y).reverse(), kind: "" };
+      const d = `${this.#path(area)}${this.#path(back).replace("M", "L")}Z`;
+      return svg("path", { d, class: `area ${area.kind}` });
+    });
+  }
+
+  /** @param {{x: number, y: number, kind: string, label: string}} dot */
+  #dot({ x, y, kind, label }) {
+    const mark = svg("circle", { cx: this.#right(x), cy: this.#up(y), r: DOT, class: `dot ${kind}` });
+    mark.append(svg("title", {}, label));
+    return mark;
+  }
+
+  /** @param {Figure} figure */
+  #axes(figure) {
+    const [bottom, right] = [this.height - ROOM.bottom, this.width - ROOM.right];
+    const parts = [svg("path", { d: `M${ROOM.left},${ROOM.top}V${bottom}H${right}`, class: "axis" })];
+    const across = scaleOf(figure.x, (this.width - ROOM.left - ROOM.right) / 80);
+    for (const { place, label } of across.ticks) {
+      const x = ROOM.left + (0.5 + place / 2) * (right - ROOM.left);
+      parts.push(svg("path", { d: `M${x},${bottom}v${TICK}`, class: "axis" }));
+      parts.push(svg("text", { x, y: bottom + 15, class: "tick across" }, label));
+    }
+    const upward = scaleOf(figure.y, (bottom - ROOM.top) / 32);
+    for (const { place, label } of upward.ticks) {
+      const y = bottom - (0.5 + place / 2) * (bottom - ROOM.top);
+      parts.push(svg("path", { d: `M${ROOM.left},${y}h${-TICK}`, class: "axis" }));
+      parts.push(svg("path", { d: `M${ROOM.left},${y}H${right}`, class: "gridline" }));
+      parts.push(svg("text", { x: ROOM.left - TICK - 3, y: y + 3.5, class: "tick upward" }, label));
+    }
+    parts.push(
+      svg("text", { x: right, y: this.height - 3, class: "name across" }, named(figure.xLabel, across)),
+    );
+    parts.push(svg("text", { x: 2, y: 11, class: "name" }, named(figure.yLabel, upward)));
+    return parts;
+  }
+
+  /** @param {Figure} figure */
+  #legend(figure) {
+    const named = [...figure.curves, ...(figure.areas ?? [])].filter((curve) => curve.label);
+    if (named.length === 0) return [];
+    const words = svg("text", { x: this.width - ROOM.right, y: 11, class: "legend" });
+    for (const [i, curve] of named.entries()) {
+      if (i > 0) words.append(svg("tspan", {}, "\u2002"));
+      words.append(
+        svg("tspan", { class: `key ${curve.kind}` }, "\u25a0\u202f"),
+        svg("tspan", {}, curve.label ?? ""),
+      );
+    }
+    return [words];
+  }
+
+  /** @param {(x: number) => void} seek */
+  #followPointer(seek) {
+    const { root } = this;
+    root.classList.add("seeks");
+    const told = (/** @type {PointerEvent} */ event) => {
+      if (!this.figure) return;
+      const share =
+        (event.clientX - root.getBoundingClientRect().left - ROOM.left) /
+        (this.width - ROOM.left - ROOM.right);
+      const { low, high } = this.figure.x;
+      seek(low + Math.min(Math.max(share, 0), 1) * (high - low));
+    };
+    root.addEventListener("pointerdown", (event) => {
+      root.setPointerCapture(event.pointerId);
+      event.preventDefault();
+      told(event);
+    });
+    root.addEventListener("pointermove", (event) => {
+      if (root.hasPointerCapture(event.pointerId)) told(event);
+    });
+  }
+
+  width = 0;
+  height = 0;
+}
+
+/**
+ * @param {Range} range
+ * @param {number} count
+ */
+function scaleOf({ low, high }, count) {
+  return ticksOf(
+    { centre: (low + high) / 2, half: (high - low) / 2, scale: "linear" },
+    1,
+    Math.max(count, 2),
+  );
+}
+
+/**
+ * Name of an axis, with what its labels are counted from, and in which power of ten.
+ * @param {string} label
+ * @param {{offset: string, power: number}} scale
+ */
+function named(label, { offset, power }) {
+  const tens = power === 0 ? "" : ` \u00d710${superscript(power)}`;
+  return label + (offset ? `, from ${offset}` : "") + tens;
+}
+
+export { readable };
