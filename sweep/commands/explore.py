@@ -31,9 +31,12 @@ def explore(
 
     A page of this machine alone; it is answered until Ctrl-C. The address that is printed lets in who knows it.
     """
-    from sweep.explorer.explorer import explorer_of_words
+    from sweep.explorer.explorer import Explorer
+    from sweep.explorer.subject import subject_of_words
 
-    explorer = explorer_of_words(what, words or [], port=port, open_browser=browser)
+    explorer = Explorer(subject_of_words(what, words or []), port)
+    if browser:
+        explorer.open_browser()
     print(explorer.url, flush=True)
     say("the explorer answers at this address until Ctrl-C")
     try:

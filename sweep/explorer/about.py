@@ -1,11 +1,14 @@
 """What the page has to know before it asks for anything: parameters, quantities, criteria and where to begin."""
 
+import contextlib
 import math
 from collections.abc import Mapping
 from typing import Any
 
+from sweep.errors import RequestError
 from sweep.explorer.quantities import shown_of
-from sweep.explorer.view import base_names, middle, preset
+from sweep.explorer.stored import Stored
+from sweep.explorer.view import base_names, exact, middle, preset
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -30,15 +33,15 @@ _CRITERIA: Mapping[str, tuple[str, str, float, float]] = {
 }
 
 
-def about(given: SweepSpec | None, atlas: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, Any]:
     """Return what the page asks for first; all values are in SI, and ``factor`` leads to the unit that people read.
 
     Parameters
     ----------
     given : SweepSpec or None
         What the explorer was given; it is the base with the empty name, and the first.
-    atlas : mapping, optional
-        What is known of a file.
+    stored : Stored, optional
+        The atlas whose spec that is.
 
     Returns
     -------
@@ -48,21 +51,50 @@ def about(given: SweepSpec | None, atlas: Mapping[str, Any] | None = None) -> di
     """
     bases = {} if given is None else {"": given}
     bases |= {name: preset(name) for name in base_names()}
-    first = next(iter(bases.values()))
-    exact = first.replace(method="exact") if first.model.exact is not None else first
-    rows = [*first.model.parameters.values(), first.model.settings["fall_tilt"]]
+    shown = {name: each for spec in bases.values() for name, each in shown_of(_live(spec)).items()}
+    shown |= stored.quantities() if stored is not None else {}
+    rows = {
+        name: row
+        for spec in bases.values()
+        for name, row in {**spec.model.parameters, **spec.model.settings}.items()
+        if name in spec.model.parameters or name in _SLIDERS
+    }
     return {
         "program": f"eulerdisk {__version__}",
         "bases": [base_of(name, spec) for name, spec in bases.items()],
-        "parameters": [_input(row) for row in rows],
-        "quantities": [
-            {**_quantity(each.quantity), "scale": each.scale} for each in shown_of(exact).values()
-        ],
+        "parameters": [_input(row) for row in rows.values()],
+        "quantities": [{**_quantity(each.quantity), "scale": each.scale} for each in shown.values()],
         "criteria": [
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
             for word, (description, unit, low, high) in _CRITERIA.items()
         ],
-        "atlas": atlas,
+        "atlas": None if stored is None else _atlas(stored),
+    }
+
+
+def _live(spec: SweepSpec) -> SweepSpec:
+    """Return the spec whose cells can be computed, or if there is none the spec itself."""
+    with contextlib.suppress(RequestError):
+        return exact(spec) if spec.model.exact is not None else spec
+    return spec
+
+
+def _atlas(stored: Stored) -> dict[str, Any]:
+    spec, live = stored.spec, _live(stored.spec)
+    view = sides(spec)
+    shape = [len(getattr(spec, side["name"])) for side in view.values()]
+    is_live = live.method == "exact"
+    beyond = (
+        "computed beyond the grid and between its cells" if is_live else "nothing is known beyond the grid"
+    )
+    return {
+        "label": stored.label,
+        "base": "",
+        "live": is_live,
+        "note": f"{shape[0]} x {shape[1]} cells are stored, method={spec.method}; {beyond}.",
+        **view,
+        "shape": shape,
+        "quantities": list(stored.quantities()),
     }
 
 

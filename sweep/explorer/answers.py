@@ -9,6 +9,7 @@ from sweep.explorer.fields import read_count, read_number, read_object, read_tex
 from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
+from sweep.explorer.stored import Stored
 from sweep.explorer.turns import KERNELS, Lanes
 from sweep.explorer.view import View
 from sweep.explorer.window import window
@@ -36,10 +37,12 @@ class Answers:
     ----------
     given : SweepSpec or None
         The base with the empty name.
+    stored : Stored or None
+        The atlas whose spec that is.
     """
 
-    def __init__(self, given: SweepSpec | None) -> None:
-        self.given = given
+    def __init__(self, given: SweepSpec | None, stored: Stored | None = None) -> None:
+        self.given, self.stored = given, stored
         self._lanes = Lanes()
         self.posted: Mapping[str, Callable[[Mapping[str, Any], Callable[[], bool]], Answer]] = {
             "window": self._window,
@@ -50,20 +53,20 @@ class Answers:
 
     def about(self) -> Answer:
         """Answer ``GET ./about``."""
-        return Answer(JSON, about(self.given))
+        return Answer(JSON, about(self.given, self.stored))
 
     def _window(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         number = read_count(fields, "number", _MOST_NUMBER) if "number" in fields else 1
         client, lane = (read_text(fields, name, "") for name in ("client", "lane"))
         check = self._lanes.enter(client[:64], lane[:64], number, gone)
-        head, arrays = window(self._view(fields), fields, check)
+        head, arrays = window(self._view(fields), self.stored, fields, check)
         return Answer(BINARY, packed({**head, "number": number}, arrays))
 
     def _point(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        return Answer(JSON, point(self._view(fields), fields))
+        return Answer(JSON, point(self._view(fields), self.stored, fields))
 
     def _lines(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        return Answer(JSON, {"lines": lines(self._view(fields))})
+        return Answer(JSON, {"lines": lines(self._view(fields), self.stored)})
 
     def _motion(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         # it loads more than a map needs

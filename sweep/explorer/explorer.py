@@ -3,13 +3,12 @@
 import html
 import threading
 import webbrowser
-from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
 from sweep.explorer.answers import Answers
 from sweep.explorer.server import Server
-from sweep.request.spec import SweepSpec
+from sweep.explorer.subject import Subject, subject_of
 
 
 class Explorer:
@@ -17,7 +16,8 @@ class Explorer:
 
     Parameters
     ----------
-    answers : Answers
+    subject : Subject
+        What is explored; it is closed with the server.
     port : int
         0 for any that is free.
 
@@ -27,17 +27,28 @@ class Explorer:
         The address of the page, with the token that lets its reader in.
     """
 
-    def __init__(self, answers: Answers, port: int = 0) -> None:
-        self._server = Server(answers, port, framed=True)
+    def __init__(self, subject: Subject, port: int = 0) -> None:
+        self._subject = subject
+        try:
+            self._server = Server(Answers(subject.spec, subject.stored), port, framed=True)
+        except BaseException:
+            subject.close()
+            raise
         self.url = self._server.url
         self._thread = threading.Thread(target=self._server.serve_forever, name="explorer", daemon=True)
         self._thread.start()
+
+    def open_browser(self) -> None:
+        """Open the page in the browser of this system, without waiting for it."""
+        # some browsers return only when they are closed
+        threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()
 
     def close(self) -> None:
         """End the server; the page of it answers no more. Once is enough, and more does no harm."""
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
+        self._subject.close()
 
     def wait(self) -> None:
         """Wait until the server ends."""
@@ -69,14 +80,14 @@ def explore(given: Any = None, *, port: int = 0, open_browser: bool = False, **c
 
     Parameters
     ----------
-    given : SweepSpec, str or Path, optional
-        A spec, the name of a preset or a TOML file; all presets if not given.
+    given : SweepSpec, xarray.Dataset, str or Path, optional
+        A spec, the name of a preset or a TOML file; an atlas or its file; all presets if not given.
     port : int
         Where the server listens, on this machine alone; any that is free if not given.
     open_browser : bool
         Whether to open the page in the browser too; a notebook shows it by itself.
     **changes
-        Words that change the spec.
+        Words that change the spec; an atlas takes none.
 
     Returns
     -------
@@ -86,21 +97,9 @@ def explore(given: Any = None, *, port: int = 0, open_browser: bool = False, **c
     Raises
     ------
     RequestError
-        If there is no such spec, or the port is taken.
+        If there is no such spec or file, its cells are no plane, or the port cannot be used.
     """
-    spec = None if given is None and not changes else SweepSpec.read(given or "rolling", **changes)
-    explorer = Explorer(Answers(spec), port)
+    explorer = Explorer(subject_of(given, changes), port)
     if open_browser:
-        threading.Thread(target=webbrowser.open, args=(explorer.url,), daemon=True).start()
+        explorer.open_browser()
     return explorer
-
-
-def explorer_of_words(what: str | None, words: Sequence[str], *, port: int, open_browser: bool) -> Explorer:
-    """Return the explorer that a command line asks for; raises as `explore` does."""
-    from sweep.request.spec_changes import given_in, split_changes
-    from sweep.request.words import model_for, pairs
-
-    if what is None or "=" in what:
-        words, what = ([what, *words] if what else words), None
-    changes = split_changes(words, model_for(None, given_in(pairs(words))))
-    return explore(what, port=port, open_browser=open_browser, **changes)

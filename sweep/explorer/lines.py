@@ -10,9 +10,9 @@ from sweep.atlas.curves import Curves
 from sweep.atlas.scratch import Scratch
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, whole
+from sweep.explorer.stored import Stored
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import Side, View
-from sweep.explorer.window import live_spec
 from sweep.model.quantity import Array
 from sweep.request.axes import Values
 
@@ -29,8 +29,8 @@ _FINE = 4096
 _LEAST = 1e-14
 
 
-def lines(view: View) -> list[dict[str, Any]]:
-    """Return the lines in a window.
+def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
+    """Return the lines in a window; the measured one is that of the file where cells cannot be computed.
 
     Returns
     -------
@@ -44,8 +44,12 @@ def lines(view: View) -> list[dict[str, Any]]:
         If the words of the view are not possible.
     """
     found = _theory(view)
-    if view.spec.model.exact is not None:
+    if view.is_live:
         found.append({"name": "measured", "label": "measured, exact cells", "points": measured(view)})
+    elif stored is not None:
+        found.append(
+            {"name": "measured", "label": f"measured, {stored.label}", "points": stored.boundary(view)}
+        )
     return [line for line in found if line["points"]]
 
 
@@ -91,7 +95,8 @@ def _inside(points: Array, along: Side) -> Iterable[Array]:
 
 
 def _pairs(points: Array, along_x: bool) -> list[list[float]]:
-    return (points if along_x else points[::-1]).T.tolist()
+    pairs: list[list[float]] = (points if along_x else points[::-1]).T.tolist()
+    return pairs
 
 
 def measured(view: View) -> list[list[list[float]]]:
@@ -99,12 +104,11 @@ def measured(view: View) -> list[list[list[float]]]:
 
     Each point lies between two neighbours of a coarse grid of exact cells; what is smaller than the grid is not found.
     """
-    live_spec(view)
     names = view.y.name, view.x.name
     axes = {side.name: _coarse(side, count) for side, count in ((view.x, _COARSE[0]), (view.y, _COARSE[1]))}
     if any(axis is None for axis in axes.values()):
         return []
-    spec = view.spec.replace(**axes, axes=names)
+    spec = view.live.replace(**axes, axes=names)
     with KERNELS, Scratch() as scratch:
         verdicts = compute(spec, whole(spec), verdicts_only=True)["stability"]
         curves = Curves(spec, lambda span: verdicts[span.start : span.stop], scratch)
@@ -121,7 +125,7 @@ def measured(view: View) -> list[list[list[float]]]:
 
 
 def _coarse(side: Side, count: int) -> Values | None:
-    """Return the values of a side of the coarse grid, from border to border; None where they are too near to be told apart."""
+    """Return the values of a side of the coarse grid, border to border; None where they cannot be told apart."""
     values = side.at(np.linspace(-1.0, 1.0, count))
     return Values(tuple(values.tolist())) if (np.diff(values) > 0.0).all() else None
 

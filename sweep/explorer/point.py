@@ -7,9 +7,9 @@ import numpy as np
 
 from sweep.engine.compute import compute
 from sweep.explorer.fields import read_number
+from sweep.explorer.stored import Stored
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import View
-from sweep.explorer.window import live_spec
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
@@ -18,12 +18,13 @@ from sweep.request.spec import SweepSpec
 _LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
 
 
-def point(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
+def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[str, Any]:
     """Compute the cell at a point.
 
     Parameters
     ----------
     view : View
+    stored : Stored or None
     fields : mapping
         ``x`` and ``y``, the values of the two parameters in SI.
 
@@ -31,20 +32,30 @@ def point(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
     -------
     dict
         ``start``, ``numbers`` and ``verdict``: every number with its value in SI (None if there is none) and as text.
+        ``stored`` is the same of the nearest cell of the file, None where it has none. Where cells cannot be computed
+        the numbers are those of that cell.
 
     Raises
     ------
     RequestError
     """
-    spec = live_spec(view)
-    starts = view.starts(*place(fields))
+    x, y = place(fields)
+    held = None if stored is None else stored.cell(view, float(x[0]), float(y[0]))
+    told = None if stored is None or held is None else _cell(stored.spec, *held)
+    if told is not None and not view.is_live:
+        return {**told, "stored": told}
+    starts = view.starts(x, y)
     with KERNELS:
-        cell = compute(spec, starts)
+        columns = compute(view.live, starts)
     start = {name: float(values[0]) for name, values in starts.items()}
+    return {**_cell(view.live, start, columns), "stored": told}
+
+
+def _cell(spec: SweepSpec, start: Mapping[str, float], columns: Columns) -> dict[str, Any]:
+    parameters = spec.model.parameters
     return {
-        "start": {name: _told(spec.model.parameters[name], value) for name, value in start.items()},
-        **numbers_of(spec, cell),
-        "stored": None,
+        "start": {name: _told(parameters[name], value) for name, value in start.items()},
+        **numbers_of(spec, columns),
     }
 
 
@@ -57,7 +68,12 @@ def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
     """Return the numbers of one cell, and its verdict in words, from columns of one value each."""
     variables = spec.model.cell_variables(spec)
     numbers = [
-        {"name": name, "description": quantity.long_name, **_told(quantity, float(cell[name][0]))}
+        {
+            "name": name,
+            "label": name.replace("_", " "),
+            "description": quantity.long_name,
+            **_told(quantity, float(cell[name][0])),
+        }
         for name, quantity in variables.items()
         if name not in _LEFT_OUT and name in cell
     ]
@@ -66,7 +82,7 @@ def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
 
 def _told(quantity: Quantity, value: float) -> dict[str, Any]:
     if quantity.flags is not None:
-        return {"value": value, "text": quantity.flag(value)}
+        return {"value": value if np.isfinite(value) else None, "text": quantity.flag(value)}
     if not np.isfinite(value):
         return {"value": None, "text": "none"}
     return {"value": value, "text": quantity.spell(value, 3 if quantity.dtype == "f4" else 10)}

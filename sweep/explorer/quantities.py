@@ -51,9 +51,11 @@ def shown_of(spec: SweepSpec) -> Mapping[str, Shown]:
     """Return what the map can show of the cells of a spec, the usual one first."""
     model = spec.model
     variables = model.cell_variables(spec)
+    # the first one twice is still the first
     scales = {
-        model.peak: "linear", "stability": "linear", "amplification": "log", "separatrix": "linear",
-        "friction_needed": "linear", "fall_time": "log", "nutation_period": "linear",
+        model.peak: "linear", "peak_tilt": "linear", "stability": "linear", "amplification": "log", "separatrix": "linear",
+        "nutation_period": "linear", "fall_time": "log", "end_time": "log", "largest_loss": "linear",
+        "least_normal_force": "linear", "friction_needed": "linear",
     }  # fmt: skip
     unknown = model.unknown_to.get(spec.method, ())
     found = {
@@ -71,7 +73,11 @@ _EXTREMES = ("peak_tilt", "stability", "amplification", "separatrix")
 
 
 def _column(name: str) -> Callable[[SweepSpec, Columns], npt.NDArray[Any]]:
-    return lambda spec, columns: columns[name]
+    def values(spec: SweepSpec, columns: Columns) -> npt.NDArray[Any]:
+        coded = spec.model.cell_variables(spec)[name].flags is not None
+        return columns[name].astype(np.uint8 if coded else np.float64, copy=False)
+
+    return values
 
 
 def _regime(spec: SweepSpec, columns: Columns) -> npt.NDArray[np.uint8]:

@@ -132,14 +132,38 @@ class View:
     def spec(self) -> SweepSpec:
         """The spec of the cells of this view: its axes are those of the window, their values do not matter.
 
-        Cells are those of ``method=exact`` where the model has an exact reduction.
-
         Raises
         ------
         RequestError
             If the words are not possible, or do not go together.
         """
         return _spec_of(self.given, tuple(self.words.items()), self.x.name, self.y.name)
+
+    @cached_property
+    def live(self) -> SweepSpec:
+        """The same for cells that are computed while somebody looks, by the exact reduction.
+
+        Raises
+        ------
+        RequestError
+            If the model has none, or it does not know what the criterion judges by.
+        """
+        if self.spec.model.exact is not None:
+            return exact(self.spec)
+        raise RequestError(
+            f"The model {self.spec.model.name} has no exact reduction: its cells are integrated in time, which takes "
+            "too long for a map that is computed while one looks.",
+            hint="Show the cells of the file, or compute an atlas with eulerdisk run.",
+            where="cells",
+        )
+
+    @property
+    def is_live(self) -> bool:
+        """Whether cells can be computed."""
+        try:
+            return self.live is not None
+        except RequestError:
+            return False
 
     def spec_along(self, side: Side) -> SweepSpec:
         """Return the spec whose axis on one side has the ends of the window."""
@@ -215,8 +239,7 @@ def _spec_of(given: SweepSpec, words: tuple[tuple[str, float | str], ...], x: st
     others = (name for name in given.axes if name not in (x, y) and name not in changes)
     changes |= {name: middle(getattr(given, name)) for name in others}
     changes |= {name: _any_axis(given, name) for name in (x, y)}
-    exact = {"method": "exact"} if given.model.exact is not None else {}
-    found = given.replace(**changes, **exact, device="cpu", boundary="grid")
+    found = given.replace(**changes, device="cpu", boundary="grid")
     if extra := [name for name in found.axes if name not in (x, y)]:
         raise RequestError(
             f"{extra[0]} must be one number here: the axes of the window are {x} and {y}; got "
@@ -225,6 +248,12 @@ def _spec_of(given: SweepSpec, words: tuple[tuple[str, float | str], ...], x: st
             where=extra[0],
         )
     return found
+
+
+@lru_cache(maxsize=64)
+def exact(spec: SweepSpec) -> SweepSpec:
+    """Return a spec whose cells are reduced exactly; raises as `SweepSpec.replace` does."""
+    return spec.replace(method="exact")
 
 
 def _any_axis(given: SweepSpec, name: str) -> Range | Values:

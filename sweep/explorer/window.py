@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.engine.compute import compute
-from sweep.errors import RequestError
 from sweep.explorer.fields import read_choice, read_count, refuse
 from sweep.explorer.quantities import Shown, shown_of
+from sweep.explorer.stored import Stored
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import View
-from sweep.request.spec import SweepSpec
+from sweep.model.quantity import Truths
 
 #: Pixels of a window at most.
 MOST_PIXELS = 4_000_000
@@ -22,20 +22,25 @@ MOST_PIXELS = 4_000_000
 #: of the kernel.
 _PIECE, _TIMED_PIECE = 32768, 12288
 
+#: Values, verdicts, and which pixels have them.
+Held = tuple[npt.NDArray[Any], npt.NDArray[np.uint8], Truths]
+
 #: Below this share of its largest value the range of a quantity has too few steps in single precision.
 _NARROW = 1e-3
 
 
 def window(
-    view: View, fields: Mapping[str, Any], check: Callable[[], None]
+    view: View, stored: Stored | None, fields: Mapping[str, Any], check: Callable[[], None]
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     """Compute a window.
 
     Parameters
     ----------
     view : View
+    stored : Stored or None
     fields : mapping
-        ``width`` and ``height`` in pixels, and the ``quantity``.
+        ``width`` and ``height`` in pixels, the ``quantity``, and whether cells of the file are ``stored`` ones where
+        the view shows them.
     check : callable
         Called between pieces of work: raises where the answer is no longer wanted.
 
@@ -46,57 +51,61 @@ def window(
         small that rounding would be seen.
     arrays : dict of str to array, shape (height, width)
         ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
-        the bottom up. NaN where there is no number. And ``verdict``, uint8.
+        the bottom up. NaN (or the code 255) where there is no number. ``verdict``, uint8. If the file has cells there,
+        ``stored``, uint8: 1 where a value is one of them.
 
     Raises
     ------
     RequestError
-        If the window is too large, or the model has no exact reduction.
+        If the window is too large, or cells of the view cannot be computed and are not stored.
     """
     width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
     if width * height > MOST_PIXELS:
         refuse("width * height", f"at most {MOST_PIXELS}", width * height)
-    spec = live_spec(view)
-    known = shown_of(spec)
-    shown = known[read_choice(fields, "quantity", tuple(known), next(iter(known)))]
     begun = time.perf_counter()
-    value, verdict = pixels(view, spec, shown, (width, height), check)
+    held = None
+    if fields.get("stored") is True and stored is not None and stored.place(view) is not None:
+        known = stored.quantities() | (shown_of(view.live) if view.is_live else {})
+        name = read_choice(fields, "quantity", tuple(known))
+        held = stored.pixels(view, known[name], (width, height)) if name in stored.quantities() else None
+    else:
+        name = read_choice(fields, "quantity", tuple(shown_of(view.live)))
+    value, verdict, mask = _joined(view, name, (width, height), held, check)
     low, high = _range(value)
     if value.dtype == np.float64 and not _is_narrow(low, high):
         value = value.astype(np.float32)
     head = {
         "width": width,
         "height": height,
-        "quantity": shown.quantity.name,
+        "quantity": name,
         "low": low,
         "high": high,
         "seconds": time.perf_counter() - begun,
         "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
     }
-    return head, {"value": value, "verdict": verdict}
+    arrays = {"value": value, "verdict": verdict}
+    return head, arrays if mask is None else {**arrays, "stored": mask}
 
 
-def live_spec(view: View) -> SweepSpec:
-    """Return the spec of a view whose cells can be computed while somebody looks.
-
-    Raises
-    ------
-    RequestError
-        If they would have to be integrated in time.
-    """
-    spec = view.spec
-    if spec.model.exact is not None:
-        return spec
-    raise RequestError(
-        f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too long "
-        "for a map that is computed while one looks.",
-        hint="Show the cells of the file, or compute an atlas with eulerdisk run.",
-        where="cells",
-    )
+def _joined(
+    view: View, name: str, size: tuple[int, int], held: Held | None, check: Callable[[], None]
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8], npt.NDArray[np.uint8] | None]:
+    """Return values, verdicts and where they are stored: cells of the file, and live ones where it has none."""
+    if held is None:
+        return *pixels(view, shown_of(view.live)[name], size, check), None
+    value, verdict, inside = held
+    if not inside.all():
+        beyond = None
+        if view.is_live and name in shown_of(view.live):
+            beyond = pixels(view, shown_of(view.live)[name], size, check)
+        missing = 255 if value.dtype == np.uint8 else np.nan
+        value = np.where(inside, value, missing if beyond is None else beyond[0]).astype(value.dtype)
+        verdict = np.where(inside, verdict, 0 if beyond is None else beyond[1]).astype(np.uint8)
+    return value, verdict, inside.astype(np.uint8)
 
 
 def pixels(
-    view: View, spec: SweepSpec, shown: Shown, size: tuple[int, int], check: Callable[[], None]
+    view: View, shown: Shown, size: tuple[int, int], check: Callable[[], None]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8]]:
     """Compute the values of a quantity and the verdicts at all pixels, shape (height, width)."""
     width, height = size
@@ -107,8 +116,8 @@ def pixels(
         check()
         y, x = np.meshgrid(rows[part[0]], columns[part[1]], indexing="ij")
         with KERNELS:
-            found = compute(spec, view.starts(x.ravel(), y.ravel()), verdicts_only=not shown.timed)
-        value[part] = shown.values(spec, found).reshape(x.shape)
+            found = compute(view.live, view.starts(x.ravel(), y.ravel()), verdicts_only=not shown.timed)
+        value[part] = shown.values(view.live, found).reshape(x.shape)
         verdict[part] = found["stability"].reshape(x.shape)
     check()
     return value, verdict

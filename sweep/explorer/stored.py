@@ -1,0 +1,211 @@
+"""The cells of an atlas that was given, where a view shows them."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atlas.cf_metadata import EDGES, edge_names
+from sweep.atlas.contents import Atlas
+from sweep.atlas.nearest import is_inside, nearest
+from sweep.engine.grid import Span, starts_of
+from sweep.errors import RequestError
+from sweep.explorer.quantities import Shown, shown_of
+from sweep.explorer.view import Side, View
+from sweep.model.description import Columns
+from sweep.model.quantity import Array, Truths
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+
+#: Cells that are read of a plane at most; of a larger one every second cell, or fewer.
+_MOST_CELLS = 2**22
+
+#: Planes that are kept, 8 bytes for each cell.
+_KEPT = 6
+
+#: Settings that decide no number of a cell beyond its errors.
+_OF_NO_MATTER = ("duration", "step", "tolerance")
+
+
+class Stored:
+    """An atlas whose cells the map shows; safe to use from several threads.
+
+    Parameters
+    ----------
+    dataset : Atlas
+        Open as long as it is used.
+    spec : SweepSpec
+        The request that it was made from.
+    label : str
+        What people call it.
+
+    Raises
+    ------
+    RequestError
+        If its cells are no plane.
+    """
+
+    def __init__(self, dataset: Atlas, spec: SweepSpec, label: str) -> None:
+        self.spec, self.label = spec, label
+        self._dataset = dataset
+        self._kept: OrderedDict[Any, npt.NDArray[Any]] = OrderedDict()
+        # netCDF reads in one thread at a time
+        self._lock = threading.Lock()
+        if spec.is_list or sum(len(getattr(spec, name)) > 1 for name in spec.axes) < 2:
+            raise RequestError(
+                f"A map needs cells along two parameters; this atlas has {' x '.join(map(str, spec.shape)) or 'one'} "
+                f"cells{f' along {spec.axes[0]}' if len(spec.axes) == 1 else ''}.",
+                hint="Give an atlas of two axes, or a preset: then cells are computed as you look.",
+                where=label,
+            )
+
+    def quantities(self) -> Mapping[str, Shown]:
+        """Return what the map can show of it."""
+        known = shown_of(self.spec)
+        return {
+            name: each for name, each in known.items() if all(need in self._dataset for need in each.needs)
+        }
+
+    def place(self, view: View) -> dict[str, int] | None:
+        """Return where a view cuts the other axes of the atlas; None if it shows other cells than those stored."""
+        if view.given is not self.spec:
+            return None
+        sides, found = (view.x.name, view.y.name), dict[str, int]()
+        if any(name not in self.spec.axes or len(getattr(self.spec, name)) < 2 for name in sides):
+            return None
+        for name in self.spec.model.parameters:
+            held, wanted = getattr(self.spec, name), getattr(view.spec, name)
+            if name in sides:
+                continue
+            if isinstance(held, Range | Values) and is_inside(held.array(), wanted):
+                found[name] = nearest(held, wanted, self.spec.quantities[name])
+            elif held != wanted:
+                return None
+        settings = (name for name in self.spec.model.settings if name not in _OF_NO_MATTER)
+        same = all(getattr(self.spec, name) == getattr(view.spec, name) for name in (*settings, "criterion"))
+        return found if same else None
+
+    def pixels(
+        self, view: View, shown: Shown, size: tuple[int, int]
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8], Truths] | None:
+        """Return the values of a quantity and the verdicts of the nearest cells of all pixels, and which have one.
+
+        Arrays of shape (height, width); None if the view shows other cells than those stored.
+        """
+        place = self.place(view)
+        if place is None:
+            return None
+        columns, inside_x = self._cells(view.x, size[0])
+        rows, inside_y = self._cells(view.y, size[1])
+        needed = {name: self._plane(name, place, view, rows, columns) for name in (*shown.needs, "stability")}
+        value = shown.values(self.spec, needed)
+        return value, needed["stability"].astype(np.uint8), inside_y[:, None] & inside_x
+
+    def cell(self, view: View, x: float, y: float) -> tuple[dict[str, float], Columns] | None:
+        """Return the start and the columns, shape (1,), of the nearest cell; None if the point lies outside."""
+        place = self.place(view)
+        sides = {view.x.name: x, view.y.name: y}
+        if place is None or not all(
+            is_inside(getattr(self.spec, name).array(), at) for name, at in sides.items()
+        ):
+            return None
+        quantities = self.spec.quantities
+        place |= {name: nearest(getattr(self.spec, name), at, quantities[name]) for name, at in sides.items()}
+        number = int(np.ravel_multi_index([place[name] for name in self.spec.axes], self.spec.shape))
+        starts = starts_of(self.spec, Span(number, number + 1))
+        with self._lock:
+            held = {
+                name: np.atleast_1d(self._read(name, place))
+                for name in self.spec.model.cell_variables(self.spec)
+                if name in self._dataset
+            }
+        return {name: float(values[0]) for name, values in starts.items()}, held
+
+    def boundary(self, view: View) -> list[list[list[float]]]:
+        """Return the boundary of the file as polylines of pairs (x, y) in SI."""
+        place, found = self.place(view), []
+        for along, across in ((view.x, view.y), (view.y, view.x)):
+            for edge in EDGES:
+                name = edge_names(along.name, edge)[0]
+                if place is None or name not in self._dataset:
+                    continue
+                with self._lock:
+                    values = np.asarray(self._read(name, place), np.float64)
+                pairs = np.stack((values, getattr(self.spec, across.name).array()))
+                known = np.flatnonzero(np.isfinite(values))
+                for part in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+                    points = pairs[:, part] if along is view.x else pairs[::-1, part]
+                    found.append(points.T.tolist())
+        return [points for points in found if points]
+
+    def plane(self, name: str, view: View) -> npt.NDArray[Any]:
+        """Return all cells of the plane of a view, shape (cells along y, cells along x); raises as `place` is None."""
+        place = self.place(view)
+        assert place is not None
+        rows, columns = (np.arange(len(getattr(self.spec, side.name))) for side in (view.y, view.x))
+        return self._plane(name, place, view, rows, columns)
+
+    def _cells(self, side: Side, count: int) -> tuple[npt.NDArray[np.intp], Truths]:
+        """Return the nearest cell of each pixel along a side, and whether the pixel lies in it; shape (count,)."""
+        values, pixels = getattr(self.spec, side.name).array(), side.values(count)
+        if side.scale == "log" and values[0] > 0.0:
+            values, pixels = np.log(values), np.log(pixels)
+        borders = borders_of(values)
+        places = np.searchsorted(borders, pixels, side="right") - 1
+        inside = (pixels >= borders[0]) & (pixels <= borders[-1])
+        return np.clip(places, 0, values.size - 1), inside
+
+    def _plane(
+        self,
+        name: str,
+        place: Mapping[str, int],
+        view: View,
+        rows: npt.NDArray[np.intp],
+        columns: npt.NDArray[np.intp],
+    ) -> npt.NDArray[Any]:
+        """Return the values of a variable in some rows and columns of a plane."""
+        shape = tuple(len(getattr(self.spec, side.name)) for side in (view.y, view.x))
+        if shape[0] * shape[1] <= _MOST_CELLS:
+            parts = slice(0, shape[0]), slice(0, shape[1])
+        else:
+            parts = _thinned(rows), _thinned(columns)
+        key = name, view.y.name, view.x.name, tuple(place.items()), str(parts)
+        with self._lock:
+            if key not in self._kept:
+                read = self._read(name, {**place, view.y.name: parts[0], view.x.name: parts[1]})
+                order = [axis for axis in self.spec.axes if axis in (view.x.name, view.y.name)]
+                self._kept[key] = (
+                    read if order == [view.y.name, view.x.name] else np.ascontiguousarray(read.T)
+                )
+                if len(self._kept) > _KEPT:
+                    self._kept.popitem(last=False)
+            self._kept.move_to_end(key)
+            held = self._kept[key]
+        at_rows, at_columns = (
+            np.minimum((places - part.start) // (part.step or 1), held.shape[number] - 1)
+            for number, (places, part) in enumerate(zip((rows, columns), parts, strict=True))
+        )
+        found: npt.NDArray[Any] = held[np.ix_(at_rows, at_columns)]
+        return found
+
+    def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
+        """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
+        variable = self._dataset.variables[name]
+        return np.asarray(variable[tuple(place.get(dim, slice(None)) for dim in variable.dims)])
+
+
+def borders_of(values: Array) -> Array:
+    """Return the borders of cells at increasing values, shape (n + 1,): between two they lie in the middle."""
+    middles = 0.5 * (values[1:] + values[:-1])
+    first, last = values[0] - (middles[0] - values[0]), values[-1] + (values[-1] - middles[-1])
+    return np.concatenate(([first], middles, [last]))
+
+
+def _thinned(places: npt.NDArray[np.intp]) -> slice:
+    """Return the cells from the first to the last place, or every k-th of them."""
+    first, last = int(places[0]), int(places[-1])
+    step = max(1, (last - first + 1) // int(np.sqrt(_MOST_CELLS)))
+    return slice(first, last + 1, step)
