@@ -26,6 +26,10 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 #: A container has no user namespaces for the sandbox, and no graphics card for WebGL.
 OPTIONS = ("--no-sandbox", "--enable-unsafe-swiftshader")
 
+#: The part of the page that is the map; and the map while its picture is that of the view, at full resolution.
+MAP = "[data-lane]"
+COMPLETE = f"{MAP}[data-lane=fine][aria-busy=false]"
+
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/[\w-]+/")
 
 #: What the driver of the graphics says of its own speed is nothing that a page can help.

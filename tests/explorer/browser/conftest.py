@@ -20,13 +20,11 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import pytest
-from explorer_browser import BROWSERS, Served, Watch, find_browser, launched, served
+from explorer_browser import BROWSERS, COMPLETE, Served, Watch, find_browser, launched, served
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-#: The map while its picture is that of the view, at full resolution.
-COMPLETE = "[data-lane=fine][aria-busy=false]"
 
 #: Milliseconds that anything in a page may take; processors of tests are busy.
 PATIENCE = 20_000

@@ -1,0 +1,226 @@
+"""Somebody who uses the explorer's page without a plan: all that one can do with it, by real events of a browser."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from explorer_browser import MAP
+
+if TYPE_CHECKING:
+    from playwright.sync_api import ElementHandle, Page
+
+#: Sizes of windows, from a phone's to a large screen's.
+SIZES = ((360, 740), (768, 1024), (1280, 800), (1600, 900))
+
+KEYS = (
+    "ArrowLeft",
+    "ArrowRight",
+    "ArrowUp",
+    "ArrowDown",
+    "+",
+    "-",
+    "Enter",
+    "Escape",
+    "Tab",
+    "Home",
+    "Shift+Enter",
+)
+
+TEXTS = ("0.5", "1e-3", "-7", "0", "abc", "", "1e400", "45 deg", "0,5", "departure:10deg", "<b>")
+
+FRAGMENTS = (
+    "",
+    "base=spinning",
+    "base=circling",
+    "base=nowhere&x=&y=1",
+    "x=roll_rate,3,1e-9,linear",
+    "a=3,0.02&b=2,0.02",
+)
+
+
+class ProblemError(Exception):
+    """Something happened that must not; its text says what."""
+
+
+@dataclass
+class Visitor:
+    """Somebody who uses the page without a plan.
+
+    Parameters
+    ----------
+    page : Page
+        Where the explorer is open.
+    chance : random.Random
+        Decides everything.
+    """
+
+    page: Page
+    chance: random.Random
+    visited: list[str] = field(default_factory=list)
+    done: deque[str] = field(default_factory=lambda: deque(maxlen=24))
+
+    def act(self) -> None:
+        """Do one thing."""
+        (name,) = self.chance.choices(list(ACTIONS), [weight for weight, _ in ACTIONS.values()])
+        self.done.append(name)
+        ACTIONS[name][1](self)
+
+    def note(self, what: object) -> None:
+        """Add to what is known of the last action."""
+        self.done[-1] += f" {what}"
+
+    def place(self) -> tuple[float, float]:
+        """Return a place of the map, in pixels of the screen."""
+        self.page.evaluate("window.scrollTo(0, 0)")
+        box = self.page.locator(MAP).bounding_box()
+        if box is None:
+            raise ProblemError("the map is not shown")
+        return (
+            box["x"] + self.chance.uniform(0.1, 0.9) * box["width"],
+            box["y"] + self.chance.uniform(0.1, 0.9) * box["height"],
+        )
+
+    def one_of(self, selector: str) -> ElementHandle | None:
+        """Return any element that a person could use now."""
+        found = [each for each in self.page.query_selector_all(selector) if each.is_visible()]
+        usable = [each for each in found if each.is_enabled()]
+        return self.chance.choice(usable) if usable else None
+
+    def pause(self) -> None:
+        """Wait as short or as long as a person."""
+        self.page.wait_for_timeout(self.chance.choice((0, 0, 10, 50, 200)))
+
+
+def zoom(visitor: Visitor) -> None:
+    """Turn the wheel over the map, in steps."""
+    visitor.page.mouse.move(*visitor.place())
+    direction = visitor.chance.choice((-1, -1, -1, 1, 1))
+    for _ in range(visitor.chance.randint(1, 12)):
+        visitor.page.mouse.wheel(0, direction * visitor.chance.choice((30, 120, 400)))
+
+
+def drag(visitor: Visitor) -> None:
+    """Pull the map."""
+    mouse = visitor.page.mouse
+    mouse.move(*visitor.place())
+    mouse.down()
+    mouse.move(*visitor.place(), steps=visitor.chance.randint(1, 8))
+    mouse.up()
+
+
+def click(visitor: Visitor) -> None:
+    """Choose a point, sometimes the second one, sometimes all of the map."""
+    x, y = visitor.place()
+    kind = visitor.chance.choice(("click", "click", "second", "double", "hover"))
+    visitor.note(kind)
+    if kind == "hover":
+        visitor.page.mouse.move(x, y, steps=5)
+        return
+    if kind == "second":
+        visitor.page.keyboard.down("Shift")
+    visitor.page.mouse.click(x, y, click_count=2 if kind == "double" else 1)
+    if kind == "second":
+        visitor.page.keyboard.up("Shift")
+
+
+def type_keys(visitor: Visitor) -> None:
+    """Press keys on the map, or wherever Tab has led."""
+    visitor.page.locator(MAP).focus()
+    keys = visitor.chance.choices(KEYS, k=visitor.chance.randint(1, 8))
+    visitor.note(keys)
+    for key in keys:
+        visitor.page.keyboard.press(key)
+
+
+def slide(visitor: Visitor) -> None:
+    """Put a slider anywhere, by one jump and some steps."""
+    slider = visitor.one_of("input[type=range]")
+    if slider is None:
+        return
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    if box is None:
+        return
+    visitor.page.mouse.click(box["x"] + visitor.chance.random() * box["width"], box["y"] + box["height"] / 2)
+    for _ in range(visitor.chance.randint(0, 6)):
+        visitor.page.keyboard.press(visitor.chance.choice(("ArrowLeft", "ArrowRight")))
+
+
+def select(visitor: Visitor) -> None:
+    """Choose from a list."""
+    chosen = visitor.one_of("select")
+    if chosen is None:
+        return
+    values = chosen.evaluate(
+        "list => [...list.options].filter((each) => !each.disabled).map((each) => each.value)"
+    )
+    if values:
+        value = visitor.chance.choice(values)
+        visitor.note(value)
+        chosen.select_option(value)
+
+
+def press(visitor: Visitor) -> None:
+    """Press a button, open a menu or tick a box."""
+    button = visitor.one_of("button, summary, input[type=checkbox], input[type=radio]")
+    if button is None:
+        return
+    visitor.note(repr(button.evaluate("each => each.innerText || each.ariaLabel || each.id").strip()))
+    button.scroll_into_view_if_needed()
+    box = button.bounding_box()
+    if box is not None:
+        visitor.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+
+def write(visitor: Visitor) -> None:
+    """Write something into a field, sensible or not."""
+    written = visitor.one_of("input[type=text], input[type=number], input:not([type])")
+    if written is None:
+        return
+    text = visitor.chance.choice(TEXTS)
+    visitor.note(text)
+    written.scroll_into_view_if_needed()
+    written.focus()
+    visitor.page.keyboard.press("Control+A")
+    visitor.page.keyboard.insert_text(text)
+    visitor.page.keyboard.press("Enter")
+
+
+def follow_address(visitor: Visitor) -> None:
+    """Go where one has been, or to an address that somebody else has written."""
+    visitor.visited.append(visitor.page.evaluate("location.hash"))
+    fragment = visitor.chance.choice((*FRAGMENTS, *visitor.visited[-20:]))
+    visitor.note(fragment)
+    visitor.page.evaluate("fragment => { location.hash = fragment; }", fragment)
+
+
+def resize(visitor: Visitor) -> None:
+    """Change the size of the window."""
+    width, height = visitor.chance.choice(SIZES)
+    visitor.note((width, height))
+    visitor.page.set_viewport_size({"width": width, "height": height})
+
+
+def change_light(visitor: Visitor) -> None:
+    """Change between day and night."""
+    visitor.page.emulate_media(color_scheme=visitor.chance.choice(("light", "dark")))
+
+
+#: Name of an action -> how often it is done, and what is done.
+ACTIONS: Mapping[str, tuple[int, Callable[[Visitor], None]]] = {
+    "zoom": (30, zoom),
+    "drag": (15, drag),
+    "click": (15, click),
+    "keys": (10, type_keys),
+    "slide": (12, slide),
+    "select": (4, select),
+    "press": (8, press),
+    "write": (3, write),
+    "address": (5, follow_address),
+    "resize": (2, resize),
+    "light": (2, change_light),
+}
