@@ -18,16 +18,16 @@
  */
 
 /**
- * A parameter that can be an axis or a slider; low and high are the ends of its slider, which are no limits.
- * `value` is its default; `control` says that the boundary is sought along it.
+ * A parameter that can be an axis or a slider; low and high are the ends of its slider, which are no limits, null if it has
+ * none. `control` says that the boundary is sought along it.
  * @typedef {object} Parameter
  * @property {string} name
  * @property {string} label  name in words, for an axis
  * @property {string} description
  * @property {string} unit  as people read it; empty for a pure number
  * @property {number} factor
- * @property {number} low
- * @property {number} high
+ * @property {number|null} low
+ * @property {number|null} high
  * @property {"linear"|"log"} scale
  * @property {boolean} control
  * @property {string[]} words  words that may be given instead of a number
@@ -112,7 +112,7 @@
  * @property {{low: number|null, high: number|null, seconds: number, end: boolean, note?: string}} head
  * @property {number} width
  * @property {number} height
- * @property {Float32Array} value
+ * @property {Float32Array|Float64Array|Uint8Array} value
  * @property {Uint8Array} verdict
  * @property {Uint8Array|null} stored
  */
@@ -122,7 +122,7 @@
  */
 
 /**
- * @typedef {{name: string, label: string, text: string, value: number|null}} ShownNumber
+ * @typedef {{name: string, description: string, text: string, value: number|null}} ShownNumber
  */
 
 /**
@@ -157,6 +157,11 @@
  */
 
 /**
+ * The cells at the pixels of a window, to be saved.
+ * @typedef {{view: View, width: number, height: number, format: "csv"|"netcdf"}} DataRequest
+ */
+
+/**
  * Where the page gets its numbers from: a server, or what an exported page holds.
  * @typedef {object} Source
  * @property {boolean} live  whether windows can be computed
@@ -167,7 +172,7 @@
  * @property {(request: object, signal?: AbortSignal) => Promise<any>} motion
  * @property {(place: Place) => Promise<string>} explain
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
- * @property {((request: object) => Promise<{blob: Blob, name: string}>)|null} data
+ * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data
  */
 
 export {};

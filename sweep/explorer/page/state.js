@@ -1,0 +1,175 @@
+/** What the page shows, as one plain object, and the changes that can be made to it. Nothing here is changed in place. */
+
+import { axisBetween, valueAt } from "eulerdisk/axis_window";
+
+/** @typedef {import("eulerdisk/types").About} About */
+/** @typedef {import("eulerdisk/types").Axis} Axis */
+/** @typedef {import("eulerdisk/types").Base} Base */
+/** @typedef {import("eulerdisk/types").Parameter} Parameter */
+/** @typedef {import("eulerdisk/types").Quantity} Quantity */
+/** @typedef {import("eulerdisk/types").View} View */
+
+/**
+ * A chosen point: the values along both axes.
+ * @typedef {{x: number, y: number}} Point
+ */
+
+/**
+ * `stored` shows the cells of a file where there are some; `hidden` names lines that are not drawn; `range` holds the ends
+ * of the colours, null fits them to the window; `points` are the two chosen ones, the second one is shown if `compare`.
+ * @typedef {object} State
+ * @property {View} view
+ * @property {string} quantity
+ * @property {boolean} stored
+ * @property {string[]} hidden
+ * @property {[number, number]|null} range
+ * @property {[Point|null, Point|null]} points
+ * @property {boolean} compare
+ * @property {""|"light"|"dark"} theme  empty for that of the system
+ */
+
+/**
+ * What is shown first of a base.
+ * @param {About} about
+ * @param {string} [name]  of the base
+ * @returns {State}
+ */
+export function firstState(about, name) {
+  const base = about.bases.find((each) => each.name === name) ?? about.bases[0];
+  return {
+    view: { base: base.name, words: {}, x: base.view.x, y: base.view.y },
+    quantity: about.quantities[0].name,
+    stored: true,
+    hidden: [],
+    range: null,
+    points: [null, null],
+    compare: false,
+    theme: "",
+  };
+}
+
+/**
+ * The base of a view.
+ * @param {About} about
+ * @param {View} view
+ * @returns {Base}
+ */
+export function baseOf(about, view) {
+  return about.bases.find((each) => each.name === view.base) ?? about.bases[0];
+}
+
+/**
+ * Parameter of a name.
+ * @param {About} about
+ * @param {string} name
+ * @returns {Parameter}
+ */
+export function parameterOf(about, name) {
+  const found = about.parameters.find((each) => each.name === name);
+  if (!found) throw new Error(`There is no parameter ${name}.`);
+  return found;
+}
+
+/**
+ * @param {About} about
+ * @param {string} name
+ * @returns {Quantity}
+ */
+export function quantityOf(about, name) {
+  return about.quantities.find((each) => each.name === name) ?? about.quantities[0];
+}
+
+/**
+ * Value of a parameter that is no axis, or of the criterion: that of the view, else that of its base.
+ * @param {About} about
+ * @param {View} view
+ * @param {string} name
+ * @returns {number|string|undefined}
+ */
+export function wordOf(about, view, name) {
+  return view.words[name] ?? baseOf(about, view).words[name];
+}
+
+/**
+ * View with another value of a word; one that is the base's own is left out.
+ * @param {About} about
+ * @param {View} view
+ * @param {string} name
+ * @param {number|string} value
+ * @returns {View}
+ */
+export function withWord(about, view, name, value) {
+  const words = { ...view.words };
+  if (baseOf(about, view).words[name] === value) delete words[name];
+  else words[name] = value;
+  return { ...view, words };
+}
+
+/**
+ * View with another parameter along an axis. The one that was there keeps the value in the middle; if the other axis
+ * has the parameter, both change places.
+ * @param {About} about
+ * @param {View} view
+ * @param {"x"|"y"} which
+ * @param {string} name
+ * @returns {View}
+ */
+export function withAxis(about, view, which, name) {
+  const other = which === "x" ? "y" : "x";
+  if (view[which].name === name) return view;
+  if (view[other].name === name) return { ...view, x: view.y, y: view.x };
+  const old = view[which];
+  const words = { ...view.words, [old.name]: valueAt(old, 0) };
+  delete words[name];
+  return { ...view, words, [which]: firstAxis(about, view, name) };
+}
+
+/**
+ * Range of a parameter that becomes an axis: that of the base if it is an axis there.
+ * @param {About} about
+ * @param {View} view
+ * @param {string} name
+ */
+function firstAxis(about, view, name) {
+  const base = baseOf(about, view).view;
+  for (const axis of [base.x, base.y]) if (axis.name === name) return axis;
+  const { low, high, scale } = parameterOf(about, name);
+  return axisBetween(name, low ?? -1, high ?? 1, scale);
+}
+
+/**
+ * View whose axis has the other scale, over the same range where a logarithm allows that.
+ * @param {View} view
+ * @param {"x"|"y"} which
+ * @returns {View}
+ */
+export function withOtherScale(view, which) {
+  const axis = view[which];
+  const [low, high] = [valueAt(axis, -1), valueAt(axis, 1)];
+  const scale = axis.scale === "log" ? "linear" : "log";
+  // a logarithmic axis that would begin at 0 or below begins at a thousandth of its end
+  const from = scale === "log" && low <= 0 ? high / 1000 : low;
+  return { ...view, [which]: axisBetween(axis.name, from, high, scale) };
+}
+
+/**
+ * Parameters that a base has, as axes or otherwise, in the order of the model.
+ * @param {About} about
+ * @param {View} view
+ * @returns {Parameter[]}
+ */
+export function parametersOf(about, view) {
+  const { words, view: first } = baseOf(about, view);
+  return about.parameters.filter(
+    ({ name }) => name in words || name === first.x.name || name === first.y.name,
+  );
+}
+
+/**
+ * Words of a verdict.
+ * @param {About} about
+ * @param {number} code
+ */
+export function verdictWords(about, code) {
+  return about.quantities.find(({ name }) => name === "stability")?.flags?.[String(code)] ?? "";
+}
