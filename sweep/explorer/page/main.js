@@ -1,0 +1,178 @@
+/** The page: one state, shown by all its parts and kept in the address. */
+
+import { fragmentOf, stateOf } from "eulerdisk/address";
+import { baseMenu, themeButton } from "eulerdisk/choices";
+import { Controls } from "eulerdisk/controls";
+import { AtlasMap } from "eulerdisk/map";
+import { addMenus } from "eulerdisk/menus";
+import { loadMotions, Motions } from "eulerdisk/motions";
+import { Readout } from "eulerdisk/readout";
+import { ServerSource } from "eulerdisk/server_source";
+import { baseOf, quantityOf } from "eulerdisk/state";
+import { StoredSource } from "eulerdisk/stored_source";
+
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").About} About */
+/** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/state").State} State */
+/** @typedef {import("eulerdisk/state").Point} Point */
+
+/** Milliseconds without a change after which the address is written. */
+const REST = 250;
+
+/** Milliseconds within which a second click makes the first one part of a double click. */
+const DOUBLE = 500;
+
+/** @param {string} id */
+function part(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`The page has no part ${id}.`);
+  return found;
+}
+
+class Page {
+  #about;
+  #state;
+  #map;
+  #controls;
+  #readout;
+  #motions;
+  #choices;
+  #timer = 0;
+  /** @type {{time: number, state: State}|null} what was shown before the last click */
+  #before = null;
+
+  /**
+   * @param {About} about
+   * @param {Source} source
+   */
+  constructor(about, source) {
+    this.#about = about;
+    this.#state = stateOf(location.hash, about);
+    const change = (/** @type {(state: State) => State} */ by) => this.#show(by(this.#state));
+    this.#map = new AtlasMap(part("map"), about, source, this.#state, {
+      onView: (view) => change((state) => ({ ...state, view })),
+      onChoose: (point, second) => this.#choose(point, second),
+      onAim: (aim) => this.#readout.show(aim, this.#state.view, quantityOf(about, this.#state.quantity)),
+      onReset: () => this.#reset(),
+      onShown: () => this.#shown(),
+      onProblem: (problem) => this.#say(problem),
+    });
+    this.#controls = new Controls(part("controls"), about, change);
+    part("controls").addEventListener("hold", (event) => {
+      const { low, high } = this.#map.picture.range;
+      change((state) => ({
+        ...state,
+        range: /** @type {CustomEvent} */ (event).detail ? [low, high] : null,
+      }));
+    });
+    this.#readout = new Readout(part("readout"), part("spoken"), about, source);
+    this.#motions = new Motions(part("motions"), about, source, (slot) => this.#close(slot));
+    this.#choices = [baseMenu(part("bases"), about, change), themeButton(part("theme"), change)];
+    part("compare").addEventListener("click", () =>
+      change((state) => ({ ...state, compare: !state.compare })),
+    );
+    part("whole").addEventListener("click", () => this.#reset());
+    addMenus(part("menus"), {
+      state: () => this.#state,
+      address: () => location.href.replace(/#.*/, "") + "#" + fragmentOf(this.#state),
+      map: this.#map,
+      source,
+      say: (words) => this.#tell(words),
+    });
+    window.addEventListener("hashchange", () => this.#restore());
+    this.#show(this.#state);
+  }
+
+  /** @param {State} state */
+  #show(state) {
+    this.#state = state;
+    const dark =
+      state.theme === "dark" || (state.theme === "" && matchMedia("(prefers-color-scheme: dark)").matches);
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    part("compare").setAttribute("aria-pressed", String(state.compare));
+    for (const follow of this.#choices) follow(state);
+    this.#map.show(state);
+    this.#controls.show(state, this.#map.lines);
+    this.#motions.show(state);
+    clearTimeout(this.#timer);
+    this.#timer = window.setTimeout(() => this.#keep(), REST);
+  }
+
+  /** Write the state into the address. */
+  #keep() {
+    const fragment = `#${fragmentOf(this.#state)}`;
+    if (fragment !== location.hash) history.replaceState(null, "", fragment);
+  }
+
+  /** Show what an address says that was typed or gone back to. */
+  #restore() {
+    if (location.hash.slice(1) !== fragmentOf(this.#state)) this.#show(stateOf(location.hash, this.#about));
+  }
+
+  /**
+   * @param {Point} point
+   * @param {boolean} second
+   */
+  #choose(point, second) {
+    this.#before = { time: performance.now(), state: this.#state };
+    const { points, compare } = this.#state;
+    // while two are compared, a click goes where there is none yet, else to the nearer one of the next in turn
+    const slot = second || (compare && points[0] && !points[1]) ? 1 : 0;
+    /** @type {[Point|null, Point|null]} */
+    const chosen = slot ? [points[0], point] : [point, points[1]];
+    this.#show({ ...this.#state, points: chosen, compare: compare || slot === 1 });
+  }
+
+  /** @param {number} slot */
+  #close(slot) {
+    const { points, compare } = this.#state;
+    // the second one takes the place of the first
+    if (slot === 0) {
+      this.#show({ ...this.#state, points: [compare ? points[1] : null, null], compare: false });
+    } else this.#show({ ...this.#state, points: [points[0], null], compare: false });
+  }
+
+  #reset() {
+    // the first click of a double click chose a start that was not meant
+    const recent = this.#before && performance.now() - this.#before.time < DOUBLE;
+    const kept = recent && this.#before ? this.#before.state : this.#state;
+    const { view } = kept;
+    const base = baseOf(this.#about, view).view;
+    const first = [base.x, base.y];
+    const [x, y] = [view.x, view.y].map((axis) => first.find((each) => each.name === axis.name) ?? axis);
+    this.#show({ ...kept, view: { ...view, x, y } });
+  }
+
+  /** New numbers are shown. */
+  #shown() {
+    this.#controls.show(this.#state, this.#map.lines);
+    const note = this.#map.picture.answer?.head.note ?? "";
+    const end = this.#map.atEnd || this.#map.picture.answer?.head.end;
+    this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
+  }
+
+  /** @param {Error & {hint?: string}} problem */
+  #say(problem) {
+    this.#tell([problem.message, problem.hint].filter(Boolean).join(" "));
+  }
+
+  /** @param {string} words */
+  #tell(words) {
+    part("notice").textContent = words;
+  }
+}
+
+async function begin() {
+  const held = document.getElementById("stored");
+  const source = held ? await StoredSource.read(held.textContent ?? "") : new ServerSource();
+  const about = await source.about();
+  document.title = `${about.atlas?.label ?? "eulerdisk explorer"}`;
+  new Page(about, source);
+  await loadMotions();
+}
+
+begin().catch((problem) => {
+  part("notice").textContent = problem.message;
+  throw problem;
+});

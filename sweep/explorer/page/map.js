@@ -1,0 +1,308 @@
+/** The map: picture, overlay and gestures of one element. It shows a state and tells what is done on it. */
+
+import { leastHalf, moved, placeOf, valueAt, zoomed } from "eulerdisk/axis_window";
+import { Gestures, inside, listenToKeys } from "eulerdisk/gestures";
+import { html } from "eulerdisk/html";
+import { Latest } from "eulerdisk/latest";
+import { drawOverlay } from "eulerdisk/overlay";
+import { Picture } from "eulerdisk/picture";
+import { Refresh } from "eulerdisk/refresh";
+import { baseOf, parameterOf, quantityOf } from "eulerdisk/state";
+import { svg } from "eulerdisk/svg";
+
+/** @typedef {import("eulerdisk/types").About} About */
+/** @typedef {import("eulerdisk/types").Axis} Axis */
+/** @typedef {import("eulerdisk/types").Line} Line */
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/state").State} State */
+/** @typedef {import("eulerdisk/state").Point} Point */
+/** @typedef {import("eulerdisk/overlay").Plot} Plot */
+/** @typedef {import("eulerdisk/gestures").Place} Place */
+
+/**
+ * A start that is pointed at, and what the picture shows there.
+ * @typedef {{point: Point, shown: {value: number, verdict: number, stored: boolean}|null, keys: boolean}} Aim
+ */
+
+/**
+ * What the map tells: another view; a chosen start (`second`: for the second motion); what is pointed at, null for
+ * nothing; that the whole range is wanted; that new numbers are shown; that the server refused something.
+ * @typedef {object} Told
+ * @property {(view: View) => void} onView
+ * @property {(point: Point, second: boolean) => void} onChoose
+ * @property {(aim: Aim|null) => void} onAim
+ * @property {() => void} onReset
+ * @property {() => void} onShown
+ * @property {(problem: Error) => void} onProblem
+ */
+
+/** Cells that the keyboard's cursor crosses from border to border. */
+const CELLS = [50, 40];
+
+/** How much farther than the range of its base a window may reach. */
+const BEYOND = 8;
+
+export class AtlasMap {
+  picture = new Picture();
+  /** @type {SVGSVGElement} */
+  overlay = /** @type {SVGSVGElement} */ (svg("svg", { class: "overlay", "aria-hidden": "true" }));
+  /** @type {Line[]} */
+  lines = [];
+  #element;
+  #about;
+  #told;
+  #refresh;
+  #lineRequests;
+  /** @type {State} */
+  #state;
+  /** @type {Place|null} */
+  #cursor = null;
+  #linesOf = "";
+  #asked = "";
+  #frame = 0;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {About} about
+   * @param {Source} source
+   * @param {State} state
+   * @param {Told} told
+   */
+  constructor(element, about, source, state, told) {
+    this.#element = element;
+    this.#about = about;
+    this.#state = state;
+    this.#told = told;
+    this.picture.canvas.className = "picture";
+    element.append(html("div", { class: "ground" }), this.picture.canvas, this.overlay);
+    this.#refresh = new Refresh(source, (...answer) => this.#take(...answer), told.onProblem);
+    this.#lineRequests = new Latest((/** @type {View} */ view) => this.#askLines(source, view));
+    this.#listen();
+    new ResizeObserver(() => this.show(this.#state)).observe(element);
+  }
+
+  /** Where the picture lies in the element, in CSS pixels. */
+  get plot() {
+    const { clientWidth, clientHeight } = this.#element;
+    const narrow = clientWidth < 520;
+    const [left, right] = narrow ? [58, 12] : [72, 18];
+    const top = this.#legendHeight(clientWidth - left - right);
+    return {
+      left,
+      top,
+      width: Math.max(40, Math.floor(clientWidth - left - right)),
+      height: Math.max(40, Math.floor(clientHeight - top - 50)),
+    };
+  }
+
+  /** Pixels of the device that the picture has. */
+  get size() {
+    const { width, height } = this.plot;
+    const density = window.devicePixelRatio || 1;
+    return { width: Math.round(width * density), height: Math.round(height * density) };
+  }
+
+  /** Ends of zoom of both axes: whether one of them has been reached. */
+  get atEnd() {
+    const { view } = this.#state;
+    const { width, height } = this.size;
+    return (
+      view.x.half <= leastHalf(view.x, width) * 1.001 || view.y.half <= leastHalf(view.y, height) * 1.001
+    );
+  }
+
+  /**
+   * Show a state: at once what is known, then what is asked for.
+   * @param {State} state
+   */
+  show(state) {
+    const recoloured = String(state.range) !== String(this.#state.range);
+    this.#state = state;
+    if (recoloured) this.picture.colour(state.range);
+    this.#ask();
+    this.redraw();
+  }
+
+  /** Draw at the next frame. */
+  redraw() {
+    cancelAnimationFrame(this.#frame);
+    this.#frame = requestAnimationFrame(() => this.#draw());
+  }
+
+  #draw() {
+    const { view, points, compare, hidden, quantity } = this.#state;
+    const { plot, size } = this;
+    const { canvas } = this.picture;
+    this.picture.draw(view, size.width, size.height);
+    const ground = /** @type {HTMLElement} */ (canvas.previousElementSibling);
+    for (const { style } of [canvas, ground]) {
+      [style.left, style.top] = [`${plot.left}px`, `${plot.top}px`];
+      [style.width, style.height] = [`${plot.width}px`, `${plot.height}px`];
+    }
+    const { atlas } = this.#about;
+    const origins = this.picture.origins();
+    drawOverlay(this.overlay, {
+      view,
+      plot,
+      x: parameterOf(this.#about, view.x.name),
+      y: parameterOf(this.#about, view.y.name),
+      quantity: this.picture.quantity ?? quantityOf(this.#about, quantity),
+      range: this.picture.range,
+      lines: this.lines.filter((line) => !hidden.includes(line.name)),
+      stale: this.#linesOf !== wordsOf(view),
+      points: [points[0], compare ? points[1] : null],
+      grid: atlas && origins.stored ? { x: atlas.x, y: atlas.y } : null,
+      cursor: document.activeElement === this.#element ? this.#cursor : null,
+    });
+  }
+
+  /** Ask for what is not shown yet. */
+  #ask() {
+    const { view, quantity, stored } = this.#state;
+    const wanted = { view, quantity, stored, ...this.size };
+    const key = JSON.stringify(wanted);
+    if (key === this.#asked) return;
+    this.#asked = key;
+    this.#element.setAttribute("aria-busy", "true");
+    this.#refresh.ask(wanted);
+    this.#lineRequests.ask(view);
+  }
+
+  /**
+   * @param {import("eulerdisk/refresh").Wanted} wanted
+   * @param {import("eulerdisk/types").WindowAnswer} answer
+   * @param {"coarse"|"fine"} lane
+   */
+  #take(wanted, answer, lane) {
+    const now = JSON.stringify(wanted) === this.#asked;
+    const { dataset } = this.#element;
+    // a coarse picture that comes after the fine one of its view is of no use
+    if (lane === "coarse" && dataset.lane === "fine" && dataset.shown === JSON.stringify(wanted)) return;
+    this.picture.take(wanted.view, quantityOf(this.#about, wanted.quantity), answer, this.#state.range);
+    dataset.shown = JSON.stringify(wanted);
+    dataset.lane = lane;
+    if (now && lane === "fine") this.#element.setAttribute("aria-busy", "false");
+    this.#draw();
+    this.#told.onShown();
+  }
+
+  /**
+   * @param {Source} source
+   * @param {View} view
+   */
+  async #askLines(source, view) {
+    try {
+      this.lines = await source.lines(view);
+      this.#linesOf = wordsOf(view);
+    } catch {
+      // what is wrong with the view is told by its window
+      this.lines = [];
+    }
+    this.redraw();
+    this.#told.onShown();
+  }
+
+  #listen() {
+    /** @type {import("eulerdisk/gestures").Deeds} */
+    const deeds = {
+      zoom: (factor, across, up) => this.#zoom(factor, across, up),
+      move: (across, up) => this.#move(across, up),
+      choose: (place, second) => this.#told.onChoose(this.#pointAt(place), second),
+      hover: (place) => this.#told.onAim(place && this.#aimAt(place, false)),
+      reset: () => this.#told.onReset(),
+    };
+    new Gestures(this.#element, () => this.plot, deeds);
+    listenToKeys(this.#element, deeds, {
+      get: () => this.#cursor ?? [0, 0],
+      set: (place) => this.#setCursor(place),
+      cell: () => [2 / CELLS[0], 2 / CELLS[1]],
+    });
+    this.#element.addEventListener("focus", () => this.redraw());
+    this.#element.addEventListener("blur", () => this.redraw());
+  }
+
+  /** @param {Place} place */
+  #setCursor(place) {
+    this.#cursor = place;
+    this.redraw();
+    this.#told.onAim(this.#aimAt(place, true));
+  }
+
+  /**
+   * @param {Place} place
+   * @returns {Point}
+   */
+  #pointAt([across, up]) {
+    const { x, y } = this.#state.view;
+    return { x: valueAt(x, across), y: valueAt(y, up) };
+  }
+
+  /**
+   * @param {Place} place
+   * @param {boolean} keys
+   * @returns {Aim}
+   */
+  #aimAt(place, keys) {
+    return { point: this.#pointAt(place), shown: this.picture.at(this.#state.view, ...place), keys };
+  }
+
+  /**
+   * @param {number} factor
+   * @param {number|null} across
+   * @param {number|null} up
+   */
+  #zoom(factor, across, up) {
+    const { view } = this.#state;
+    const { width, height } = this.size;
+    const x = across === null ? view.x : zoomed(view.x, factor, across, this.#limits("x", width));
+    const y = up === null ? view.y : zoomed(view.y, factor, up, this.#limits("y", height));
+    this.#told.onView({ ...view, x, y });
+  }
+
+  /**
+   * @param {number} across
+   * @param {number} up
+   */
+  #move(across, up) {
+    const { view } = this.#state;
+    this.#told.onView({ ...view, x: moved(view.x, across), y: moved(view.y, up) });
+  }
+
+  /**
+   * @param {"x"|"y"} which
+   * @param {number} pixels
+   */
+  #limits(which, pixels) {
+    const axis = this.#state.view[which];
+    const base = baseOf(this.#about, this.#state.view).view;
+    const first =
+      [base.x, base.y].find((each) => each.name === axis.name && each.scale === axis.scale) ?? axis;
+    return { least: leastHalf(axis, pixels), most: BEYOND * first.half };
+  }
+
+  /** @param {number} width */
+  #legendHeight(width) {
+    const { flags } = quantityOf(this.#about, this.#state.quantity);
+    if (!flags) return 58;
+    const letters = Object.values(flags).reduce((sum, words) => sum + words.length * 7 + 36, 0);
+    return 40 + 18 * Math.ceil(letters / Math.max(width, 100));
+  }
+
+  /**
+   * Whether a start lies in the window.
+   * @param {Point} point
+   */
+  holds(point) {
+    const { x, y } = this.#state.view;
+    return inside([placeOf(x, point.x), placeOf(y, point.y)]);
+  }
+}
+
+/**
+ * What lines depend on besides the window.
+ * @param {View} view
+ */
+function wordsOf(view) {
+  return JSON.stringify([view.base, view.words, view.x.name, view.y.name]);
+}

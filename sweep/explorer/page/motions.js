@@ -1,0 +1,140 @@
+/** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
+
+import { html } from "eulerdisk/html";
+import { Latest } from "eulerdisk/latest";
+import { parameterOf } from "eulerdisk/state";
+import { readable } from "eulerdisk/ticks";
+
+/** @typedef {import("eulerdisk/types").About} About */
+/** @typedef {import("eulerdisk/types").Place} Place */
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/state").State} State */
+/** @typedef {import("eulerdisk/state").Point} Point */
+
+/**
+ * What shows one motion (`MotionPanel` of eulerdisk/motion/panel).
+ * @typedef {{show: (request: Place) => Promise<void>, clear: () => void, dispose: () => void}} Panel
+ */
+
+/** One place for a motion: its heading and its panel. */
+class Slot {
+  #about;
+  #source;
+  #letter;
+  #caption = html("p", { class: "quiet" });
+  #body = html("div", { class: "motion" });
+  /** @type {Promise<Panel>|null} */
+  #panel = null;
+  #shown = "";
+  #requests = new Latest((/** @type {Place} */ request) => this.#move(request));
+  element;
+
+  /**
+   * @param {string} letter
+   * @param {About} about
+   * @param {Source} source
+   * @param {() => void} close
+   */
+  constructor(letter, about, source, close) {
+    this.#about = about;
+    this.#source = source;
+    this.#letter = letter;
+    const button = html(
+      "button",
+      { type: "button", class: "plain", "aria-label": `Close ${letter}`, click: close },
+      "\u00d7",
+    );
+    const heading = html("h2", {}, html("span", { class: "letter" }, letter));
+    const head = html("header", {}, heading, this.#caption, button);
+    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, this.#body);
+  }
+
+  /**
+   * Show the motion of a start, or that none is chosen.
+   * @param {View} view
+   * @param {Point|null} point
+   */
+  show(view, point) {
+    this.element.classList.toggle("empty", point === null);
+    const key = JSON.stringify(point && [point, withoutWindow(view)]);
+    if (key === this.#shown) return;
+    this.#shown = key;
+    this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
+    if (point) this.#requests.ask({ view, ...point });
+    else if (this.#panel) void this.#panel.then((panel) => panel.clear());
+  }
+
+  /** @param {Place} request */
+  async #move(request) {
+    try {
+      this.#panel ??= this.#make();
+      await (await this.#panel).show(request);
+      this.element.dataset.shown = JSON.stringify(request);
+    } catch (problem) {
+      this.#caption.textContent = /** @type {Error} */ (problem).message;
+    }
+  }
+
+  /** @returns {Promise<Panel>} */
+  async #make() {
+    const { MotionPanel } = await import("eulerdisk/motion/panel");
+    return new MotionPanel(this.#body, this.#source);
+  }
+
+  /**
+   * @param {View} view
+   * @param {Point} point
+   */
+  #words(view, point) {
+    return /** @type {const} */ (["x", "y"])
+      .map((which) => {
+        const { label, factor, unit } = parameterOf(this.#about, view[which].name);
+        return `${label} ${readable(point[which] * factor, 7)} ${unit}`.trim();
+      })
+      .join(", ");
+  }
+}
+
+export class Motions {
+  /** @type {Slot[]} */
+  #slots;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {About} about
+   * @param {Source} source
+   * @param {(slot: number) => void} close
+   */
+  constructor(element, about, source, close) {
+    this.#slots = ["A", "B"].map((letter, slot) => new Slot(letter, about, source, () => close(slot)));
+    element.append(...this.#slots.map((slot) => slot.element));
+  }
+
+  /** @param {State} state */
+  show({ view, points, compare }) {
+    this.#slots[0].show(view, points[0]);
+    this.#slots[1].show(view, compare ? points[1] : null);
+    this.#slots[1].element.hidden = !compare;
+  }
+}
+
+/** Load what shows motions, before the first start is chosen. */
+export async function loadMotions() {
+  await import("eulerdisk/motion/panel");
+}
+
+/**
+ * A motion does not depend on what the window shows, only on which parameters its axes are.
+ * @param {View} view
+ */
+function withoutWindow(view) {
+  return [view.base, view.words, view.x.name, view.y.name];
+}
+
+/** @param {string} letter */
+function invitation(letter) {
+  return letter === "A"
+    ? "Click the map: the disk of that start rolls here."
+    : "Click the map for a second start.";
+}

@@ -1,0 +1,199 @@
+/** What is drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
+
+import { placeOf } from "eulerdisk/axis_window";
+import { clipped } from "eulerdisk/clip";
+import { drawLegend } from "eulerdisk/legend";
+import { svg } from "eulerdisk/svg";
+import { superscript, ticksOf } from "eulerdisk/ticks";
+
+/** @typedef {import("eulerdisk/types").Axis} Axis */
+/** @typedef {import("eulerdisk/types").Line} Line */
+/** @typedef {import("eulerdisk/types").Parameter} Parameter */
+/** @typedef {import("eulerdisk/types").Quantity} Quantity */
+/** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/state").Point} Point */
+/** @typedef {import("eulerdisk/colours").Range} Range */
+/** @typedef {import("eulerdisk/clip").Pixel} Pixel */
+
+/** @typedef {{left: number, top: number, width: number, height: number}} Plot  the place of the picture, in CSS pixels */
+
+/**
+ * All that an overlay shows. `stale` says that the lines are those of other words.
+ * @typedef {object} Scene
+ * @property {View} view
+ * @property {Plot} plot
+ * @property {Parameter} x
+ * @property {Parameter} y
+ * @property {Quantity} quantity
+ * @property {Range} range
+ * @property {Line[]} lines
+ * @property {boolean} stale
+ * @property {[Point|null, Point|null]} points
+ * @property {{x: Axis, y: Axis}|null} grid  the range of stored cells, if some are shown
+ * @property {[number, number]|null} cursor  places of the keyboard's cursor
+ */
+
+/** CSS pixels between labelled ticks. */
+const [APART_X, APART_Y] = [95, 52];
+
+/**
+ * Draw a scene into an element; what was in it is replaced.
+ * @param {SVGSVGElement} element
+ * @param {Scene} scene
+ */
+export function drawOverlay(element, scene) {
+  const { left, top, width, height } = scene.plot;
+  const inside = svg("g", { transform: `translate(${left} ${top})` });
+  if (scene.grid) inside.append(gridFrame(scene, scene.grid));
+  const lines = svg("g", { class: scene.stale ? "lines stale" : "lines" });
+  for (const line of scene.lines) lines.append(...drawLine(scene, line));
+  inside.append(lines, svg("rect", { class: "frame", width, height }));
+  inside.append(xAxis(scene), yAxis(scene));
+  scene.points.forEach((point, slot) => {
+    if (point) inside.append(...mark(scene, point, "AB"[slot]));
+  });
+  if (scene.cursor) inside.append(cross(scene.plot, scene.cursor));
+  element.replaceChildren(inside, drawLegend(scene));
+}
+
+/**
+ * Pixel of a start in the plot.
+ * @param {Scene} scene
+ * @param {number} x
+ * @param {number} y
+ * @returns {Pixel}
+ */
+function pixelOf({ view, plot }, x, y) {
+  return [((placeOf(view.x, x) + 1) / 2) * plot.width, ((1 - placeOf(view.y, y)) / 2) * plot.height];
+}
+
+/**
+ * @param {Scene} scene
+ * @param {Line} line
+ */
+function drawLine(scene, line) {
+  const { width, height } = scene.plot;
+  const box = { left: 0, top: 0, right: width, bottom: height };
+  const pieces = line.points.flatMap((points) =>
+    clipped(
+      points.map(([x, y]) => pixelOf(scene, x, y)),
+      box,
+    ),
+  );
+  if (!pieces.length) return [];
+  const path = pieces
+    .map((piece) => `M${piece.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}`)
+    .join("");
+  // a pale line beneath keeps it visible on every colour
+  return [svg("path", { class: "halo", d: path }), svg("path", { class: `line ${line.name}`, d: path })];
+}
+
+/**
+ * @param {Scene} scene
+ * @param {{x: Axis, y: Axis}} grid
+ */
+function gridFrame(scene, { x, y }) {
+  const [left, bottom] = pixelOf(scene, endOf(x, -1), endOf(y, -1));
+  const [right, top] = pixelOf(scene, endOf(x, 1), endOf(y, 1));
+  /** @type {Pixel[]} */
+  const corners = [
+    [left, bottom],
+    [right, bottom],
+    [right, top],
+    [left, top],
+    [left, bottom],
+  ];
+  const { width, height } = scene.plot;
+  const pieces = clipped(corners, { left: -1, top: -1, right: width + 1, bottom: height + 1 });
+  const path = pieces.map((piece) => `M${piece.map((each) => each.join(" ")).join("L")}`).join("");
+  return svg("path", { class: "stored-frame", d: path });
+}
+
+/**
+ * @param {Axis} axis
+ * @param {number} place
+ */
+function endOf(axis, place) {
+  const at = axis.centre + axis.half * place;
+  return axis.scale === "log" ? Math.exp(at) : at;
+}
+
+/** @param {Scene} scene */
+function xAxis({ view, plot, x }) {
+  const group = svg("g", { class: "axis", transform: `translate(0 ${plot.height})` });
+  const { ticks, offset, power } = ticksOf(view.x, x.factor, plot.width / APART_X);
+  for (const { place, label } of ticks) {
+    const at = ((place + 1) / 2) * plot.width;
+    group.append(svg("line", { x1: at, x2: at, y1: 0, y2: label ? 6 : 3 }));
+    if (label) group.append(svg("text", { x: at, y: 20, "text-anchor": "middle" }, label));
+  }
+  const title = svg(
+    "text",
+    { class: "title", x: plot.width / 2, y: 42, "text-anchor": "middle" },
+    titleOf(x, offset, power),
+  );
+  group.append(title);
+  return group;
+}
+
+/** @param {Scene} scene */
+function yAxis({ view, plot, y }) {
+  const group = svg("g", { class: "axis" });
+  const { ticks, offset, power } = ticksOf(view.y, y.factor, plot.height / APART_Y);
+  for (const { place, label } of ticks) {
+    const at = ((1 - place) / 2) * plot.height;
+    group.append(svg("line", { x1: label ? -6 : -3, x2: 0, y1: at, y2: at }));
+    if (label) group.append(svg("text", { x: -10, y: at, dy: "0.33em", "text-anchor": "end" }, label));
+  }
+  const turned = `translate(${16 - plot.left} ${plot.height / 2}) rotate(-90)`;
+  group.append(
+    svg("text", { class: "title", transform: turned, "text-anchor": "middle" }, titleOf(y, offset, power)),
+  );
+  return group;
+}
+
+/**
+ * Name and unit of an axis, and what its labels leave out: "roll rate (2.557 + n × 10⁻⁶ rad/s)".
+ * @param {{label: string, unit: string}} shown
+ * @param {string} offset
+ * @param {number} power
+ */
+export function titleOf({ label, unit }, offset, power) {
+  const scale = power === 0 ? "" : `\u00d7\u2009${power === 1 ? "10" : `10${superscript(power)}`}`;
+  if (offset) return `${label}: ${offset} + labels ${scale} ${unit}`.trim();
+  const units = [scale, unit].filter(Boolean).join(" ");
+  return units ? `${label} (${units})` : label;
+}
+
+/**
+ * @param {Scene} scene
+ * @param {Point} point
+ * @param {string} letter
+ */
+function mark(scene, point, letter) {
+  const [x, y] = pixelOf(scene, point.x, point.y);
+  if (!(x >= -12 && y >= -12 && x <= scene.plot.width + 12 && y <= scene.plot.height + 12)) return [];
+  return [
+    svg("circle", { class: "mark", cx: x, cy: y, r: 9 }),
+    svg("text", { class: "mark", x, y, dy: "0.35em", "text-anchor": "middle" }, letter),
+  ];
+}
+
+/**
+ * @param {Plot} plot
+ * @param {[number, number]} place
+ */
+function cross({ width, height }, [across, up]) {
+  const [x, y] = [((across + 1) / 2) * width, ((1 - up) / 2) * height];
+  return svg(
+    "g",
+    { class: "cursor" },
+    svg("path", {
+      class: "halo",
+      d: `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`,
+    }),
+    svg("path", {
+      d: `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`,
+    }),
+  );
+}

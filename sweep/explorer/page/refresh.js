@@ -1,0 +1,88 @@
+/** When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. */
+
+import { Latest } from "eulerdisk/latest";
+
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+
+/**
+ * What is wanted: a view at the pixels of the screen.
+ * @typedef {{view: View, quantity: string, stored: boolean, width: number, height: number}} Wanted
+ */
+
+/** Pixels of a coarse picture, and the most of a fine one. */
+const COARSE = 256 * 192;
+const FINE = 2.5e6;
+
+/** Milliseconds without a change after which the fine picture is asked for. */
+const REST = 90;
+
+export class Refresh {
+  #source;
+  #deliver;
+  #fail;
+  /** @type {Wanted|null} */
+  #wanted = null;
+  /** @type {AbortController|null} */
+  #fine = null;
+  #timer = 0;
+  /** @type {Latest<Wanted>} */
+  #coarse;
+
+  /**
+   * @param {Source} source
+   * @param {(wanted: Wanted, answer: WindowAnswer, lane: "coarse"|"fine") => void} deliver
+   * @param {(problem: Error) => void} fail
+   */
+  constructor(source, deliver, fail) {
+    this.#source = source;
+    this.#deliver = deliver;
+    this.#fail = fail;
+    this.#coarse = new Latest((wanted) => this.#ask(wanted, "coarse"));
+  }
+
+  /** @param {Wanted} wanted */
+  ask(wanted) {
+    this.#wanted = wanted;
+    this.#fine?.abort();
+    clearTimeout(this.#timer);
+    this.#coarse.ask(wanted);
+    this.#timer = window.setTimeout(() => void this.#askFine(wanted), REST);
+  }
+
+  /** @param {Wanted} wanted */
+  async #askFine(wanted) {
+    this.#fine = new AbortController();
+    await this.#ask(wanted, "fine", this.#fine.signal);
+  }
+
+  /**
+   * @param {Wanted} wanted
+   * @param {"coarse"|"fine"} lane
+   * @param {AbortSignal} [signal]
+   */
+  async #ask(wanted, lane, signal) {
+    const { view, quantity, stored } = wanted;
+    const [width, height] = pixels(wanted, lane === "coarse" ? COARSE : FINE);
+    try {
+      const answer = await this.#source.window({ view, width, height, quantity, stored, lane }, signal);
+      // the fine picture of the same view may have come first
+      if (!signal?.aborted) this.#deliver(wanted, answer, lane);
+    } catch (problem) {
+      const dropped = signal?.aborted || /** @type {any} */ (problem).superseded;
+      if (!dropped && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem));
+    }
+  }
+}
+
+/**
+ * Width and height with at most so many pixels, in the proportions of the screen.
+ * @param {{width: number, height: number}} screen
+ * @param {number} most
+ * @returns {[number, number]}
+ */
+export function pixels({ width, height }, most) {
+  const shrink = Math.min(1, Math.sqrt(most / (width * height)));
+  return [Math.max(1, Math.round(width * shrink)), Math.max(1, Math.round(height * shrink))];
+}

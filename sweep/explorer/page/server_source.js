@@ -1,0 +1,148 @@
+/** Where the page gets its numbers from while a server of this machine answers. */
+
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+
+/** A request that the server refused, in its words. */
+export class Refused extends Error {
+  /**
+   * @param {number} status
+   * @param {{error?: string, hint?: string, where?: string}} body
+   */
+  constructor(status, body) {
+    super(body.error ?? `The server answered with status ${status}.`);
+    this.status = status;
+    this.hint = body.hint ?? "";
+    this.where = body.where ?? "";
+  }
+
+  /** Whether a newer request has taken the place of this one. */
+  get superseded() {
+    return this.status === 410;
+  }
+}
+
+/**
+ * Head and arrays of a binary answer: a length, JSON, and the arrays that it lists.
+ * @param {ArrayBuffer} buffer
+ * @returns {{head: any, arrays: Record<string, any>}}
+ */
+export function unpacked(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  /** @type {Record<string, any>} */
+  const arrays = {};
+  let from = 4 + length;
+  for (const { name, type, count } of head.arrays) {
+    const Type = { f4: Float32Array, f8: Float64Array, u1: Uint8Array, i4: Int32Array }[
+      /** @type {"f4"} */ (type)
+    ];
+    const bytes = count * Type.BYTES_PER_ELEMENT;
+    // an array that does not begin at a multiple of its size must be copied
+    arrays[name] = new Type(
+      from % Type.BYTES_PER_ELEMENT ? buffer.slice(from, from + bytes) : buffer,
+      from % Type.BYTES_PER_ELEMENT ? 0 : from,
+      count,
+    );
+    from += bytes;
+  }
+  return { head, arrays };
+}
+
+/** @implements {Source} */
+export class ServerSource {
+  live = true;
+  /** Numbers of requests of this page; the server drops a window when a newer one of its lane has come. */
+  #number = 0;
+  #client = crypto.randomUUID();
+
+  async about() {
+    const answer = await fetch("./about");
+    if (!answer.ok) throw await refusal(answer);
+    const about = await answer.json();
+    this.live = about.atlas === null || about.atlas.live;
+    return about;
+  }
+
+  /**
+   * @param {import("eulerdisk/types").WindowRequest} request
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<WindowAnswer>}
+   */
+  async window(request, signal) {
+    this.#number += 1;
+    const asked = { ...request, client: this.#client, number: this.#number };
+    const { head, arrays } = unpacked(await (await this.#ask("window", asked, signal)).arrayBuffer());
+    const { width, height } = request;
+    return {
+      head,
+      width,
+      height,
+      value: arrays.value,
+      verdict: arrays.verdict,
+      stored: arrays.stored ?? null,
+    };
+  }
+
+  /**
+   * @param {import("eulerdisk/types").View} view
+   * @param {AbortSignal} [signal]
+   */
+  async lines(view, signal) {
+    return (await (await this.#ask("lines", { view }, signal)).json()).lines;
+  }
+
+  /**
+   * @param {import("eulerdisk/types").Place} place
+   * @param {AbortSignal} [signal]
+   */
+  async point(place, signal) {
+    return (await this.#ask("point", place, signal)).json();
+  }
+
+  /**
+   * @param {object} request
+   * @param {AbortSignal} [signal]
+   */
+  async motion(request, signal) {
+    return unpacked(await (await this.#ask("motion", request, signal)).arrayBuffer());
+  }
+
+  /** @param {import("eulerdisk/types").Place} place */
+  async explain(place) {
+    return (await (await this.#ask("explain", place)).json()).text;
+  }
+
+  /** @param {object} request */
+  async command(request) {
+    return (await this.#ask("command", request)).json();
+  }
+
+  /** @param {import("eulerdisk/types").DataRequest} request */
+  async data(request) {
+    const answer = await this.#ask("data", request);
+    const named = /filename="([^"]+)"/.exec(answer.headers.get("Content-Disposition") ?? "");
+    return {
+      blob: await answer.blob(),
+      name: named ? named[1] : `window.${request.format === "csv" ? "csv" : "nc"}`,
+    };
+  }
+
+  /**
+   * @param {string} what
+   * @param {object} body
+   * @param {AbortSignal} [signal]
+   */
+  async #ask(what, body, signal) {
+    const headers = { "Content-Type": "application/json" };
+    const answer = await fetch(`./${what}`, { method: "POST", headers, body: JSON.stringify(body), signal });
+    if (!answer.ok) throw await refusal(answer);
+    return answer;
+  }
+}
+
+/** @param {Response} answer */
+async function refusal(answer) {
+  const body = await answer.json().catch(() => ({}));
+  return new Refused(answer.status, body);
+}

@@ -1,0 +1,180 @@
+/** Where an exported page gets its numbers from: the cells that it holds, and motions that it integrates itself. */
+
+import { verdictWords } from "eulerdisk/state";
+import { cellsOf, nearest, unpackedArray } from "eulerdisk/stored_cells";
+import { readable } from "eulerdisk/ticks";
+
+/** @typedef {import("eulerdisk/types").About} About */
+/** @typedef {import("eulerdisk/types").Place} Place */
+/** @typedef {import("eulerdisk/types").PointAnswer} PointAnswer */
+/** @typedef {import("eulerdisk/types").Quantity} Quantity */
+/** @typedef {import("eulerdisk/types").Source} Source */
+/** @typedef {import("eulerdisk/types").StoredPage} StoredPage */
+/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+
+/** @typedef {Float32Array|Float64Array|Uint8Array} Values */
+
+/** @implements {Source} */
+export class StoredSource {
+  live = false;
+  command = null;
+  data = null;
+  #page;
+  #x;
+  #y;
+  #cells;
+
+  /**
+   * @param {StoredPage} page
+   * @param {Values} x
+   * @param {Values} y
+   * @param {Record<string, Values>} cells
+   */
+  constructor(page, x, y, cells) {
+    this.#page = page;
+    this.#x = x;
+    this.#y = y;
+    this.#cells = cells;
+  }
+
+  /**
+   * Source of what a page holds.
+   * @param {string} text  JSON
+   */
+  static async read(text) {
+    /** @type {StoredPage} */
+    const page = JSON.parse(text);
+    const names = Object.keys(page.cells);
+    const arrays = await Promise.all(
+      [page.x, page.y, ...names.map((name) => page.cells[name])].map(unpackedArray),
+    );
+    const cells = Object.fromEntries(names.map((name, index) => [name, arrays[index + 2]]));
+    return new StoredSource(page, arrays[0], arrays[1], cells);
+  }
+
+  /** @returns {Promise<About>} */
+  async about() {
+    return this.#page.about;
+  }
+
+  /**
+   * @param {import("eulerdisk/types").WindowRequest} request
+   * @returns {Promise<WindowAnswer>}
+   */
+  async window({ view, width, height, quantity }) {
+    const begun = performance.now();
+    const { columns, rows } = this.#indices(view, width, height);
+    const [value, verdict] = [new Float32Array(width * height).fill(NaN), new Uint8Array(width * height)];
+    const [cells, verdicts] = [this.#cells[quantity], this.#cells.verdict];
+    let [low, high] = [Infinity, -Infinity];
+    for (let row = 0; row < height; row += 1) {
+      if (rows[row] < 0) continue;
+      for (let column = 0; column < width; column += 1) {
+        if (columns[column] < 0) continue;
+        const from = rows[row] * this.#x.length + columns[column];
+        const found = cells[from];
+        value[row * width + column] = found;
+        verdict[row * width + column] = verdicts[from];
+        if (found < low) low = found;
+        if (found > high) high = found;
+      }
+    }
+    const seconds = (performance.now() - begun) / 1000;
+    const range = low <= high ? { low, high } : { low: null, high: null };
+    const head = { ...range, seconds, end: false, note: this.#resolution(columns, rows) };
+    return { head, width, height, value, verdict, stored: new Uint8Array(width * height).fill(1) };
+  }
+
+  /** @returns {Promise<import("eulerdisk/types").Line[]>} */
+  async lines() {
+    return this.#page.lines;
+  }
+
+  /**
+   * @param {Place} place
+   * @returns {Promise<PointAnswer>}
+   */
+  async point({ view, x, y }) {
+    const { atlas, quantities, parameters } = this.#page.about;
+    const [column, row] = [nearestTo(this.#x, x, atlas?.x.scale), nearestTo(this.#y, y, atlas?.y.scale)];
+    if (column < 0 || row < 0) throw new Error("The file has no cell there.");
+    const index = row * this.#x.length + column;
+    /** @type {Record<string, number>} */
+    const start = { ...this.#page.starts, [view.x.name]: this.#x[column], [view.y.name]: this.#y[row] };
+    const known = parameters.filter(({ name }) => name in start);
+    const told = known.map(({ name, factor, unit }) => [name, toldNumber(start[name], factor, unit)]);
+    const numbers = quantities
+      .filter(({ name }) => name in this.#cells && name !== "stability")
+      .map((quantity) => ({
+        ...described(quantity),
+        ...toldValue(quantity, this.#cells[quantity.name][index]),
+      }));
+    const verdict = verdictWords(this.#page.about, this.#cells.verdict[index]);
+    return { start: Object.fromEntries(told), numbers, verdict, stored: null };
+  }
+
+  /** @returns {Promise<never>} */
+  async motion() {
+    throw new Error("This page holds no motions.");
+  }
+
+  /** @returns {Promise<string>} */
+  async explain() {
+    return "";
+  }
+
+  /**
+   * @param {import("eulerdisk/types").View} view
+   * @param {number} width
+   * @param {number} height
+   */
+  #indices(view, width, height) {
+    const { atlas } = this.#page.about;
+    const columns = cellsOf(view.x, width, this.#x, atlas?.x.scale === "log");
+    const rows = cellsOf(view.y, height, this.#y, atlas?.y.scale === "log");
+    return { columns, rows };
+  }
+
+  /**
+   * Where the resolution of the file ends, in words, once cells are seen as such.
+   * @param {Int32Array} columns
+   * @param {Int32Array} rows
+   */
+  #resolution(columns, rows) {
+    const seen = Math.max(new Set(columns).size / columns.length, new Set(rows).size / rows.length);
+    return seen < 0.1 ? (this.#page.about.atlas?.note ?? "") : "";
+  }
+}
+
+/**
+ * @param {Values} values
+ * @param {number} wanted
+ * @param {"linear"|"log"} [scale]
+ */
+function nearestTo(values, wanted, scale) {
+  const at = (/** @type {number} */ value) => (scale === "log" ? Math.log(value) : value);
+  return nearest(Array.from(values, at), at(wanted));
+}
+
+/** @param {Quantity} quantity */
+function described({ name, label, description }) {
+  return { name, label, description };
+}
+
+/**
+ * @param {number} value
+ * @param {number} factor
+ * @param {string} unit
+ */
+function toldNumber(value, factor, unit) {
+  return { value, text: `${readable(value * factor, 8)} ${unit}`.trim() };
+}
+
+/**
+ * @param {Quantity} quantity
+ * @param {number} value
+ */
+function toldValue({ flags, factor, unit }, value) {
+  if (flags) return { value, text: flags[String(value)] ?? String(value) };
+  return Number.isFinite(value) ? toldNumber(value, factor, unit) : { value: null, text: "none" };
+}
