@@ -1,6 +1,6 @@
 """What the map shows as colour, and the numbers of a point."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -47,15 +47,15 @@ class Shown:
     timed: bool = False
 
 
-def shown_of(spec: SweepSpec) -> Mapping[str, Shown]:
+def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     """Return what the map can show of the cells of a spec, the usual one first."""
     model = spec.model
     variables = model.cell_variables(spec)
     # the first one twice is still the first
     scales = {
-        model.peak: "linear", "peak_tilt": "linear", "stability": "linear", "amplification": "log", "separatrix": "linear",
-        "nutation_period": "linear", "fall_time": "log", "end_time": "log", "largest_loss": "linear",
-        "least_normal_force": "linear", "friction_needed": "linear",
+        model.peak: "linear", "peak_tilt": "linear", "stability": "linear", "amplification": "log",
+        "separatrix": "linear", "nutation_period": "linear", "fall_time": "log", "end_time": "log",
+        "largest_loss": "linear", "least_normal_force": "linear", "friction_needed": "linear",
     }  # fmt: skip
     unknown = model.unknown_to.get(spec.method, ())
     found = {

@@ -25,7 +25,7 @@ MOST_BYTES = 64 * 1024
 MOST_CONNECTIONS = 128
 
 #: Seconds in which a request has to arrive, and after which a connection without requests is closed.
-_ARRIVAL, _IDLE = 10.0, 60.0
+ARRIVAL, _IDLE = 10.0, 60.0
 
 #: Sent with every answer.
 _HEADERS = {
@@ -121,7 +121,7 @@ class Server(ThreadingHTTPServer):
 
     def service_actions(self) -> None:
         """End connections whose requests take too long to arrive; called twice a second."""
-        late = time.monotonic() - _ARRIVAL
+        late = time.monotonic() - ARRIVAL
         for connection, since in list(self._arriving.items()):
             if since < late:
                 with contextlib.suppress(OSError):

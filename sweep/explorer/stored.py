@@ -62,7 +62,7 @@ class Stored:
                 where=label,
             )
 
-    def quantities(self) -> Mapping[str, Shown]:
+    def quantities(self) -> dict[str, Shown]:
         """Return what the map can show of it."""
         known = shown_of(self.spec)
         return {

@@ -1,0 +1,204 @@
+import json
+
+import numpy as np
+import pytest
+from explorer_client import ROLLING, ask, post
+
+import sweep
+from sweep.explorer.explorer import explore
+from sweep.explorer.view import Side
+
+#: Rate and tilt on the boundary of the preset, near which numbers change most.
+EDGE = 2.5494838, 2.0e-3
+
+BASES = ("rolling", "spinning", "circling")
+
+
+@pytest.fixture(scope="module")
+def url():
+    """Return the address of an explorer of the presets."""
+    with explore() as explorer:
+        yield explorer.url
+
+
+def side(name, centre, half, scale="linear"):
+    """Return one side of a window as a request has it."""
+    return {"name": name, "centre": centre, "half": half, "scale": scale}
+
+
+def values(given, count):
+    """Return the values at the centres of pixels, by the formula of the protocol."""
+    places = [given["centre"] + given["half"] * ((2 * i + 1) / count - 1) for i in range(count)]
+    return np.exp(places) if given["scale"] == "log" else np.array(places)
+
+
+def about(url):
+    """Return what the page asks for first."""
+    return json.loads(ask(url, "about").body)
+
+
+def same(one, other):
+    """Return whether all values are equal, missing ones included."""
+    return np.array_equal(one, other, equal_nan=True)
+
+
+@pytest.mark.parametrize("depth", range(0, -11, -1))
+@pytest.mark.parametrize("quantity", ["peak_tilt", "nutation_period", "amplification", "separatrix"])
+def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(url, depth, quantity):
+    """A window of 10**depth of its centre has the values and verdicts that `sweep.run` finds at the same starts."""
+    x, y = (
+        side(name, at, 0.3 * at * 10.0**depth) for name, at in zip(("roll_rate", "tilt"), EDGE, strict=True)
+    )
+    view = {**ROLLING, "x": x, "y": y}
+    head, arrays = post(url, "window", view=view, width=40, height=30, quantity=quantity)
+    atlas = sweep.run(
+        "rolling", method="exact", roll_rate=list(values(x, 40)), tilt=list(values(y, 30))
+    ).transpose("tilt", "roll_rate")
+    expected = atlas[quantity].values
+    assert same(arrays["value"].reshape(30, 40), expected.astype(arrays["value"].dtype))
+    assert np.array_equal(arrays["verdict"].reshape(30, 40), atlas["stability"].values)
+    known = expected[np.isfinite(expected)]
+    ends = (known.min(), known.max()) if known.size else (None, None)
+    assert (head["low"], head["high"]) == ends
+
+
+def test_a_narrow_window_is_sent_in_double_precision(url):
+    """Where values differ by less than single precision shows, they come as doubles, and none is lost."""
+    x, y = side("roll_rate", 3.5, 1e-9), side("tilt", 0.01, 1e-11)
+    _, arrays = post(
+        url, "window", view={**ROLLING, "x": x, "y": y}, width=64, height=48, quantity="peak_tilt"
+    )
+    assert arrays["value"].dtype == np.float64
+    assert np.unique(arrays["value"]).size > 1000
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_zoom_ends_where_pixels_are_a_few_units_wide(url, scale):
+    """The end is told where a pixel is less than 8 units in the last place wide, along either axis, and not before."""
+    centre = np.log(0.01) if scale == "log" else 0.01
+    unit = np.finfo(float).eps if scale == "log" else np.spacing(0.01)
+    unit = max(unit, np.spacing(abs(centre)))
+    for pixels, expected in ((7.0, True), (9.0, False)):
+        half = 0.5 * pixels * unit * 30
+        view = {**ROLLING, "y": side("tilt", centre, half, scale)}
+        head, _ = post(url, "window", view=view, width=40, height=30, quantity="peak_tilt")
+        assert head["end"] is expected
+
+
+def test_a_window_of_1e_10_shows_no_steps(url):
+    """A window of 1e-10 of its centre has another start in every pixel of a screen."""
+    for given in (Side("roll_rate", 2.5573, 2.5573e-10, "linear"), Side("tilt", -4.0, 1e-10, "log")):
+        at = given.values(1000)
+        assert (np.diff(at) > 0.0).all()
+        assert not given.is_too_fine(1000)
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_the_first_view_of_a_preset_is_all_of_it(url, base):
+    """The window that a preset begins with has the verdicts of its atlas: as many stable and unstable cells."""
+    (given,) = (each for each in about(url)["bases"] if each["name"] == base)
+    view = given["view"]
+    _, arrays = post(url, "window", view=view, width=160, height=120, quantity="stability")
+    assert np.array_equal(arrays["value"], arrays["verdict"])
+    spec = sweep.SweepSpec.preset(base, method="exact")
+    axes = {view[name]["name"]: list(values(view[name], count)) for name, count in (("x", 160), ("y", 120))}
+    atlas = sweep.run(spec.replace(**axes)).transpose(view["y"]["name"], view["x"]["name"])
+    assert np.array_equal(arrays["verdict"].reshape(120, 160), atlas["stability"].values)
+    assert {1, 2} <= set(np.unique(arrays["verdict"]))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"alpha": 1.0},
+        {"alpha": "0.7", "radius": "12mm"},
+        {"criterion": "amplification:20", "gravity": 1.62},
+        {"criterion": "peak_tilt > 10deg and nutation_period < 3s"},
+        {"tilt_rate": 0.01, "precession_rate": 0.3, "fall_tilt": "60deg"},
+    ],
+)
+def test_words_change_the_cells_as_on_the_command_line(url, words):
+    """The other parameters, the criterion and the tilt of a fall act on values and verdicts as in `sweep.run`."""
+    view = {**ROLLING, "words": words}
+    _, arrays = post(url, "window", view=view, width=20, height=15, quantity="peak_tilt")
+    atlas = sweep.run(
+        "rolling", method="exact", **words,
+        roll_rate=list(values(view["x"], 20)), tilt=list(values(view["y"], 15)),
+    ).transpose("tilt", "roll_rate")  # fmt: skip
+    assert same(arrays["value"].reshape(15, 20), atlas["peak_tilt"].values.astype("f4"))
+    assert np.array_equal(arrays["verdict"].reshape(15, 20), atlas["stability"].values)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [("alpha", "tilt"), ("tilt", "alpha"), ("precession_rate", "roll_rate"), ("tilt_rate", "radius")],
+)
+def test_any_two_parameters_span_a_map(url, x, y):
+    """Every parameter can be a side of the window, alpha by columns and by rows."""
+    ranges = {
+        "alpha": side("alpha", 0.5, 0.4),
+        "tilt": side("tilt", 0.1, 0.05),
+        "roll_rate": side("roll_rate", 0.0, 4.0),
+        "precession_rate": side("precession_rate", 1.0, 4.0),
+        "tilt_rate": side("tilt_rate", 0.0, 0.2),
+        "radius": side("radius", -2.0, 1.0, "log"),
+    }
+    words = {"tilt": 0.02, "roll_rate": 2.6, "alpha": 0.5}
+    view = {
+        "base": "rolling",
+        "words": {name: words[name] for name in words if name not in (x, y)},
+        "x": ranges[x],
+        "y": ranges[y],
+    }
+    _, arrays = post(url, "window", view=view, width=24, height=18, quantity="peak_tilt")
+    given = {**view["words"], x: list(values(ranges[x], 24)), y: list(values(ranges[y], 18))}
+    atlas = sweep.run("rolling", method="exact", **given).transpose(y, x)
+    assert same(arrays["value"].reshape(18, 24), atlas["peak_tilt"].values.astype("f4"))
+
+
+def test_starts_that_do_not_exist_have_no_number(url):
+    """Outside the domain of a parameter, and where no rate keeps the tilt, a pixel has no number and no verdict."""
+    view = {**ROLLING, "y": side("tilt", 1.5, 0.4)}
+    _, arrays = post(url, "window", view=view, width=8, height=40, quantity="peak_tilt")
+    beyond = values(view["y"], 40) >= np.pi / 2
+    assert np.isnan(arrays["value"].reshape(40, 8)[beyond]).all()
+    assert (arrays["verdict"].reshape(40, 8)[beyond] == 0).all()
+    assert np.isfinite(arrays["value"].reshape(40, 8)[~beyond][:5]).all()
+    view["x"] = side("alpha", 1.0, 0.5)
+    view["words"] = {"roll_rate": 3.0}
+    _, arrays = post(url, "window", view=view, width=8, height=8, quantity="regime")
+    assert (arrays["value"].reshape(8, 8)[:, 4:] == 5).all()
+
+
+def test_a_point_has_the_numbers_of_its_cell_to_the_bit(url):
+    """The numbers of a point are those of an atlas with that start, every one of them, as doubles and in words."""
+    for x, y in ((2.5, 0.02), (2.5494838123456, 0.002), (3.7, 0.08)):
+        found = post(url, "point", view=ROLLING, x=x, y=y)
+        cell = sweep.run("rolling", method="exact", roll_rate=[x], tilt=[y]).squeeze()
+        assert found["verdict"] == {0: "undecided", 1: "stable", 2: "unstable"}[int(cell["stability"])]
+        names = {each["name"]: each for each in found["numbers"]}
+        assert {
+            "tilt_min",
+            "tilt_max",
+            "peak_tilt",
+            "amplification",
+            "nutation_period",
+            "wells",
+        } <= names.keys()
+        for name, each in names.items():
+            expected = float(cell[name])
+            assert each["value"] == (expected if np.isfinite(expected) else None), name
+        assert found["start"]["tilt"]["value"] == y
+        assert found["start"]["roll_rate"] == {"value": x, "text": f"{x:.10g} rad s-1"}
+
+
+def test_a_steady_rate_is_shown_where_it_exists(url):
+    """A point of the preset circling has the roll rate that its cell computes; where none exists there is none."""
+    (given,) = (each for each in about(url)["bases"] if each["name"] == "circling")
+    found = post(url, "point", view=given["view"], x=2.0, y=0.2)
+    cell = sweep.run("circling", method="exact", precession_rate=[2.0], tilt=[0.2]).squeeze()
+    assert found["start"]["roll_rate"]["value"] == float(cell["roll_rate"])
+    view = {**given["view"], "words": {"roll_rate": 3.0, "precession_rate": "steady-slow"}}
+    view["x"] = side("alpha", 0.5, 0.2)
+    found = post(url, "point", view=view, x=0.5, y=1.4)
+    assert found["start"]["precession_rate"] == {"value": None, "text": "none"}
