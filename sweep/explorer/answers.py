@@ -10,7 +10,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import KERNELS, Lanes
+from sweep.explorer.turns import KERNELS, Lanes, still_there
 from sweep.explorer.view import View
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
@@ -49,6 +49,9 @@ class Answers:
             "point": self._point,
             "lines": self._lines,
             "motion": self._motion,
+            "explain": self._explain,
+            "command": self._command,
+            "data": self._data,
         }
 
     def about(self) -> Answer:
@@ -79,6 +82,23 @@ class Answers:
         with KERNELS:
             head, arrays = motion(view.spec, start, duration, losses)
         return Answer(BINARY, packed(head, arrays))
+
+    def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        # this and what follows load xarray, which takes longer than a window
+        from sweep.explorer.words import explanation
+
+        return Answer(JSON, {"text": explanation(self._view(fields), self.stored, fields)})
+
+    def _command(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        from sweep.explorer.commands import commands
+
+        return Answer(JSON, commands(self._view(fields), fields))
+
+    def _data(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        from sweep.explorer.window_files import window_file
+
+        name, content = window_file(self._view(fields), fields, still_there(gone))
+        return Answer(BINARY, [content], name)
 
     def _view(self, fields: Mapping[str, Any]) -> View:
         return View.read(fields.get("view"), self.given)

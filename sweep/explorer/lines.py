@@ -115,7 +115,7 @@ def measured(view: View) -> list[list[list[float]]]:
         if not curves.count:
             return []
         counts, closed = curves.lengths(Span(0, curves.count))
-        points = curves.measured(Span(0, curves.points), _width(view))
+        points = curves.measured(Span(0, curves.points), bracket_width(view))
         x, y = (points.along(side.name)[0] for side in (view.x, view.y))
     found = []
     for part, is_closed in zip(np.split(np.arange(x.size), np.cumsum(counts)[:-1]), closed, strict=True):
@@ -130,7 +130,7 @@ def _coarse(side: Side, count: int) -> Values | None:
     return Values(tuple(values.tolist())) if (np.diff(values) > 0.0).all() else None
 
 
-def _width(view: View) -> float:
+def bracket_width(view: View) -> float:
     """Return the width of a bracket [SI unit of its axis] that is less than a pixel along both sides."""
     widths, largest = [], []
     for side in (view.x, view.y):

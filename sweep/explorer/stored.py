@@ -14,6 +14,7 @@ from sweep.atlas.nearest import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of
+from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import Side, View
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
@@ -123,6 +124,17 @@ class Stored:
                 if name in self._dataset
             }
         return {name: float(values[0]) for name, values in starts.items()}, held
+
+    def explained(self, view: View, at: Mapping[str, float]) -> str:
+        """Return the words of `eulerdisk explain` for the nearest cell; raises as it does."""
+        from sweep.checks.explain import explain
+
+        place = self.place(view)
+        if place is None:
+            view.live  # noqa: B018 - says what is missing
+        others = {name: float(getattr(self.spec, name).at([i])[0]) for name, i in (place or {}).items()}
+        with self._lock, KERNELS:
+            return explain(self._dataset, {**others, **at}).text
 
     def boundary(self, view: View) -> list[list[list[float]]]:
         """Return the boundary of the file as polylines of pairs (x, y) in SI."""

@@ -15,6 +15,16 @@ class SupersededError(Exception):
     """Nobody waits for the answer any more: a newer request of the same lane came, or the client has gone."""
 
 
+def still_there(gone: Callable[[], bool]) -> Callable[[], None]:
+    """Return a function that raises SupersededError where the client has gone."""
+
+    def check() -> None:
+        if gone():
+            raise SupersededError
+
+    return check
+
+
 class Lanes:
     """The number of the newest request of every lane; safe to use from several threads.
 

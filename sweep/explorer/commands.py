@@ -1,0 +1,115 @@
+"""What computes a window, or a motion, again: a command line, and the same in Python."""
+
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sweep.errors import RequestError
+from sweep.explorer.fields import read_count, read_number, read_object
+from sweep.explorer.point import place
+from sweep.explorer.view import Side, View
+from sweep.explorer.window import MOST_PIXELS
+from sweep.model.description import Model
+from sweep.request.axes import Range, Values
+from sweep.request.spec import SweepSpec
+from sweep.request.words import presets
+
+
+def commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
+    """Return what computes the cells of a window, or the motion of a point.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``width`` and ``height`` in pixels; for a motion ``x`` and ``y``, and if they are given ``duration`` and
+        ``losses``.
+
+    Returns
+    -------
+    dict
+        ``command`` and ``python``.
+
+    Raises
+    ------
+    RequestError
+    """
+    if "x" in fields:
+        words = _motion_words(view, fields)
+        return {
+            "command": shlex.join(["eulerdisk", "simulate", *_pairs(words), "-o", "motion.nc"]),
+            "python": f"import sweep\n\nmotion = sweep.simulate({_arguments(words)})\nmotion.eulerdisk.plot()\n",
+        }
+    base = view.base or _preset_of(view.spec.model)
+    words = _changes(base, window_spec(view, fields))
+    return {
+        "command": shlex.join(["eulerdisk", "run", base, *_pairs(words), "-o", "window.nc"]),
+        "python": f"import sweep\n\natlas = sweep.run({base!r}, {_arguments(words)})\natlas.eulerdisk.plot()\n",
+    }
+
+
+def window_spec(view: View, fields: Mapping[str, Any], most: int = MOST_PIXELS) -> SweepSpec:
+    """Return the spec whose cells are the pixels of a window: exact ones, or of a model without them integrated ones.
+
+    Raises
+    ------
+    RequestError
+        If there are more than `most` pixels.
+    """
+    width, height = (read_count(fields, name, most) for name in ("width", "height"))
+    if width * height > most:
+        raise RequestError(
+            f"These are too many cells: width * height is at most {most} here; got {width} x {height}.",
+            hint="Ask for fewer, or copy the window as a command.",
+            where="width",
+        )
+    spec = view.live if view.is_live else view.spec
+    axes = {side.name: _axis(side, count) for side, count in ((view.x, width), (view.y, height))}
+    return spec.replace(**axes, axes=[name for name in spec.axes if name in axes])
+
+
+def _axis(side: Side, count: int) -> Range | Values:
+    """Return the values at the pixels of a side; one by one where a range is too fine for them."""
+    values = side.values(count)
+    try:
+        return Range(float(values[0]), float(values[-1]), count, side.scale)
+    except RequestError:
+        return Values(tuple(np.unique(values).tolist()))
+
+
+def _changes(base: str, spec: SweepSpec) -> dict[str, Any]:
+    """Return the words that make a spec of a preset."""
+    held = SweepSpec.preset(base).words()
+    return {name: _plain(value) for name, value in spec.words().items() if held.get(name) != value}
+
+
+def _preset_of(model: Model) -> str:
+    known = presets(model)
+    return "rolling" if "rolling" in known else known[-1]
+
+
+def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
+    from sweep.explorer.loss_controls import loss_words
+
+    spec = view.spec
+    words: dict[str, Any] = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+    words |= {name: getattr(spec, name) for name in spec.constants}
+    words |= {name: getattr(spec, name) for name in spec.model.options if name != "contact"}
+    words |= loss_words(read_object(fields.get("losses") or {}, "losses"))
+    if fields.get("duration") is not None:
+        words["duration"] = read_number(fields, "duration")
+    return {name: _plain(value) for name, value in words.items()}
+
+
+def _plain(value: Any) -> float | str:
+    return value if isinstance(value, float) else str(value)
+
+
+def _pairs(words: Mapping[str, float | str]) -> list[str]:
+    return [f"{name}={value}" for name, value in words.items()]
+
+
+def _arguments(words: Mapping[str, float | str]) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in words.items())

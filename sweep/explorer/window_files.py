@@ -1,0 +1,68 @@
+"""The cells of a window as a file: netCDF, an atlas like any other, or a table."""
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from sweep.atomic import create_temporary_folder
+from sweep.engine.compute import compute
+from sweep.engine.grid import blocks, starts_of
+from sweep.explorer.commands import commands, window_spec
+from sweep.explorer.fields import read_choice
+from sweep.explorer.turns import KERNELS
+from sweep.explorer.view import View
+
+#: Cells of a file at most: a table of them has 200 MB.
+MOST_CELLS = 1_000_000
+
+#: Format -> name of the file.
+FORMATS = {"csv": "window.csv", "netcdf": "window.nc"}
+
+#: Cells that are computed before it is asked whether anybody still waits.
+_PIECE = 16384
+
+
+def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> tuple[str, bytes]:
+    """Compute the cells of a window, and return the name and the bytes of a file with them.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``width`` and ``height`` in pixels, and the ``format``, ``csv`` or ``netcdf``.
+    check : callable
+        Called between pieces of work: raises where the file is no longer wanted.
+
+    Raises
+    ------
+    RequestError
+        If there are too many pixels, or the values of neighbours are the same.
+    """
+    from sweep.atlas.dataset import assemble, empty_columns
+    from sweep.files.export import export
+    from sweep.files.netcdf import save
+
+    kind = read_choice(fields, "format", tuple(FORMATS))
+    view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
+    spec = window_spec(view, fields, MOST_CELLS)
+    columns = empty_columns(spec)
+    for span in blocks(spec.size, _PIECE):
+        check()
+        with KERNELS:
+            found = compute(spec, starts_of(spec, span))
+        for name, column in found.items():
+            columns[name][span.start : span.stop] = column
+    with KERNELS:
+        atlas = assemble(spec, columns, commands(view, fields)["command"])
+    folder = create_temporary_folder(Path(tempfile.gettempdir()))
+    try:
+        path = folder / FORMATS[kind]
+        if kind == "netcdf":
+            save(atlas, path)
+        else:
+            export(atlas, path, kind)
+        return path.name, path.read_bytes()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
