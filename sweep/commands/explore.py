@@ -1,10 +1,11 @@
 """Open the explorer in the browser: the command `explore`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import Words, whole_number
+from sweep.commands.arguments import Overwrite, Words, whole_number
 from sweep.commands.terminal import say
 
 
@@ -25,6 +26,13 @@ def explore(
             parser=whole_number, metavar="INTEGER", help="Where the page is answered; 0 for any free port."
         ),
     ] = 0,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PAGE.html", help="Write the cells into one page that needs no server, and end."
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """Look around in an atlas that is computed while you look.
@@ -34,7 +42,14 @@ def explore(
     from sweep.explorer.explorer import Explorer
     from sweep.explorer.subject import subject_of_words
 
-    explorer = Explorer(subject_of_words(what, words or []), port)
+    subject = subject_of_words(what, words or [])
+    if export is not None:
+        from sweep.explorer.export import export as write
+
+        write(subject, export, overwrite=overwrite)
+        say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
+        return
+    explorer = Explorer(subject, port)
     if browser:
         explorer.open_browser()
     print(explorer.url, flush=True)

@@ -146,7 +146,8 @@
 /**
  * What an exported page holds, as JSON in <script type="application/json" id="stored">. `about` has one base and an
  * atlas that is not live; x and y are the coordinates of the cells (f8), `cells` has every stored quantity that
- * `about` lists, and "verdict" (u1). `starts` are the values of the parameters that are no axis.
+ * `about` lists, "verdict" (u1), and every parameter that cells compute for themselves (f8), as a steady rate. `starts`
+ * are the values of the other parameters that are no axis, and `fall_tilt`.
  * @typedef {object} StoredPage
  * @property {About} about
  * @property {PackedArray} x

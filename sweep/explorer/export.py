@@ -1,0 +1,226 @@
+"""The page as one HTML file that needs no server: its modules, its style, and the cells of an atlas.
+
+The file holds JSON in ``<script type="application/json" id="stored">``, the StoredPage of the page's types.js:
+
+``about``
+    As `sweep.explorer.about.about`, with one base without sliders, and an atlas that is not live.
+``x``, ``y``
+    The values of the cells along both sides, f8.
+``cells``
+    Of every cell, rows of y from the first value on, x fastest: each quantity that ``about`` lists (f4, or the codes as
+    u1), ``verdict`` (u1), and every parameter that cells compute for themselves (f8), as a steady rate.
+``starts``
+    The other parameters, and ``fall_tilt``.
+``lines``
+    As `sweep.explorer.lines.lines`.
+
+An array is ``{"type": ..., "data": ...}``: its little-endian bytes, deflated as zlib does, in base64.
+"""
+
+import base64
+import json
+import re
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.atomic import publish_bytes
+from sweep.errors import RequestError
+from sweep.explorer.about import about, base_of
+from sweep.explorer.lines import lines
+from sweep.explorer.pages import INDEX, PageFile, page_files
+from sweep.explorer.stored import Stored
+from sweep.explorer.subject import Subject
+from sweep.explorer.view import View
+from sweep.files.paths import check_target
+from sweep.request.spec import SweepSpec
+
+#: Cells of a page at most: some 30 MB of text.
+MOST_CELLS = 1_000_000
+
+#: Nothing is loaded from anywhere: modules stand in the file, as addresses that hold their content.
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:; "
+    "base-uri 'none'; form-action 'none'"
+)
+
+_IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)
+_STYLE = re.compile(r'<link rel="stylesheet" href="\./page/([^"]+)" ?/?>')
+_MAIN = re.compile(r'<script type="module" src="\./page/([^"]+)"></script>')
+
+
+def export(subject: Subject, path: Path, *, overwrite: bool = False) -> None:
+    """Write the page with the cells of an atlas; the file appears when it is complete.
+
+    Parameters
+    ----------
+    subject : Subject
+        An atlas; or a spec, whose cells are computed.
+    path : Path
+        Ends in .html.
+    overwrite : bool
+        Replace a file of that name.
+
+    Raises
+    ------
+    RequestError
+        If there can be no such file, or the atlas has too many cells.
+    StorageError
+        If the file system refuses.
+    """
+    from sweep.files.publish import refusals
+
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise RequestError(
+            f"An exported page is one HTML file; got {path}.",
+            hint=f"Write {path.stem}.html.",
+            where="--export",
+        )
+    check_target(path, overwrite)
+    stored = subject.stored or _computed(subject.spec or SweepSpec.preset("rolling"))
+    content = page_of(stored_page(stored), page_files()).encode()
+    with refusals(path.absolute(), lambda: float(len(content))):
+        publish_bytes(path.absolute(), content)
+
+
+def _computed(spec: SweepSpec) -> Stored:
+    """Return the atlas of a spec by the exact reduction, in the plane of its first two axes."""
+    from sweep.runs.in_memory import run
+
+    view = View.read(base_of("", spec)["view"], spec)
+    if not {view.x.name, view.y.name} <= set(spec.axes):
+        raise RequestError(
+            f"An exported page holds the cells of two axes; this request has {', '.join(spec.axes) or 'none'}.",
+            hint="Add a range, as in tilt=1deg:5deg:100.",
+            where="--export",
+        )
+    exact = view.live
+    _check_size(exact)
+    return Stored(run(exact, progress=False), exact, exact.headline)
+
+
+def _check_size(spec: SweepSpec) -> None:
+    if spec.size > MOST_CELLS:
+        raise RequestError(
+            f"An exported page holds at most {MOST_CELLS} cells; got {' x '.join(map(str, spec.shape))}.",
+            hint="Lower the counts of the axes.",
+            where="--export",
+        )
+
+
+def stored_page(stored: Stored) -> dict[str, Any]:
+    """Return what the page holds; see the module.
+
+    Raises
+    ------
+    RequestError
+        If the plane has too many cells.
+    """
+    spec = stored.spec
+    base = {**base_of("", spec), "sliders": []}
+    view = View.read(base["view"], spec)
+    x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
+    if x.size * y.size > MOST_CELLS:
+        raise RequestError(
+            f"An exported page holds at most {MOST_CELLS} cells; this atlas has {x.size} x {y.size} in the plane.",
+            hint="Make an atlas with fewer.",
+            where=stored.label,
+        )
+    known = about(spec, stored)
+    quantities = stored.quantities()
+    cells = {name: shown.values(spec, _Columns(stored, view)) for name, shown in quantities.items()}
+    cells = {
+        name: values.astype(np.uint8 if values.dtype.kind in "iu" else np.float32)
+        for name, values in cells.items()
+    }
+    cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
+    cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
+    fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
+    starts = {name: view.spec.constants.get(name, getattr(view.spec, name)) for name in fixed}
+    note = f"This page holds {x.size} x {y.size} cells: nothing is known between and beyond them."
+    return {
+        "about": {
+            **known,
+            "bases": [base],
+            "quantities": [each for each in known["quantities"] if each["name"] in quantities],
+            "criteria": [],
+            "atlas": {**known["atlas"], "live": False, "note": note},
+        },
+        "x": _packed(x),
+        "y": _packed(y),
+        "cells": {name: _packed(values) for name, values in cells.items()},
+        "starts": {
+            name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
+        },
+        "lines": lines(view, stored),
+    }
+
+
+class _Columns(Mapping[str, npt.NDArray[Any]]):
+    """The variables of an atlas in the plane of a view, read when they are asked for."""
+
+    def __init__(self, stored: Stored, view: View) -> None:
+        self._stored, self._view = stored, view
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        return self._stored.plane(name, self._view)
+
+    def __iter__(self) -> Any:
+        return iter(self._stored.spec.model.cell_variables(self._stored.spec))
+
+    def __len__(self) -> int:
+        return len(self._stored.spec.model.cell_variables(self._stored.spec))
+
+
+def _narrowed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return values.astype(np.uint8 if values.dtype.kind in "iu" else np.float32)
+
+
+def _packed(values: npt.NDArray[Any]) -> dict[str, str]:
+    kind = f"{values.dtype.kind}{values.dtype.itemsize}"
+    content = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
+    return {"type": kind, "data": base64.b64encode(zlib.compress(content, 9)).decode()}
+
+
+def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
+    """Return the text of the page with all that it needs.
+
+    Parameters
+    ----------
+    held : mapping
+        What it holds; see the module.
+    pages : mapping of str to PageFile
+        The files of the page.
+    """
+
+    def text(path: str) -> str:
+        return pages[path].content.decode()
+
+    def import_map(found: re.Match[str]) -> str:
+        names = json.loads(found[1])["imports"]
+        # modules import one another by these names, never by a path
+        inside = {name: _address(pages[path.removeprefix("./page/")]) for name, path in names.items()}
+        return f'<script type="importmap">{json.dumps({"imports": inside})}</script>'
+
+    def main(found: re.Match[str]) -> str:
+        content = json.dumps(held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+        name = f"eulerdisk/{Path(found[1]).stem}"
+        return (
+            f'<script type="application/json" id="stored">{content}</script>\n'
+            f'    <script type="module">import "{name}";</script>'
+        )
+
+    page = text(INDEX).replace(
+        "<head>", f'<head>\n    <meta http-equiv="Content-Security-Policy" content="{_POLICY}" />', 1
+    )
+    page = _STYLE.sub(lambda found: f"<style>\n{text(found[1])}</style>", page)
+    page = _IMPORT_MAP.sub(import_map, page)
+    return _MAIN.sub(main, page)
+
+
+def _address(module: PageFile) -> str:
+    return f"data:text/javascript;base64,{base64.b64encode(module.content).decode()}"
