@@ -1,18 +1,10 @@
 /** An arrow of three.js, of any length and direction. */
 
-import {
-  ConeGeometry,
-  CylinderGeometry,
-  Group,
-  Mesh,
-  MeshStandardMaterial,
-  Quaternion,
-  Vector3,
-} from "three";
+import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Quaternion, Vector3 } from "three";
 
 /** Radius of the shaft, radius and length of the head, in the unit that is given. */
-const SHAFT = 0.022;
-const HEAD = [0.06, 0.16];
+const SHAFT = 0.024;
+const HEAD = [0.07, 0.18];
 
 const UP = new Vector3(0, 1, 0);
 
@@ -24,10 +16,11 @@ export class Arrow extends Group {
   constructor(unit, colour) {
     super();
     this.unit = unit;
-    const material = new MeshStandardMaterial({ color: colour, roughness: 0.6 });
+    // a force is seen through the disk, which it often points into
+    const material = new MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
     this.shaft = new Mesh(new CylinderGeometry(SHAFT * unit, SHAFT * unit, 1, 16), material);
     this.head = new Mesh(new ConeGeometry(HEAD[0] * unit, HEAD[1] * unit, 24), material);
-    this.shaft.castShadow = this.head.castShadow = true;
+    this.shaft.renderOrder = this.head.renderOrder = 3;
     this.add(this.shaft, this.head);
   }
 

@@ -7,7 +7,7 @@ import {
   Fog,
   Matrix4,
   Mesh,
-  PCFSoftShadowMap,
+  PCFShadowMap,
   PerspectiveCamera,
   PlaneGeometry,
   Scene,
@@ -18,7 +18,7 @@ import {
 import { OrbitControls } from "three/orbit_controls";
 import { Arrow } from "eulerdisk/motion/arrow";
 import { diskBody } from "eulerdisk/motion/disk_body";
-import { gridOfSquares, niceLength, Trail } from "eulerdisk/motion/ground";
+import { niceLength, tableOfSquares, Trail } from "eulerdisk/motion/ground";
 import { poseOf } from "eulerdisk/motion/pose";
 
 /** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
@@ -29,9 +29,9 @@ import { poseOf } from "eulerdisk/motion/pose";
  */
 
 /** Where the camera stands at first: behind the disk to its right, over the table, and how far, in radii. */
-const AZIMUTH = (-28 * Math.PI) / 180;
+const AZIMUTH = (-48 * Math.PI) / 180;
 const ELEVATION = (22 * Math.PI) / 180;
-const DISTANCE = 5.6;
+const DISTANCE = 5.0;
 
 /** Degrees by which a key turns the camera. */
 const TURN = (6 * Math.PI) / 180;
@@ -51,7 +51,7 @@ export class DiskScene {
     this.element = element;
     this.renderer = new WebGLRenderer({ antialias: true });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.canvas = this.renderer.domElement;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, 0.01, 100);
@@ -87,17 +87,18 @@ export class DiskScene {
     this.force = new Arrow(radius, colours.force);
     const { time, contact_x, contact_y } = samples.arrays;
     this.trail = new Trail(time, contact_x, contact_y, radius, colours.trail);
-    this.grid = gridOfSquares(this.square, colours.grid);
-    this.table = new Mesh(
-      new PlaneGeometry(200 * radius, 200 * radius),
-      new ShadowMaterial({ opacity: 0.28 }),
+    this.table = tableOfSquares(this.square, colours.ground, colours.grid);
+    this.shadow = new Mesh(
+      new PlaneGeometry(12 * radius, 12 * radius),
+      new ShadowMaterial({ opacity: 0.3, depthWrite: false }),
     );
-    this.table.receiveShadow = true;
+    this.shadow.receiveShadow = true;
+    this.shadow.renderOrder = -1;
     this.scene.background = new Color(colours.ground);
-    this.scene.fog = new Fog(colours.ground, 6 * radius, 26 * radius);
+    this.scene.fog = new Fog(colours.ground, 7 * radius, 30 * radius);
     this.light = sun(radius);
-    const parts = [this.table, this.grid, this.trail.whole, this.trail.passed, this.disk, this.force];
-    this.scene.add(...parts, this.light, this.light.target, new AmbientLight("#ffffff", 1.7));
+    const parts = [this.table, this.shadow, this.trail.whole, this.trail.passed, this.disk, this.force];
+    this.scene.add(...parts, this.light, this.light.target, new AmbientLight("#ffffff", 2.5));
     if (first) this.#standBehind(radius);
     this.setTime(this.time);
   }
@@ -157,9 +158,9 @@ export class DiskScene {
     this.camera.lookAt(target);
     this.light?.target.position.set(x, y, 0);
     this.light?.position.set(x - 1.5 * radius, y + 1.2 * radius, 5 * radius);
-    this.table?.position.set(x, y, 0);
+    this.shadow?.position.set(x, y, 0);
     const { square } = this;
-    this.grid?.position.set(square * Math.round(x / square), square * Math.round(y / square), 0);
+    this.table?.position.set(square * Math.round(x / square), square * Math.round(y / square), 0);
   }
 
   /** @param {number} radius */
@@ -242,7 +243,7 @@ export class DiskScene {
 
 /** @param {number} radius */
 function sun(radius) {
-  const light = new DirectionalLight("#ffffff", 2.0);
+  const light = new DirectionalLight("#ffffff", 1.3);
   light.castShadow = true;
   light.shadow.mapSize.set(1024, 1024);
   light.shadow.radius = 5;

@@ -1,17 +1,23 @@
-/** What lies on the table: the grid of squares, and the path of the contact point. */
+/** What lies on the table: squares that show how far the disk goes, and the path of the contact point. */
 
 import {
   BufferAttribute,
   BufferGeometry,
+  CanvasTexture,
   DoubleSide,
-  LineBasicMaterial,
-  LineSegments,
   Mesh,
   MeshBasicMaterial,
+  PlaneGeometry,
+  RepeatWrapping,
+  SRGBColorSpace,
 } from "three";
 
-/** Squares from the middle of the grid to its border. */
-const SQUARES = 40;
+/** Squares along a side of the table; it moves on with the disk by whole squares. */
+const SQUARES = 120;
+
+/** Side of the picture of a square in pixels, and width of its lines. */
+const PIXELS = 256;
+const LINE = 4;
 
 /** Width of the path, and how far it lies over the table, in radii. */
 const WIDTH = 0.035;
@@ -31,20 +37,31 @@ export function niceLength(length) {
 }
 
 /**
- * Lines around the origin, `side` apart.
- * @param {number} side
- * @param {string} colour
- * @returns {LineSegments<BufferGeometry, LineBasicMaterial>}
+ * A table of squares. It is drawn before all that stands on it, and hides nothing.
+ * @param {number} side  of a square
+ * @param {string} ground
+ * @param {string} lines
  */
-export function gridOfSquares(side, colour) {
-  const reach = SQUARES * side;
-  const ends = [];
-  for (let i = -SQUARES; i <= SQUARES; i += 1) {
-    ends.push(-reach, i * side, 0, reach, i * side, 0, i * side, -reach, 0, i * side, reach, 0);
-  }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(ends), 3));
-  return new LineSegments(geometry, new LineBasicMaterial({ color: colour }));
+export function tableOfSquares(side, ground, lines) {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = PIXELS;
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  context.fillStyle = ground;
+  context.fillRect(0, 0, PIXELS, PIXELS);
+  context.strokeStyle = lines;
+  context.lineWidth = LINE;
+  context.strokeRect(0, 0, PIXELS, PIXELS);
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  map.wrapS = map.wrapT = RepeatWrapping;
+  map.repeat.set(SQUARES, SQUARES);
+  map.anisotropy = 16;
+  const table = new Mesh(
+    new PlaneGeometry(SQUARES * side, SQUARES * side),
+    new MeshBasicMaterial({ map, depthWrite: false }),
+  );
+  table.renderOrder = -2;
+  return table;
 }
 
 /** The path as a ribbon on the table: what has been passed is strong, the rest faint. */

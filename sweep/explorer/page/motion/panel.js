@@ -167,7 +167,8 @@ export class MotionPanel {
   /** Show the time of the clock. */
   #follow() {
     const { samples } = this;
-    if (!samples) return;
+    // nothing has a place in a time without length
+    if (!samples || clock.length === 0) return;
     if (this.drawnLength !== clock.length || this.drawn !== samples) this.#drawCurves(samples, clock.length);
     const time = Math.min(clock.time, samples.length);
     const tilt = samples.at("tilt", time);

@@ -156,7 +156,7 @@ export class Plot {
     while (i < x.length) {
       const column = Math.round(this.#right(x[i]));
       let [least, most, last] = [i, i, i];
-      for (; i < x.length && Math.round(this.#right(x[i])) === column; i += 1) {
+      for (i += 1; i < x.length && Math.round(this.#right(x[i])) === column; i += 1) {
         if (y[i] < y[least]) least = i;
         if (y[i] > y[most]) most = i;
         last = i;
