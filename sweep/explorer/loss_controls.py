@@ -66,9 +66,14 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
         words = {"air_viscosity": _AIR["air_viscosity"]} | words
         if law == BILDSTEN:
             words = {"air_density": _AIR["air_density"]} | words
-    if law != NO_AIR or words.get("contour_damping"):
+    if needs_mass(words):
         words = {"mass": _MASS} | words
     return words
+
+
+def needs_mass(words: Mapping[str, Any]) -> bool:
+    """Return whether a law of some words depends on the mass of the disk."""
+    return words.get("air_law", NO_AIR) != NO_AIR or bool(words.get("contour_damping"))
 
 
 def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -87,7 +92,7 @@ def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, An
     list of dict
         Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
         logarithmic), ``value`` (None: the word is left out) and ``none``, what that means, and at which ``end`` of the
-        slider it is. Of a choice ``name``, ``label``, ``description``, ``choices`` and ``value``.
+        slider it is; ``idle`` if it changes nothing now. Of a choice ``name``, ``label``, ``description``, ``choices`` and ``value``.
     """
     held = _held(spec) | dict(given)
     radius, unit = start["radius"], (start["radius"] / start["gravity"]) ** 0.5
@@ -103,7 +108,7 @@ def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, An
             "value": held.get("air_law", law.default),
         },
         _slider("friction", _FRICTION, held, UNLIMITED, at_end="high"),
-        _slider("mass", _MASSES, held, UNKNOWN),
+        _slider("mass", _MASSES, held, UNKNOWN) | {"idle": not needs_mass(held)},
     ]  # fmt: skip
 
 

@@ -202,8 +202,8 @@ def _head(
         if name in start
     )
     return {
-        "title": at.replace(" s-1", "/s"),
-        "ending": f"{kind.endings[ending]} at {last:.4g} s" if ended else f"goes on after {last:.4g} s",
+        "title": at,
+        "ending": f"{kind.endings[ending]} at {last:.4g} s" if ended else f"followed for {last:.3g} s",
         "ended": ended,
         "note": _limit_words(values, values["normal_force"]),
         "lossy": kind is LOSSY_MOTION,

@@ -29,11 +29,14 @@ import { poseOf } from "eulerdisk/motion/pose";
  */
 
 /** Where the camera stands at first: behind the disk to its right, over the table, and how far, in radii. */
-const AZIMUTH = (-48 * Math.PI) / 180;
+const AZIMUTH = (-58 * Math.PI) / 180;
 const ELEVATION = (22 * Math.PI) / 180;
-const DISTANCE = 5.0;
+const DISTANCE = 5.8;
 
-/** Degrees by which a key turns the camera. */
+/** Height of the point that the camera looks at, in radii. */
+const LOOK_AT = 0.8;
+
+/** Angle by which a key turns the camera. */
 const TURN = (6 * Math.PI) / 180;
 
 /** Side of the squares of the table over the radius, at most. */
@@ -64,6 +67,9 @@ export class DiskScene {
     this.samples = null;
     this.time = 0;
     this.square = 0;
+    this.look = "";
+    /** @type {Trail|undefined} */
+    this.trail = undefined;
     element.append(this.canvas);
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -79,14 +85,29 @@ export class DiskScene {
    */
   show(samples, colours) {
     const { radius, alpha } = samples.head;
+    const look = JSON.stringify([radius, alpha, colours]);
     const first = this.samples === null || this.samples.head.radius !== radius;
-    this.#empty();
     this.samples = samples;
+    if (look !== this.look) this.#furnish(radius, alpha, colours);
+    this.look = look;
+    this.#layTrail(samples, colours.trail);
+    if (first) this.#standBehind(radius);
+    this.setTime(this.time);
+  }
+
+  /**
+   * Put all that does not depend on the motion into the scene.
+   * @param {number} radius
+   * @param {number} alpha
+   * @param {SceneColours} colours
+   */
+  #furnish(radius, alpha, colours) {
+    free(this.scene);
+    this.scene.clear();
+    this.trail = undefined;
     this.square = niceLength(SQUARE * radius);
     this.disk = diskBody(radius, alpha);
     this.force = new Arrow(radius, colours.force);
-    const { time, contact_x, contact_y } = samples.arrays;
-    this.trail = new Trail(time, contact_x, contact_y, radius, colours.trail);
     this.table = tableOfSquares(this.square, colours.ground, colours.grid);
     this.shadow = new Mesh(
       new PlaneGeometry(12 * radius, 12 * radius),
@@ -97,10 +118,21 @@ export class DiskScene {
     this.scene.background = new Color(colours.ground);
     this.scene.fog = new Fog(colours.ground, 7 * radius, 30 * radius);
     this.light = sun(radius);
-    const parts = [this.table, this.shadow, this.trail.whole, this.trail.passed, this.disk, this.force];
+    const parts = [this.table, this.shadow, this.disk, this.force];
     this.scene.add(...parts, this.light, this.light.target, new AmbientLight("#ffffff", 2.5));
-    if (first) this.#standBehind(radius);
-    this.setTime(this.time);
+  }
+
+  /**
+   * @param {Samples} samples
+   * @param {string} colour
+   */
+  #layTrail({ arrays, head }, colour) {
+    for (const old of this.trail ? [this.trail.whole, this.trail.passed] : []) {
+      free(old);
+      this.scene.remove(old);
+    }
+    this.trail = new Trail(arrays.time, arrays.contact_x, arrays.contact_y, head.radius, colour);
+    this.scene.add(this.trail.whole, this.trail.passed);
   }
 
   /** @param {number} time  in seconds */
@@ -137,7 +169,7 @@ export class DiskScene {
 
   dispose() {
     this.observer.disconnect();
-    this.#empty();
+    free(this.scene);
     this.controls.dispose();
     this.renderer.dispose();
     // browsers keep few contexts: the next motion needs one
@@ -151,7 +183,7 @@ export class DiskScene {
    * @param {number} radius
    */
   #follow([x, y], radius) {
-    const target = new Vector3(x, y, 0.55 * radius);
+    const target = new Vector3(x, y, LOOK_AT * radius);
     const way = target.clone().sub(this.controls.target);
     this.controls.target.copy(target);
     this.camera.position.add(way);
@@ -224,21 +256,22 @@ export class DiskScene {
     this.camera.updateProjectionMatrix();
     this.draw();
   }
+}
 
-  /** Take everything out of the scene, and free what the graphics card holds of it. */
-  #empty() {
-    this.scene.traverse((part) => {
-      const { geometry, material } = /** @type {Mesh} */ (part);
-      geometry?.dispose();
-      for (const each of [material ?? []].flat()) {
-        /** @type {any} */ (each).map?.dispose();
-        each.dispose();
-      }
-    });
-    this.light?.dispose();
-    this.scene.clear();
-    this.samples = null;
-  }
+/**
+ * Free what the graphics card holds of a part of the scene.
+ * @param {import("three").Object3D} whole
+ */
+function free(whole) {
+  whole.traverse((part) => {
+    const { geometry, material } = /** @type {Mesh} */ (part);
+    geometry?.dispose();
+    for (const each of [material ?? []].flat()) {
+      /** @type {any} */ (each).map?.dispose();
+      each.dispose();
+    }
+    if (part instanceof DirectionalLight) part.dispose();
+  });
 }
 
 /** @param {number} radius */

@@ -5,8 +5,9 @@ import { rangeOf } from "eulerdisk/motion/plot";
 /** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
 /** @typedef {import("eulerdisk/motion/plot").Figure} Figure */
 
-/** Friction that is needed stays in view up to this many times the largest of the other forces. */
-const IN_VIEW = 2;
+/** Forces stay in view up to this many weights, or this many times what they are for all but a twentieth of the time. */
+const IN_VIEW = 2.5;
+const OFTEN = 1.3;
 
 /**
  * Values of an array as people read them.
@@ -64,14 +65,17 @@ export function forcesFigure(samples, length) {
   const { arrays, times } = samples;
   const across = arrays.friction_across;
   const horizontal = across.map((value, i) => Math.hypot(value, arrays.friction_along[i]));
-  const forces = rangeOf([0, 1, ...extremes(arrays.normal_force), ...extremes(horizontal)]);
-  const needed = extremes(arrays.friction_needed)[1];
+  const drawn = [arrays.normal_force, horizontal, arrays.friction_needed];
+  const highest = Math.max(...drawn.map((values) => extremes(values)[1]));
+  const often = OFTEN * Math.max(...drawn.map(usual));
+  const lowest = Math.max(Math.min(0, extremes(arrays.normal_force)[0]), -IN_VIEW);
+  const y = rangeOf([lowest, Math.max(1, Math.min(highest, Math.max(often, IN_VIEW)))]);
   return {
     title: "forces at the contact against time",
     xLabel: labelled(samples, "time"),
     yLabel: "contact",
     x: timeRange(length),
-    y: { low: forces.low, high: Math.max(forces.high, Math.min(1.07 * needed, IN_VIEW * forces.high)) },
+    y,
     curves: [
       { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
       { x: times, y: horizontal, kind: "horizontal", label: "horizontal (weights)" },
@@ -152,6 +156,15 @@ export function ledgerFigure(samples, length) {
     curves: [],
     areas,
   };
+}
+
+/**
+ * Value that all but a twentieth of the samples are below.
+ * @param {Float64Array} values
+ */
+function usual(values) {
+  const sorted = values.filter(Number.isFinite).sort();
+  return sorted.length ? sorted[Math.floor(0.95 * (sorted.length - 1))] : 0;
 }
 
 /**

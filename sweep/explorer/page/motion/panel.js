@@ -127,7 +127,6 @@ export class MotionPanel {
     this.samples = samples;
     this.element.classList.add("shown");
     this.element.classList.toggle("lossy", head.lossy);
-    this.parts.title.textContent = head.title;
     this.parts.ending.textContent = head.ending;
     this.parts.note.textContent = head.note;
     this.losses.show(head.losses);
@@ -221,9 +220,8 @@ function partsOf(element) {
   const explanation = html("pre", { class: "explanation", tabindex: "0" });
   const losses = part("losses");
   const parts = {
-    title: html("h3", {}),
     verdict: html("span", { class: "verdict" }),
-    ending: html("p", { class: "ending" }),
+    ending: html("span", { class: "ending" }),
     problem: html("p", { class: "problem", role: "status" }),
     stage: part("stage"),
     square: html("span", { class: "square" }),
@@ -237,7 +235,7 @@ function partsOf(element) {
     laws: html("details", { class: "laws" }, html("summary", {}, "Losses: the disk that stops"), losses),
     words: html("details", { class: "words" }, html("summary", {}, "In words"), explanation),
   };
-  const head = html("header", {}, parts.title, parts.verdict, parts.ending);
+  const head = html("p", { class: "state" }, parts.verdict, parts.ending);
   const curves = html("div", { class: "curves" }, parts.tilt, parts.potential, parts.forces);
   const below = [parts.note, parts.laws, parts.words];
   element.classList.add("motion");

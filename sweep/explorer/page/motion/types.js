@@ -31,6 +31,7 @@
  * @property {number} [low]
  * @property {number} [high]
  * @property {number|string|null} value
+ * @property {boolean} [idle]  whether it changes nothing while the others are as they are
  * @property {string} [none]  what it means to leave the word out
  * @property {"low"|"high"} [end]  end of the slider at which it is left out
  */
