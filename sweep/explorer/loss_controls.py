@@ -92,16 +92,17 @@ def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, An
     list of dict
         Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
         logarithmic), ``value`` (None: the word is left out) and ``none``, what that means, and at which ``end`` of the
-        slider it is; ``idle`` if it changes nothing now. Of a choice ``name``, ``label``, ``description``, ``choices`` and ``value``.
+        slider it is; ``idle`` if it changes nothing now. Of a choice ``name``, ``label``, ``description``, ``choices``
+        and ``value``.
     """
     held = _held(spec) | dict(given)
     radius, unit = start["radius"], (start["radius"] / start["gravity"]) ** 0.5
     mass = held.get("mass", _MASS)
     heavy = (mass if isinstance(mass, int | float) else _MASS) * radius**2 / unit
-    arms = {name: (_ARMS[0] * radius, _ARMS[1] * radius) for name in ARMS}
+    arms = (_ARMS[0] * radius, _ARMS[1] * radius)
     law = OPTIONS["air_law"]
     return [
-        *(_slider(name, ends, held, "none") for name, ends in arms.items()),
+        *(_slider(name, arms, held, "none") for name in ARMS),
         _slider("contour_damping", (_DAMPING[0] * heavy, _DAMPING[1] * heavy), held, "none"),
         {
             "name": "air_law", "label": "air", "description": law.long_name, "choices": list(AIR_LAWS),

@@ -4,11 +4,12 @@ The answer is a head, which JSON can hold, and float64 arrays. Those with one va
 
 ``time`` [s]; ``tilt``, ``heading``, ``roll_angle`` [rad]; ``tilt_rate``, ``precession_rate``, ``roll_rate`` [rad/s];
 ``contact_x``, ``contact_y`` [m]; ``normal_force``, ``friction_across``, ``friction_along`` over the weight;
-``friction_needed`` [1], NaN where the normal force is not positive; ``energy`` over m g R; with losses ``rolling_loss``,
-``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``, what each has taken since the start over m g R.
+``friction_needed`` [1], NaN where the normal force is not positive; ``energy`` over m g R; with losses also
+``rolling_loss``, ``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``, what each has taken since the start
+over m g R.
 
-The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], ``potential`` less the energy over
-m g R.
+The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], and ``potential`` less the energy
+over m g R.
 
 The head: ``title``, ``ending`` and ``note`` in words; ``start``, ``radius``, ``gravity``, ``alpha``; ``ended`` (whether
 the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and its words), ``period`` [s], ``wells`` and

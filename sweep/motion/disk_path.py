@@ -26,7 +26,7 @@ _RELATIVE_STEP = 0.005
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
 
-#: Below this drift, half the step that does not lower it shows that it is made of rounding, which more steps make worse.
+#: Below this drift, half a step that does not lower it shows that it is made of rounding, which more steps make worse.
 _ROUNDING = 1e-9
 
 #: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, so that a

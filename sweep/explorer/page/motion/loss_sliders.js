@@ -38,8 +38,7 @@ export class LossSliders {
       this.element.replaceChildren(...made, html("p", { class: "buttons" }, this.reset));
     }
     for (const control of controls) this.rows.get(control.name)?.(control);
-    for (const [i, { idle }] of controls.entries())
-      this.element.children[i].toggleAttribute("hidden", Boolean(idle));
+    controls.forEach(({ idle }, i) => this.element.children[i].toggleAttribute("hidden", Boolean(idle)));
     this.reset.disabled = Object.keys(this.losses).length === 0;
   }
 
