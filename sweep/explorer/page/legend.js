@@ -10,8 +10,8 @@ import { titleOf } from "eulerdisk/overlay";
 /** Colours of the gradient that stands for the scale. */
 const STOPS = 24;
 
-/** Height of one line of the legend. */
-const ROW = 18;
+/** Height of one row of the legend, and of that with the samples of lines. */
+const [ROW, SAMPLES] = [18, 20];
 
 /**
  * @param {Scene} scene
@@ -20,18 +20,38 @@ const ROW = 18;
 export function drawLegend(scene) {
   const group = svg("g", { class: "legend", transform: `translate(${scene.plot.left} 0)` });
   group.append(scene.quantity.flags ? flags(scene) : bar(scene));
-  const samples = scene.lines.filter((line) => line.points.length);
-  let x = scene.plot.width;
-  for (const line of samples.toReversed()) {
-    const wide = textWidth(line.label) + 34;
-    x -= wide;
-    if (x < 0) break;
-    group.append(
-      svg("path", { class: `line ${line.name}`, d: `M${x} ${ROW * 3 - 9}h20` }),
-      svg("text", { x: x + 26, y: ROW * 3 - 5 }, line.label),
-    );
-  }
+  group.append(...samples(scene));
   return group;
+}
+
+/**
+ * Height of the legend of a quantity above a plot of some width, in CSS pixels.
+ * @param {import("eulerdisk/types").Quantity} quantity
+ * @param {number} width
+ */
+export function legendHeight({ flags }, width) {
+  if (!flags) return ROW * 3 + SAMPLES;
+  const rows = flagRows(flags, width);
+  return ROW * (rows.at(-1)?.row ?? 0) + ROW * 2 + 6 + SAMPLES;
+}
+
+/**
+ * A sample of each line, from the right border leftward, in the last row; what has no room is left out.
+ * @param {Scene} scene
+ */
+function samples({ lines, plot }) {
+  const parts = [];
+  const y = plot.top - 12;
+  let x = plot.width;
+  for (const { name, label } of lines.filter((line) => line.points.length).toReversed()) {
+    x -= textWidth(label) + 26;
+    if (x < 0) break;
+    const d = `M${x} ${y}h20`;
+    if (name === "predicted") parts.push(svg("path", { class: "halo predicted", d }));
+    parts.push(svg("path", { class: `line ${name}`, d }), svg("text", { x: x + 26, y: y + 4 }, label));
+    x -= 18;
+  }
+  return parts;
 }
 
 /** @param {Scene} scene */
@@ -64,17 +84,30 @@ function bar({ quantity, range, plot }) {
 function flags({ quantity, plot }) {
   const group = svg("g");
   group.append(svg("text", { class: "title", y: 11 }, quantity.label));
-  let [x, y] = [0, ROW];
-  for (const [code, words] of Object.entries(quantity.flags ?? {})) {
-    const wide = textWidth(words) + 36;
-    if (x + wide > plot.width && x > 0) [x, y] = [0, y + ROW];
+  for (const { code, words, x, row } of flagRows(quantity.flags ?? {}, plot.width)) {
+    const y = ROW * (row + 1) + 2;
     group.append(
       svg("rect", { class: "bar", x, y, width: 12, height: 12, fill: flagColour(quantity, Number(code)) }),
     );
     group.append(svg("text", { x: x + 18, y: y + 10.5 }, words));
-    x += wide;
   }
   return group;
+}
+
+/**
+ * Where the words of flags stand, in rows that are no wider than the plot.
+ * @param {Record<string, string>} flags
+ * @param {number} width
+ */
+function flagRows(flags, width) {
+  let [x, row] = [0, 0];
+  return Object.entries(flags).map(([code, words]) => {
+    const wide = textWidth(words) + 18;
+    if (x > 0 && x + wide > width) [x, row] = [0, row + 1];
+    const place = { code, words, x, row };
+    x += wide + 18;
+    return place;
+  });
 }
 
 /** @type {CanvasRenderingContext2D|null} */

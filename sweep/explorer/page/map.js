@@ -4,6 +4,7 @@ import { leastHalf, moved, placeOf, valueAt, zoomed } from "eulerdisk/axis_windo
 import { Gestures, inside, listenToKeys } from "eulerdisk/gestures";
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
+import { legendHeight } from "eulerdisk/legend";
 import { drawOverlay } from "eulerdisk/overlay";
 import { Picture } from "eulerdisk/picture";
 import { Refresh } from "eulerdisk/refresh";
@@ -87,7 +88,7 @@ export class AtlasMap {
     const { clientWidth, clientHeight } = this.#element;
     const narrow = clientWidth < 520;
     const [left, right] = narrow ? [58, 12] : [72, 18];
-    const top = this.#legendHeight(clientWidth - left - right);
+    const top = legendHeight(quantityOf(this.#about, this.#state.quantity), clientWidth - left - right);
     return {
       left,
       top,
@@ -279,14 +280,6 @@ export class AtlasMap {
     const first =
       [base.x, base.y].find((each) => each.name === axis.name && each.scale === axis.scale) ?? axis;
     return { least: leastHalf(axis, pixels), most: BEYOND * first.half };
-  }
-
-  /** @param {number} width */
-  #legendHeight(width) {
-    const { flags } = quantityOf(this.#about, this.#state.quantity);
-    if (!flags) return 58;
-    const letters = Object.values(flags).reduce((sum, words) => sum + words.length * 7 + 36, 0);
-    return 40 + 18 * Math.ceil(letters / Math.max(width, 100));
   }
 
   /**

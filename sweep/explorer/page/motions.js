@@ -3,7 +3,7 @@
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
 import { parameterOf } from "eulerdisk/state";
-import { readable } from "eulerdisk/ticks";
+import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Place} Place */
@@ -92,6 +92,7 @@ class Slot {
         const { label, factor, unit } = parameterOf(this.#about, view[which].name);
         return `${label} ${readable(point[which] * factor, 7)} ${unit}`.trim();
       })
+      .map(printedUnits)
       .join(", ");
   }
 }

@@ -4,7 +4,7 @@ import { placeOf } from "eulerdisk/axis_window";
 import { clipped } from "eulerdisk/clip";
 import { drawLegend } from "eulerdisk/legend";
 import { svg } from "eulerdisk/svg";
-import { superscript, ticksOf } from "eulerdisk/ticks";
+import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").Axis} Axis */
 /** @typedef {import("eulerdisk/types").Line} Line */
@@ -46,7 +46,7 @@ export function drawOverlay(element, scene) {
   const inside = svg("g", { transform: `translate(${left} ${top})` });
   if (scene.grid) inside.append(gridFrame(scene, scene.grid));
   const lines = svg("g", { class: scene.stale ? "lines stale" : "lines" });
-  for (const line of scene.lines) lines.append(...drawLine(scene, line));
+  for (const line of order(scene.lines)) lines.append(...drawLine(scene, line));
   inside.append(lines, svg("rect", { class: "frame", width, height }));
   inside.append(xAxis(scene), yAxis(scene));
   scene.points.forEach((point, slot) => {
@@ -68,6 +68,15 @@ function pixelOf({ view, plot }, x, y) {
 }
 
 /**
+ * Lines from the lowest to the uppermost: the dashes of the predicted one are seen on the measured one.
+ * @param {Line[]} lines
+ */
+function order(lines) {
+  const names = ["analytic", "measured", "predicted"];
+  return lines.toSorted((one, other) => names.indexOf(one.name) - names.indexOf(other.name));
+}
+
+/**
  * @param {Scene} scene
  * @param {Line} line
  */
@@ -84,8 +93,11 @@ function drawLine(scene, line) {
   const path = pieces
     .map((piece) => `M${piece.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}`)
     .join("");
-  // a pale line beneath keeps it visible on every colour
-  return [svg("path", { class: "halo", d: path }), svg("path", { class: `line ${line.name}`, d: path })];
+  // another line beneath keeps it visible on every colour
+  return [
+    svg("path", { class: `halo ${line.name}`, d: path }),
+    svg("path", { class: `line ${line.name}`, d: path }),
+  ];
 }
 
 /**
@@ -160,8 +172,9 @@ function yAxis({ view, plot, y }) {
  */
 export function titleOf({ label, unit }, offset, power) {
   const scale = power === 0 ? "" : `\u00d7\u2009${power === 1 ? "10" : `10${superscript(power)}`}`;
-  if (offset) return `${label}: ${offset} + labels ${scale} ${unit}`.trim();
-  const units = [scale, unit].filter(Boolean).join(" ");
+  const printed = printedUnits(unit);
+  if (offset) return `${label}: ${offset} + labels ${scale} ${printed}`.trim();
+  const units = [scale, printed].filter(Boolean).join(" ");
   return units ? `${label} (${units})` : label;
 }
 

@@ -3,7 +3,7 @@
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
 import { parameterOf, verdictWords } from "eulerdisk/state";
-import { readable } from "eulerdisk/ticks";
+import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").PointAnswer} PointAnswer */
@@ -112,7 +112,7 @@ export class Readout {
    */
   #table(rows, origin) {
     const cells = rows.map(([name, text]) =>
-      html("div", {}, html("dt", {}, name), html("dd", { title: text }, text)),
+      html("div", {}, html("dt", {}, name), html("dd", { title: text }, printedUnits(text))),
     );
     if (origin) cells.push(html("div", { class: "origin" }, html("dt", {}, "from"), html("dd", {}, origin)));
     return html("dl", {}, ...cells);

@@ -1,6 +1,7 @@
 /** Sliders with a number beside them: of parameters, linear or logarithmic, and of the criterion. */
 
 import { html } from "eulerdisk/html";
+import { printedUnits } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Parameter} Parameter */
@@ -121,7 +122,12 @@ function numberRow(name, label, description, ruler, set) {
     if (field.value.trim() !== "" && Number.isFinite(value)) set(value / ruler.factor);
     field.classList.toggle("wrong", !Number.isFinite(value));
   });
-  const number = html("span", { class: "number" }, field, html("span", { class: "unit" }, ruler.unit));
+  const number = html(
+    "span",
+    { class: "number" },
+    field,
+    html("span", { class: "unit" }, printedUnits(ruler.unit)),
+  );
   const element = html("div", { class: "slider" }, html("div", { class: "caption" }, caption, number), slide);
   /** @param {number|string|undefined} value */
   const follow = (value) => {

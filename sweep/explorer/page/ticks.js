@@ -30,6 +30,17 @@ export function superscript(power) {
 }
 
 /**
+ * Text with units as they are printed: "rad s-1" becomes "rad s\u207b\u00b9".
+ * @param {string} text
+ */
+export function printedUnits(text) {
+  return text.replace(
+    /(?<= |^|[a-z])([a-z]+)(-?\d)(?= |$)/gi,
+    (_, unit, power) => unit + superscript(Number(power)),
+  );
+}
+
+/**
  * Largest exponent of ten that is not above a positive number.
  * @param {number} value
  */
