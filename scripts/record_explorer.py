@@ -1,0 +1,186 @@
+"""Take the pictures of the explorer in the documentation, in a real browser.
+
+    python scripts/record_explorer.py [--folder docs]
+
+It writes `explorer.png` and `explorer_dark.png`, the page with the motions of two starts, and `explorer.gif`, a zoom
+into the boundary and a click on each side of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import imageio_ffmpeg
+from explorer_browser import COMPLETE, MAP, Watch, find_browser, launched, served
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+#: Frames in a second of the recording, and the width [pixels] that it is shown at.
+RATE, WIDTH = 8, 800
+
+#: Largest size of the recording [bytes].
+MOST = 3_000_000
+
+#: Sizes of the window for pictures and for the recording.
+PICTURE, RECORDING = {"width": 1440, "height": 900}, {"width": 1200, "height": 760}
+
+#: How often the wheel is turned, by how much, and after how many turns one aims at the boundary anew.
+TURNS, TURN, AIM = 60, -100, 6
+
+#: How far from the boundary the two starts lie, as part of the width of the map.
+BESIDE = 0.12
+
+#: The places of a view's lines in it, from -1 to 1, across and up; "measured" is the boundary itself.
+LINES = """
+async () => {
+  const { view } = JSON.parse(document.querySelector("[data-lane]").dataset.shown);
+  const headers = { "Content-Type": "application/json" };
+  const answer = await fetch("./lines", { method: "POST", headers, body: JSON.stringify({ view }) });
+  const { lines } = await answer.json();
+  const place = (axis, value) => ((axis.scale === "log" ? Math.log(value) : value) - axis.centre) / axis.half;
+  const flat = (points) => (typeof points[0]?.[0] === "number" ? points : points.flat());
+  return Object.fromEntries(lines.map(({ name, points }) =>
+    [name, flat(points).map(([x, y]) => [place(view.x, x), place(view.y, y)])]));
+}
+"""
+
+
+@dataclass
+class Camera:
+    """Takes frames of a page into a folder."""
+
+    page: Page
+    folder: Path
+    count: int = 0
+
+    def frames(self, count: int = 1) -> None:
+        """Take frames, as far from each other as they will be shown."""
+        for _ in range(count):
+            self.page.screenshot(path=self.folder / f"{self.count:05d}.png")
+            self.count += 1
+            self.page.wait_for_timeout(1000 / RATE)
+
+    def film(self, path: Path) -> None:
+        """Write the frames as a GIF with colours of their own."""
+        palette = "split[a][b];[a]palettegen=stats_mode=diff:max_colors=128[p]"
+        film = f"scale={WIDTH}:-1:flags=lanczos,{palette};[b][p]paletteuse=dither=none:diff_mode=rectangle"
+        subprocess.run(
+            [
+                *(imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(RATE)),
+                *("-i", str(self.folder / "%05d.png")),
+                *("-vf", film, str(path)),
+            ],
+            check=True,
+        )
+
+
+def settle(page: Page) -> None:
+    """Wait until the picture is complete."""
+    page.wait_for_timeout(400)
+    page.wait_for_selector(COMPLETE)
+
+
+def on_screen(page: Page, across: float, up: float) -> tuple[float, float]:
+    """Return where a place of the picture, from -1 to 1, lies in the window."""
+    box = page.locator(f"{MAP} canvas.picture").bounding_box()
+    assert box is not None
+    return box["x"] + 0.5 * (across + 1.0) * box["width"], box["y"] + 0.5 * (1.0 - up) * box["height"]
+
+
+def boundary(page: Page) -> tuple[float, float]:
+    """Return the place of the boundary nearest to the middle of the map."""
+    lines: dict[str, Any] = page.evaluate(LINES)
+    inside = [place for place in lines["measured"] if max(map(abs, place)) < 0.9]
+    if not inside:
+        raise SystemExit("The boundary does not cross the map that is to be recorded.")
+    across, up = min(inside, key=lambda place: math.hypot(*place))
+    return across, up
+
+
+def zoom_in(page: Page, camera: Camera) -> None:
+    """Turn the wheel over the boundary, and take a frame after each turn."""
+    for turn in range(TURNS):
+        if turn % AIM == 0:
+            page.mouse.move(*on_screen(page, *boundary(page)))
+        page.mouse.wheel(0, TURN)
+        camera.frames()
+    settle(page)
+    camera.frames(RATE)
+
+
+def choose(page: Page, beside: float, *, second: bool) -> None:
+    """Click beside the boundary."""
+    across, up = boundary(page)
+    if second:
+        page.keyboard.down("Shift")
+    page.mouse.click(*on_screen(page, across + beside, up))
+    if second:
+        page.keyboard.up("Shift")
+    page.wait_for_selector(f"#motions canvas >> nth={int(second)}")
+
+
+@contextmanager
+def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iterator[Page]:
+    """Open the page, and end with an error if it complains."""
+    context = browser.new_context(viewport=size, color_scheme=light)  # type: ignore[arg-type]
+    page = context.new_page()
+    watch = Watch(page, (url,))
+    page.goto(url)
+    settle(page)
+    yield page
+    context.close()
+    if watch.problems:
+        raise SystemExit("\n".join(watch.problems))
+
+
+def take_picture(browser: Browser, url: str, light: str, path: Path) -> None:
+    """Take the page with the motions of two starts."""
+    with opened(browser, url, PICTURE, light) as page:
+        for beside, second in ((-BESIDE, False), (BESIDE, True)):
+            choose(page, beside, second=second)
+        settle(page)
+        page.wait_for_timeout(4000)
+        page.screenshot(path=path)
+
+
+def record(browser: Browser, url: str, path: Path) -> None:
+    """Film a zoom into the boundary and a click on each side of it."""
+    with tempfile.TemporaryDirectory() as folder, opened(browser, url, RECORDING, "light") as page:
+        camera = Camera(page, Path(folder))
+        camera.frames(RATE)
+        zoom_in(page, camera)
+        for beside, second in ((-BESIDE, False), (BESIDE, True)):
+            choose(page, beside, second=second)
+            camera.frames(4 * RATE)
+        camera.film(path)
+    if path.stat().st_size > MOST:
+        raise SystemExit(f"{path} has {path.stat().st_size} bytes, at most {MOST} are allowed.")
+
+
+def main() -> None:
+    """Read the command line, take the pictures and film the zoom."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--folder", type=Path, default=Path(__file__).parents[1] / "docs")
+    folder = parser.parse_args().folder
+    executable = find_browser()
+    if executable is None:
+        raise SystemExit("No Chromium is installed: scripts/test --readers installs it.")
+    with served() as server, launched(executable) as browser:
+        take_picture(browser, server.url, "light", folder / "explorer.png")
+        take_picture(browser, server.url, "dark", folder / "explorer_dark.png")
+        record(browser, server.url, folder / "explorer.gif")
+
+
+if __name__ == "__main__":
+    main()
