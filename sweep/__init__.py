@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from sweep.errors import StoppedError as StoppedError
     from sweep.errors import StorageError as StorageError
     from sweep.errors import SurroundingsWarning as SurroundingsWarning
+    from sweep.explorer.explorer import Explorer as Explorer
+    from sweep.explorer.explorer import explore as explore
     from sweep.files.netcdf import save as save
     from sweep.files.reading import open_atlas as open_atlas
     from sweep.motion.request import TrajectorySpec as TrajectorySpec
@@ -51,6 +53,7 @@ _HOME = {
     "Comparison": "sweep.checks.compare",
     "Criterion": "sweep.request.criterion",
     "Eulerdisk": "sweep.accessor",
+    "Explorer": "sweep.explorer.explorer",
     "Failures": "sweep.runs.run",
     "Findings": "sweep.checks.verify",
     "LeftOutWarning": "sweep.errors",
@@ -64,6 +67,7 @@ _HOME = {
     "TrajectorySpec": "sweep.motion.request",
     "Values": "sweep.request.axes",
     "compare": "sweep.checks.compare",
+    "explore": "sweep.explorer.explorer",
     "findings": "sweep.checks.verify",
     "forget": "sweep.runs.in_memory",
     "open_atlas": "sweep.files.reading",
@@ -81,6 +85,7 @@ __all__ = [
     "Comparison",
     "Criterion",
     "Eulerdisk",
+    "Explorer",
     "Failures",
     "Findings",
     "LeftOutWarning",
@@ -95,6 +100,7 @@ __all__ = [
     "Values",
     "__version__",
     "compare",
+    "explore",
     "findings",
     "forget",
     "open_atlas",

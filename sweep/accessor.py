@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sweep.atlas.share import Share
+    from sweep.explorer.explorer import Explorer
     from sweep.request.criterion import Criterion
     from sweep.request.spec import SweepSpec
 
@@ -336,6 +337,30 @@ class Eulerdisk:
         from sweep.figures.disk import animation
 
         animation.save(self._dataset, path, options)
+
+    def explore(self, *, port: int = 0, open_browser: bool = False) -> "Explorer":
+        """Open the explorer of the atlas: a map of its cells, and of those between and beyond, computed as one looks.
+
+        Parameters
+        ----------
+        port : int
+            Where this machine answers; any that is free if not given.
+        open_browser : bool
+            Open the page in the browser too; a notebook shows it by itself.
+
+        Returns
+        -------
+        Explorer
+            See `sweep.explore`.
+
+        Raises
+        ------
+        RequestError
+            If it is no atlas, its cells are no plane, or the port cannot be used.
+        """
+        from sweep.explorer.explorer import explore
+
+        return explore(self.atlas, port=port, open_browser=open_browser)
 
     def __repr__(self) -> str:
         """Return a few lines: what was swept, its grid and disk, its verdicts, its boundaries against theory."""

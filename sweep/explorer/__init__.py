@@ -1,4 +1,1 @@
 """The explorer: a map of two parameters on a page of this machine, computed anew as one looks around in it."""
-
-from sweep.explorer.explorer import Explorer as Explorer
-from sweep.explorer.explorer import explore as explore

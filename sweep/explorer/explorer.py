@@ -12,7 +12,9 @@ from sweep.explorer.subject import Subject, subject_of
 
 
 class Explorer:
-    """A server of the page, in threads of this process; a context manager.
+    """The page of an explorer, answered by threads of this process until `close`; `sweep.explore` makes one.
+
+    In a notebook it shows itself. It is a context manager too.
 
     Parameters
     ----------
@@ -20,11 +22,6 @@ class Explorer:
         What is explored; it is closed with the server.
     port : int
         0 for any that is free.
-
-    Attributes
-    ----------
-    url : str
-        The address of the page, with the token that lets its reader in.
     """
 
     def __init__(self, subject: Subject, port: int = 0) -> None:
@@ -34,9 +31,13 @@ class Explorer:
         except BaseException:
             subject.close()
             raise
-        self.url = self._server.url
         self._thread = threading.Thread(target=self._server.serve_forever, name="explorer", daemon=True)
         self._thread.start()
+
+    @property
+    def url(self) -> str:
+        """The address of the page, with the token that lets its reader in."""
+        return self._server.url
 
     def open_browser(self) -> None:
         """Open the page in the browser of this system, without waiting for it."""

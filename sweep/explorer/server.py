@@ -60,6 +60,10 @@ class Server(ThreadingHTTPServer):
     request_queue_size = 128
 
     def __init__(self, answers: Answers, port: int = 0, *, framed: bool = False) -> None:
+        # the base class closes the server where it cannot listen
+        self._connections: set[socket.socket] = set()
+        #: connection -> the time at which its request began to arrive
+        self._arriving: dict[socket.socket, float] = {}
         try:
             super().__init__((HOST, port), _Handler)
         except (OSError, OverflowError) as problem:
@@ -73,8 +77,6 @@ class Server(ThreadingHTTPServer):
         self.pages = page_files()
         self.policy = content_policy(self.pages[INDEX].content, framed=framed)
         self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
-        #: connection -> the time at which its request began to arrive
-        self._arriving: dict[socket.socket, float] = {}
 
     @property
     def url(self) -> str:
@@ -105,10 +107,12 @@ class Server(ThreadingHTTPServer):
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Answer the requests of a connection, one after another."""
+        self._connections.add(request)
         try:
             super().process_request_thread(request, client_address)
         finally:
             self.arrived(request)
+            self._connections.discard(request)
             self._room.release()
 
     def arrives(self, connection: socket.socket) -> None:
@@ -118,6 +122,13 @@ class Server(ThreadingHTTPServer):
     def arrived(self, connection: socket.socket) -> None:
         """Note that all of a request is there."""
         self._arriving.pop(connection, None)
+
+    def server_close(self) -> None:
+        """Close the address and all connections: a page that still asks is told that nobody is there."""
+        super().server_close()
+        for connection in list(self._connections):
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
 
     def service_actions(self) -> None:
         """End connections whose requests take too long to arrive; called twice a second."""

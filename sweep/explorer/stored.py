@@ -14,7 +14,7 @@ from sweep.atlas.nearest import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of
-from sweep.explorer.turns import KERNELS
+from sweep.explorer.turns import KERNELS, SupersededError
 from sweep.explorer.view import Side, View
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
@@ -55,6 +55,7 @@ class Stored:
         self._kept: OrderedDict[Any, npt.NDArray[Any]] = OrderedDict()
         # netCDF reads in one thread at a time
         self._lock = threading.Lock()
+        self._is_closed = False
         if spec.is_list or sum(len(getattr(spec, name)) > 1 for name in spec.axes) < 2:
             raise RequestError(
                 f"A map needs cells along two parameters; this atlas has {' x '.join(map(str, spec.shape)) or 'one'} "
@@ -62,6 +63,11 @@ class Stored:
                 hint="Give an atlas of two axes, or a preset: then cells are computed as you look.",
                 where=label,
             )
+
+    def close(self) -> None:
+        """Read no more: the file is about to be closed."""
+        with self._lock:
+            self._is_closed = True
 
     def quantities(self) -> dict[str, Shown]:
         """Return what the map can show of it."""
@@ -134,6 +140,8 @@ class Stored:
             view.live  # noqa: B018 - says what is missing
         others = {name: float(getattr(self.spec, name).at([i])[0]) for name, i in (place or {}).items()}
         with self._lock, KERNELS:
+            if self._is_closed:
+                raise SupersededError
             return explain(self._dataset, {**others, **at}).text
 
     def boundary(self, view: View) -> list[list[list[float]]]:
@@ -205,6 +213,8 @@ class Stored:
 
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
         """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
+        if self._is_closed:
+            raise SupersededError
         variable = self._dataset.variables[name]
         return np.asarray(variable[tuple(place.get(dim, slice(None)) for dim in variable.dims)])
 

@@ -49,17 +49,24 @@ class Subject:
         ------
         RequestError
         """
-        atlas, source = dataset.eulerdisk.atlas, dataset.encoding.get("source")
-        spec = dataset.eulerdisk.spec
+        from sweep.atlas.dataset import spec_of
+        from sweep.atlas.selection import check_flags, require_atlas, settled
+
+        require_atlas(dataset)
+        check_flags(dataset)
+        atlas, source = settled(dataset), dataset.encoding.get("source")
+        spec = spec_of(atlas)
         return cls(spec, Stored(atlas, spec, Path(source).name if source else "atlas"))
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; who reads it at this moment is waited for."""
+        if self.stored is not None:
+            self.stored.close()
         self._open.close()
 
 
 def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
-    """Return what is explored; see `sweep.explorer.explore`."""
+    """Return what is explored; see `sweep.explorer.explorer.explore`."""
     is_file = isinstance(given, str | Path) and Path(given).suffix in _ATLASES
     if is_file or hasattr(given, "data_vars"):
         if changes:

@@ -391,3 +391,23 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c(words):
         said = running.communicate(timeout=20)[1]
     assert running.returncode == 0, said
     assert "Traceback" not in said
+
+
+def test_closing_ends_all_threads_and_connections():
+    """After `close` nobody answers, no thread of the explorer is left, and closing once more does no harm."""
+    before = set(threading.enumerate())
+    explorer = explore()
+    url = explorer.url
+    place = urlsplit(url)
+    with socket.create_connection((place.hostname, place.port)) as idle:
+        assert ask(url, "about").status == 200
+        explorer.close()
+        explorer.close()
+        assert idle.recv(1) == b""
+    with pytest.raises(ConnectionError):
+        ask(url, "about")
+    for _ in range(50):
+        if not set(threading.enumerate()) - before:
+            break
+        time.sleep(0.1)
+    assert set(threading.enumerate()) - before == set()

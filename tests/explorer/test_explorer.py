@@ -1,0 +1,170 @@
+import html
+import json
+import re
+
+import numpy as np
+import pytest
+from explorer_client import ask, post, refused
+
+import sweep
+from sweep.errors import RequestError
+from sweep.explorer.explorer import explore
+
+SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
+
+
+def about(explorer):
+    """Return what the page asks for first."""
+    return json.loads(ask(explorer.url, "about").body)
+
+
+def centres(side, count):
+    """Return the values at the centres of pixels."""
+    at = side["centre"] + side["half"] * ((2 * np.arange(count) + 1) / count - 1)
+    return np.exp(at) if side["scale"] == "log" else at
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """Return the file of an integrated atlas."""
+    path = tmp_path_factory.mktemp("explorer") / "rolling.nc"
+    sweep.run_to_file(SPEC, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def losses(tmp_path_factory):
+    """Return the file of an atlas with losses."""
+    path = tmp_path_factory.mktemp("losses") / "toy.nc"
+    sweep.run_to_file(
+        "toy", path, tilt="20deg:60deg:5", precession_rate="5:20:6", duration="5s", criterion="aloft:5s"
+    )
+    return path
+
+
+@pytest.mark.parametrize("given", ["file", "dataset", "selection"])
+def test_stored_cells_are_shown_as_they_are(file, given):
+    """Each pixel has the value and the verdict of its nearest cell, whether the atlas is a file or a dataset."""
+    with sweep.open_atlas(file) as atlas:
+        chosen = atlas.isel(tilt=slice(2, 9)) if given == "selection" else atlas
+        with explore(file if given == "file" else chosen) as explorer:
+            view = about(explorer)["bases"][0]["view"]
+            head, arrays = post(
+                explorer.url, "window", view=view, width=50, height=40, quantity="peak_tilt", stored=True
+            )
+            x, y = centres(view["x"], 50), centres(view["y"], 40)
+            columns = abs(chosen["roll_rate"].values - x[:, None]).argmin(1)
+            rows = abs(np.log(chosen["tilt"].values / y[:, None])).argmin(1)
+            expected = chosen.transpose("tilt", "roll_rate").isel(tilt=rows, roll_rate=columns)
+            assert np.array_equal(arrays["value"].reshape(40, 50), expected["peak_tilt"].values.astype("f4"))
+            assert np.array_equal(arrays["verdict"].reshape(40, 50), expected["stability"].values)
+            assert (arrays["stored"] == 1).all()
+            assert head["low"] == float(expected["peak_tilt"].min())
+
+
+def test_beyond_the_grid_cells_are_computed(file):
+    """Pixels further out than half a cell are those of the exact reduction, and are told apart."""
+    with explore(file) as explorer:
+        view = about(explorer)["bases"][0]["view"]
+        view["x"] = {**view["x"], "centre": 4.0, "half": 2.0}
+        asked = {"view": view, "width": 60, "height": 40, "quantity": "peak_tilt"}
+        _, both = post(explorer.url, "window", **asked, stored=True)
+        _, live = post(explorer.url, "window", **asked)
+    inside = both["stored"].reshape(40, 60) == 1
+    half = (4.0 - 2.0) / 19 / 2
+    x = centres(view["x"], 60)
+    assert np.array_equal(inside, np.broadcast_to((x > 2.0 - half) & (x < 4.0 + half), (40, 60)))
+    assert np.array_equal(both["value"].reshape(40, 60)[~inside], live["value"].reshape(40, 60)[~inside])
+    assert not np.array_equal(both["value"].reshape(40, 60)[inside], live["value"].reshape(40, 60)[inside])
+
+
+@pytest.mark.parametrize("words", [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}])
+def test_other_words_have_no_stored_cells(file, words):
+    """A view with another parameter or criterion than the file shows computed cells alone."""
+    with explore(file) as explorer:
+        view = {**about(explorer)["bases"][0]["view"], "words": words}
+        asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", "stored": True}
+        assert "stored" not in post(explorer.url, "window", **asked)[1]
+        same = {**view, "words": {"alpha": 0.5, "criterion": "departure:5deg"}}
+        assert "stored" in post(explorer.url, "window", **{**asked, "view": same})[1]
+
+
+def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
+    """Of an atlas of three axes the plane nearest to the value of the slider is shown."""
+    atlas = sweep.run(SPEC.replace(alpha=[0.5, 0.8, 1.0], method="exact"))
+    with explore(atlas) as explorer:
+        base = about(explorer)["bases"][0]
+        assert base["words"]["alpha"] == 0.8
+        for alpha in (0.52, 0.8, 1.0):
+            view = {**base["view"], "words": {"alpha": alpha}}
+            _, arrays = post(
+                explorer.url, "window", view=view, width=20, height=12, quantity="amplification", stored=True
+            )
+            plane = atlas["amplification"].sel(alpha=alpha, method="nearest").transpose("tilt", "roll_rate")
+            assert np.array_equal(arrays["value"].reshape(12, 20), plane.values.astype("f4"))
+
+
+def test_a_point_of_a_file_has_both_numbers(file):
+    """A point has the exact numbers at its own place, and those stored in the nearest cell."""
+    with explore(file) as explorer, sweep.open_atlas(file) as atlas:
+        view = about(explorer)["bases"][0]["view"]
+        found = post(explorer.url, "point", view=view, x=2.512, y=0.02)
+        cell = atlas.eulerdisk.cell(roll_rate=2.512, tilt=0.02)
+        stored = {each["name"]: each["value"] for each in found["stored"]["numbers"]}
+        assert stored["peak_tilt"] == float(cell["peak_tilt"])
+        assert found["stored"]["start"]["tilt"]["value"] == float(cell["tilt"])
+        assert found["start"]["tilt"]["value"] == 0.02
+        assert post(explorer.url, "point", view=view, x=5.0, y=0.02)["stored"] is None
+
+
+def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
+    """Its cells and their numbers are shown; what would have to be integrated in time is refused in words."""
+    with explore(losses) as explorer, sweep.open_atlas(losses) as atlas:
+        held = about(explorer)
+        assert held["atlas"]["live"] is False
+        view = held["bases"][0]["view"]
+        asked = {"view": view, "width": 6, "height": 5, "quantity": "end_time"}
+        _, arrays = post(explorer.url, "window", **asked, stored=True)
+        expected = atlas["end_time"].transpose(view["y"]["name"], view["x"]["name"])
+        assert np.allclose(arrays["value"].reshape(5, 6), expected.values, rtol=1e-7)
+        status, error = refused(explorer.url, "window", **asked)
+        assert (status, "no exact reduction" in error["error"]) == (400, True)
+        wide = {**view, "x": {**view["x"], "half": 4 * view["x"]["half"]}}
+        _, beyond = post(explorer.url, "window", **{**asked, "view": wide}, stored=True)
+        assert np.isnan(beyond["value"][beyond["stored"] == 0]).all()
+        found = post(explorer.url, "point", view=view, x=12.0, y=0.6)
+        assert found["numbers"] == found["stored"]["numbers"]
+
+
+def test_what_is_no_plane_is_refused(tmp_path, file):
+    """A list of starts, an atlas of one axis, and words beside a file are refused in a sentence."""
+    with pytest.raises(RequestError, match="A list of starts is no plane"):
+        explore("rolling", samples=10, tilt="uniform:1deg:2deg", roll_rate=3.0)
+    with pytest.raises(RequestError, match="cells along two parameters"):
+        explore(sweep.run(SPEC.replace(tilt=0.01)))
+    with pytest.raises(RequestError, match="are what they are; got alpha"):
+        explore(file, alpha=1.0)
+    with pytest.raises(RequestError, match="no such file"):
+        explore(tmp_path / "missing.nc")
+    with pytest.raises(RequestError, match="There is no preset"):
+        explore("roling")
+
+
+def test_the_accessor_opens_the_explorer_of_its_atlas(file):
+    """`atlas.eulerdisk.explore()` serves the atlas; a notebook shows it in a frame of this machine."""
+    with sweep.open_atlas(file) as atlas, atlas.eulerdisk.explore() as explorer:
+        assert about(explorer)["atlas"]["label"] == "rolling.nc"
+        (source,) = re.findall(r'<iframe src="([^"]+)"', explorer._repr_html_())
+        assert html.unescape(source) == explorer.url
+        policy = ask(explorer.url).headers["Content-Security-Policy"]
+        assert "frame-ancestors 'self' http://localhost:* http://127.0.0.1:*" in policy
+
+
+def test_a_spec_is_a_base_of_its_own():
+    """A spec with changes is the first base; the presets are there beside it."""
+    with explore("spinning", alpha=1.0, criterion="amplification:5") as explorer:
+        held = about(explorer)
+        assert [each["name"] for each in held["bases"]] == ["", "rolling", "circling", "spinning"]
+        assert held["bases"][0]["words"]["alpha"] == 1.0
+        assert held["bases"][0]["words"]["criterion"] == "amplification:5"
+        assert held["atlas"] is None
