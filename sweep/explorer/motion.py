@@ -5,11 +5,11 @@ The answer is a head, which JSON can hold, and float64 arrays. Those with one va
 ``time`` [s]; ``tilt``, ``heading``, ``roll_angle`` [rad]; ``tilt_rate``, ``precession_rate``, ``roll_rate`` [rad/s];
 ``contact_x``, ``contact_y`` [m]; ``normal_force``, ``friction_across``, ``friction_along`` over the weight;
 ``friction_needed`` [1], NaN where the normal force is not positive; ``energy`` over m g R; with losses also
-``rolling_loss``, ``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``, what each has taken since the start
-over m g R.
+``rolling_loss``, ``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``: what each has taken since the
+start, over m g R.
 
-The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], and ``potential`` less the energy
-over m g R.
+The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], and ``potential`` less the
+energy over m g R.
 
 The head: ``title``, ``ending`` and ``note`` in words; ``start``, ``radius``, ``gravity``, ``alpha``; ``ended`` (whether
 the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and its words), ``period`` [s], ``wells`` and
@@ -49,6 +49,10 @@ _TURNS, _TURNS_TO_THE_END = 400.0, 4000.0
 
 #: The least time [s] that somebody may ask for.
 _LEAST = 1e-3
+
+#: What the contact needs for the disk to roll all the time.
+_LIFTS_OFF = "A real disk would leave the table on the way: its normal force vanishes."
+_NEEDS = "Rolling without slipping needs a friction coefficient of"
 
 _STATE = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
 _SAMPLES = (*_STATE, "heading", "roll_angle", "contact_x", "contact_y")
@@ -132,6 +136,14 @@ def quantities() -> dict[str, dict[str, Any]]:
             "factor": each.plot_scale,
         }
     return found
+
+
+def stored_motions(spec: SweepSpec) -> dict[str, Any] | None:
+    """Return what an exported page has to know to integrate motions itself; None for a disk with losses."""
+    if spec.model is LOSSY_MOTION.model:
+        return None
+    words = {"lifts_off": _LIFTS_OFF, "needs": _NEEDS}
+    return {"fall_tilt": spec.fall_tilt, "quantities": quantities(), "words": words}
 
 
 def _check_start(start: Mapping[str, float]) -> None:
@@ -218,8 +230,8 @@ def _limit_words(values: Mapping[str, Any], normal: Array) -> str:
     """Return what the contact needs for the disk to roll all the time."""
     needed = values["friction_needed"]
     if not (normal > 0.0).all():
-        return "A real disk would leave the table on the way: its normal force vanishes."
-    return f"Rolling without slipping needs a friction coefficient of {float(np.nanmax(needed)):.3g}."
+        return _LIFTS_OFF
+    return f"{_NEEDS} {float(np.nanmax(needed)):.3g}."
 
 
 def _potential(

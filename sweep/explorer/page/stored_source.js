@@ -1,5 +1,6 @@
 /** Where an exported page gets its numbers from: the cells that it holds, and motions that it integrates itself. */
 
+import { storedMotion } from "eulerdisk/motion/stored_motion";
 import { verdictWords } from "eulerdisk/state";
 import { cellsOf, nearest, unpackedArray } from "eulerdisk/stored_cells";
 import { readable } from "eulerdisk/ticks";
@@ -113,9 +114,17 @@ export class StoredSource {
     return { start: Object.fromEntries(told), numbers, verdict, stored: null };
   }
 
-  /** @returns {Promise<never>} */
-  async motion() {
-    throw new Error("This page holds no motions.");
+  /**
+   * The motion of the cell nearest to a place.
+   * @param {Place} place
+   * @returns {Promise<import("eulerdisk/motion/types").MotionAnswer>}
+   */
+  async motion(place) {
+    const { motions } = this.#page;
+    if (!motions) throw new Error("An exported page integrates disks without losses alone.");
+    const { start } = await this.point(place);
+    const values = Object.fromEntries(Object.entries(start).map(([name, { value }]) => [name, value]));
+    return storedMotion(/** @type {any} */ (values), motions);
   }
 
   /** @returns {Promise<string>} */

@@ -155,12 +155,16 @@
  * @property {Record<string, PackedArray>} cells
  * @property {Record<string, number>} starts
  * @property {Line[]} lines
+ * @property {import("eulerdisk/motion/types").StoredMotions|null} motions  null: of a model that the page cannot integrate
  */
 
 /**
  * The cells at the pixels of a window, to be saved.
  * @typedef {{view: View, width: number, height: number, format: "csv"|"netcdf"}} DataRequest
  */
+
+/** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
+/** @typedef {import("eulerdisk/motion/types").MotionAnswer} MotionAnswer */
 
 /**
  * Where the page gets its numbers from: a server, or what an exported page holds.
@@ -170,7 +174,7 @@
  * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>} window
  * @property {(view: View, signal?: AbortSignal) => Promise<Line[]>} lines
  * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer>} point
- * @property {(request: object, signal?: AbortSignal) => Promise<any>} motion
+ * @property {(request: MotionRequest, signal?: AbortSignal) => Promise<MotionAnswer>} motion
  * @property {(place: Place) => Promise<string>} explain
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
  * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data

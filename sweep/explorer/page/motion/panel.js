@@ -129,6 +129,7 @@ export class MotionPanel {
     this.element.classList.toggle("lossy", head.lossy);
     this.parts.ending.textContent = head.ending;
     this.parts.note.textContent = head.note;
+    this.parts.laws.hidden = head.losses.length === 0;
     this.losses.show(head.losses);
     this.#showScene();
     if (fromStart) clock.seek(0);
@@ -207,7 +208,10 @@ export class MotionPanel {
     const text = await this.source
       .explain({ view, x, y })
       .catch((/** @type {Error} */ problem) => problem.message);
-    if (this.request === request) this.parts.explanation.textContent = text;
+    if (this.request !== request) return;
+    this.parts.explanation.textContent = text;
+    // an exported page has none
+    this.parts.words.hidden = text === "";
   }
 }
 

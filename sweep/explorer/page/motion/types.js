@@ -62,4 +62,13 @@
  * @typedef {{head: MotionHead, arrays: Record<string, Float64Array>}} MotionAnswer
  */
 
+/**
+ * What an exported page holds for the motions that it integrates itself (`stored_motions` of sweep/explorer/motion.py);
+ * `fall_tilt` in radians.
+ * @typedef {object} StoredMotions
+ * @property {number} fall_tilt
+ * @property {Record<string, Described>} quantities
+ * @property {{lifts_off: string, needs: string}} words
+ */
+
 export {};
