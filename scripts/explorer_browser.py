@@ -140,4 +140,5 @@ class Watch:
 
     def _response(self, response: Response) -> None:
         if response.status >= 400:
-            self.problems.append(f"status {response.status}: {response.url}")
+            asked = response.request.post_data or ""
+            self.problems.append(f"status {response.status}: {response.url} {asked}")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,13 +37,18 @@ def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
     -------
     list of dict
         ``name`` (``analytic``, ``predicted`` or ``measured``), ``label``, and ``points``: polylines of pairs of the
-        values of both parameters in SI. A line that the window does not meet is left out.
+        values of both parameters in SI. A line that the window does not meet is left out, and where a parameter cannot
+        have its values there is none.
 
     Raises
     ------
     RequestError
         If the words of the view are not possible.
     """
+    x, y = (side.within(view.spec.model.parameters[side.name].allows) for side in (view.x, view.y))
+    if x is None or y is None:
+        return []
+    view = replace(view, x=x, y=y)
     found = _theory(view)
     if view.is_live:
         found.append({"name": "measured", "label": "measured, exact cells", "points": measured(view)})

@@ -1,8 +1,8 @@
 """What the page looks at: the plane of two parameters, the window in it, and the spec of all its cells."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -12,13 +12,16 @@ from sweep.errors import RequestError, shown
 from sweep.explorer.fields import read_choice, read_number, read_object, read_text, refuse
 from sweep.model import registry
 from sweep.model.description import Model, Starts
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import presets
 
 #: A pixel is at least so many units in the last place wide.
 _ULPS = 8
+
+#: Places at which it is looked up which values of a side are allowed: the pixels of a large screen.
+_PLACES = 4097
 
 #: Characters of a word of the page; no value that a person writes is as long.
 _MOST_TEXT = 1000
@@ -76,6 +79,23 @@ class Side:
         """Return the values at both borders of the window, in SI."""
         low, high = self.centre - self.half, self.centre + self.half
         return (math.exp(low), math.exp(high)) if self.scale == "log" else (low, high)
+
+    def within(self, allows: Callable[[Array], Truths]) -> "Side | None":
+        """Return the part of the window whose values are allowed, to a pixel; None without any.
+
+        Parameters
+        ----------
+        allows : callable
+            Takes values in SI and returns which are allowed: those of one interval.
+        """
+        places = np.linspace(-1.0, 1.0, _PLACES)
+        allowed = places[allows(self.at(places))]
+        if allowed.size == 0 or allowed[0] == allowed[-1]:
+            return None
+        if allowed.size == places.size:
+            return self
+        low, high = self.centre + self.half * allowed[[0, -1]]
+        return replace(self, centre=0.5 * float(low + high), half=0.5 * float(high - low))
 
     def is_too_fine(self, count: int) -> bool:
         """Return whether a pixel is less than 8 units in the last place wide: then rounding would be seen as steps."""

@@ -170,6 +170,20 @@ def test_starts_that_do_not_exist_have_no_number(url):
     assert (arrays["value"].reshape(8, 8)[:, 4:] == 5).all()
 
 
+def test_lines_end_where_starts_end(url):
+    """A window that is wider than the domain of a parameter has its lines, within the domain; one outside has none."""
+    (measured,) = [line for line in lines(url, "tilt", 0.0, 100.0) if line["name"] == "measured"]
+    tilts = [y for part in measured["points"] for _, y in part]
+    assert tilts
+    assert max(map(abs, tilts)) < np.pi / 2
+    assert lines(url, "tilt", 5.0, 0.4) == []
+
+
+def lines(url, *y):
+    """Return the lines of the rolling disk in a window with another side upward."""
+    return post(url, "lines", view={**ROLLING, "y": side(*y)})["lines"]
+
+
 def test_a_point_has_the_numbers_of_its_cell_to_the_bit(url):
     """The numbers of a point are those of an atlas with that start, every one of them, as doubles and in words."""
     for x, y in ((2.5, 0.02), (2.5494838123456, 0.002), (3.7, 0.08)):
