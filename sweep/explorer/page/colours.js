@@ -29,16 +29,16 @@ const CIVIDIS = [
 /** Colours of verdicts by their codes: undecided, stable, unstable. */
 const VERDICTS = ["#9a9a9a", "#3b76af", "#ee8a2e"];
 
-/** Colours of other flags, in the order of their codes (after Okabe and Ito). */
+/** Colours of other flags, in the order of their codes: light and dark ones of a hue belong together. */
 const FLAGS = [
-  "#9a9a9a",
+  "#a6cde6",
   "#3b76af",
-  "#ee8a2e",
-  "#2a9d77",
-  "#c979a8",
-  "#e6d05c",
-  "#7cbde8",
-  "#c4552d",
+  "#f8c07f",
+  "#d9661f",
+  "#7d4a86",
+  "#9a9a9a",
+  "#5f9e6e",
+  "#c9b45a",
   "#5b5b8c",
 ];
 

@@ -8,7 +8,7 @@ import { addMenus } from "eulerdisk/menus";
 import { loadMotions, Motions } from "eulerdisk/motions";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
-import { baseOf, quantityOf } from "eulerdisk/state";
+import { baseOf, quantityOf, wordsOf } from "eulerdisk/state";
 import { StoredSource } from "eulerdisk/stored_source";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
@@ -53,7 +53,7 @@ class Page {
     this.#map = new AtlasMap(part("map"), about, source, this.#state, {
       onView: (view) => change((state) => ({ ...state, view })),
       onChoose: (point, second) => this.#choose(point, second),
-      onAim: (aim) => this.#readout.show(aim, this.#state.view, quantityOf(about, this.#state.quantity)),
+      onAim: (aim) => this.#aim(aim),
       onReset: () => this.#reset(),
       onShown: () => this.#shown(),
       onProblem: (problem) => this.#say(problem),
@@ -86,6 +86,8 @@ class Page {
 
   /** @param {State} state */
   #show(state) {
+    const words = wordsOf(state.view);
+    const before = wordsOf(this.#state.view);
     this.#state = state;
     const dark =
       state.theme === "dark" || (state.theme === "" && matchMedia("(prefers-color-scheme: dark)").matches);
@@ -95,8 +97,15 @@ class Page {
     this.#map.show(state);
     this.#controls.show(state, this.#map.lines);
     this.#motions.show(state);
+    if (words !== before) this.#readout.follow(state.view);
     clearTimeout(this.#timer);
     this.#timer = window.setTimeout(() => this.#keep(), REST);
+  }
+
+  /** @param {import("eulerdisk/map").Aim|null} aim */
+  #aim(aim) {
+    const { view, quantity } = this.#state;
+    if (aim) this.#readout.show(aim, view, quantityOf(this.#about, quantity));
   }
 
   /** Write the state into the address. */

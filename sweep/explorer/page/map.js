@@ -8,7 +8,7 @@ import { legendHeight } from "eulerdisk/legend";
 import { drawOverlay } from "eulerdisk/overlay";
 import { Picture } from "eulerdisk/picture";
 import { Refresh } from "eulerdisk/refresh";
-import { baseOf, parameterOf, quantityOf } from "eulerdisk/state";
+import { baseOf, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
 import { svg } from "eulerdisk/svg";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -290,12 +290,4 @@ export class AtlasMap {
     const { x, y } = this.#state.view;
     return inside([placeOf(x, point.x), placeOf(y, point.y)]);
   }
-}
-
-/**
- * What lines depend on besides the window.
- * @param {View} view
- */
-function wordsOf(view) {
-  return JSON.stringify([view.base, view.words, view.x.name, view.y.name]);
 }

@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
-import { parameterOf } from "eulerdisk/state";
+import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -26,7 +26,8 @@ class Slot {
   #body = html("div", { class: "motion" });
   /** @type {Promise<Panel>|null} */
   #panel = null;
-  #shown = "";
+  /** @type {string|null} what is shown; null before anything is */
+  #shown = null;
   #requests = new Latest((/** @type {Place} */ request) => this.#move(request));
   element;
 
@@ -57,7 +58,7 @@ class Slot {
    */
   show(view, point) {
     this.element.classList.toggle("empty", point === null);
-    const key = JSON.stringify(point && [point, withoutWindow(view)]);
+    const key = point ? JSON.stringify(point) + wordsOf(view) : "";
     if (key === this.#shown) return;
     this.#shown = key;
     this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
@@ -123,14 +124,6 @@ export class Motions {
 /** Load what shows motions, before the first start is chosen. */
 export async function loadMotions() {
   await import("eulerdisk/motion/panel");
-}
-
-/**
- * A motion does not depend on what the window shows, only on which parameters its axes are.
- * @param {View} view
- */
-function withoutWindow(view) {
-  return [view.base, view.words, view.x.name, view.y.name];
 }
 
 /** @param {string} letter */

@@ -21,6 +21,9 @@ export class Readout {
   #about;
   #requests;
   #timer = 0;
+  /** @type {string[]} names of the numbers of the last point, in their order */
+  #names = [];
+  #plane = "";
   /** @type {Aim|null} */
   #aim = null;
 
@@ -35,27 +38,47 @@ export class Readout {
     this.#spoken = spoken;
     this.#about = about;
     this.#requests = new Latest((/** @type {{view: View, aim: Aim}} */ asked) => this.#ask(source, asked));
-    this.show(null);
+    this.#invite();
   }
 
   /**
-   * Show what is pointed at; null for nothing.
-   * @param {Aim|null} aim
-   * @param {View} [view]
-   * @param {Quantity} [quantity]
+   * Show what is pointed at.
+   * @param {Aim} aim
+   * @param {View} view
+   * @param {Quantity} quantity
    */
   show(aim, view, quantity) {
     this.#aim = aim;
+    this.#plane = planeOf(view);
     clearTimeout(this.#timer);
     this.#requests.forget();
-    if (!aim || !view || !quantity) {
-      this.#element.replaceChildren(
-        html("p", { class: "quiet" }, "Point at the map for its numbers, click to see the disk roll."),
-      );
+    const known = this.#rough(aim, view, quantity);
+    // numbers that are still to come keep their places
+    const others = this.#names.filter((name) => !known.some((row) => row[0] === name));
+    this.#fill([...known, ...others.map((name) => /** @type {[string, string]} */ ([name, "\u2026"]))], "");
+    this.#timer = window.setTimeout(() => this.#requests.ask({ view, aim }), REST);
+  }
+
+  /**
+   * Show the numbers of the same start with other words of the view, if one has been pointed at.
+   * @param {View} view
+   */
+  follow(view) {
+    if (!this.#aim) return;
+    if (planeOf(view) !== this.#plane) {
+      this.#invite();
       return;
     }
-    this.#element.replaceChildren(this.#table(this.#rough(aim, view, quantity), ""));
-    this.#timer = window.setTimeout(() => this.#requests.ask({ view, aim }), REST);
+    this.#aim = { ...this.#aim, shown: null, keys: false };
+    this.#requests.ask({ view, aim: this.#aim });
+  }
+
+  /** Say what can be done, while nothing has been pointed at. */
+  #invite() {
+    this.#aim = null;
+    const words =
+      "Point at the map for its numbers, click to see the disk roll. Wheel or pinch zooms, a drag moves.";
+    this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 
   /**
@@ -102,7 +125,8 @@ export class Readout {
       ["verdict", answer.verdict],
       ...answer.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
-    this.#element.replaceChildren(this.#table(exact, originOf(answer, aim)));
+    this.#names = exact.map(([name]) => name);
+    this.#fill(exact, originOf(answer, aim));
     if (aim.keys) this.#spoken.textContent = exact.map((row) => row.join(" ")).join(", ");
   }
 
@@ -110,13 +134,25 @@ export class Readout {
    * @param {[string, string][]} rows
    * @param {string} origin
    */
-  #table(rows, origin) {
-    const cells = rows.map(([name, text]) =>
+  #fill(rows, origin) {
+    const place = (/** @type {string} */ name) => this.#names.indexOf(name);
+    const ordered = this.#names.length
+      ? rows.toSorted((one, other) => place(one[0]) - place(other[0]))
+      : rows;
+    const cells = ordered.map(([name, text]) =>
       html("div", {}, html("dt", {}, name), html("dd", { title: text }, printedUnits(text))),
     );
     if (origin) cells.push(html("div", { class: "origin" }, html("dt", {}, "from"), html("dd", {}, origin)));
-    return html("dl", {}, ...cells);
+    this.#element.replaceChildren(html("dl", {}, ...cells));
   }
+}
+
+/**
+ * Which values the two of a start are.
+ * @param {View} view
+ */
+function planeOf({ base, x, y }) {
+  return [base, x.name, y.name].join();
 }
 
 /**

@@ -68,17 +68,16 @@ export function criterionSlider(about, set) {
     /** @type {Ruler} */
     const ruler = { low, high, scale: "log", factor: 1, unit };
     const write = (/** @type {number} */ limit) => set(`${word}:${limit}${unit}`);
-    rows.set(word, numberRow(`criterion-${word}`, "unstable beyond", description, ruler, write));
+    rows.set(word, numberRow(`criterion-${word}`, `limit of ${word}`, description, ruler, write));
   }
   kind.addEventListener("change", () => {
     const found = about.criteria.find(({ word }) => word === kind.value);
     if (found) set(`${found.word}:${Number(Math.sqrt(found.low * found.high).toPrecision(2))}${found.unit}`);
   });
-  const caption = html("label", {}, html("span", {}, "criterion"), kind);
   const parts = [...rows.values()].map((row) => row.element);
   return {
     name: "criterion",
-    element: html("div", { class: "slider criterion" }, caption, text, ...parts),
+    element: html("div", { class: "criterion" }, kind, text, ...parts),
     follow: (value) => {
       const [word, limit] = String(value ?? "").split(":");
       const found = rows.get(word);

@@ -173,3 +173,11 @@ export function parametersOf(about, view) {
 export function verdictWords(about, code) {
   return about.quantities.find(({ name }) => name === "stability")?.flags?.[String(code)] ?? "";
 }
+
+/**
+ * All of a view but its window: the same where every start has the same motion, and lines are the same.
+ * @param {View} view
+ */
+export function wordsOf({ base, words, x, y }) {
+  return JSON.stringify([base, words, x.name, y.name]);
+}
