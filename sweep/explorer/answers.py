@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from sweep.explorer.about import about
@@ -56,7 +57,11 @@ class Answers:
 
     def about(self) -> Answer:
         """Answer ``GET ./about``."""
-        return Answer(JSON, about(self.given, self.stored))
+        return Answer(JSON, self._known)
+
+    @cached_property
+    def _known(self) -> dict[str, Any]:
+        return about(self.given, self.stored)
 
     def _window(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         number = read_count(fields, "number", _MOST_NUMBER) if "number" in fields else 1

@@ -1,0 +1,136 @@
+import json
+
+import numpy as np
+import pytest
+from explorer_client import ROLLING, ask, post
+
+import sweep
+from sweep.explorer.explorer import explore
+
+
+@pytest.fixture(scope="module")
+def url():
+    """Return the address of an explorer of the presets."""
+    with explore() as explorer:
+        yield explorer.url
+
+
+def view_of(url, base):
+    """Return the first view of a preset."""
+    bases = json.loads(ask(url, "about").body)["bases"]
+    return next(each["view"] for each in bases if each["name"] == base)
+
+
+def lines(url, view):
+    """Return the polylines of every line by its name, each an array of shape (2, n)."""
+    found = post(url, "lines", view=view)["lines"]
+    return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
+
+
+def window(name, centre, half, scale="linear"):
+    """Return one side of a window."""
+    return {"name": name, "centre": centre, "half": half, "scale": scale}
+
+
+@pytest.mark.parametrize(
+    ("base", "square"), [("rolling", 9.81 / (3 * 0.5)), ("spinning", 4 * 9.81 / (5 * 0.5))]
+)
+def test_the_analytic_line_is_that_of_theory(url, base, square):
+    """The line of a vanishing perturbation lies at the critical rate of the upright disk, at every tilt."""
+    (found,) = lines(url, view_of(url, base))["analytic"]
+    assert np.allclose(found[0], np.sqrt(square), rtol=1e-14)
+    assert found[1].min() < 2e-5
+    assert found[1].max() > 0.08
+
+
+@pytest.mark.parametrize("base", ["rolling", "spinning", "circling"])
+def test_the_measured_line_parts_stable_from_unstable(url, base):
+    """Exact cells a little to each side of the measured line have unlike verdicts, along the whole of it."""
+    view = view_of(url, base)
+    (found,) = lines(url, view)["measured"]
+    assert found.shape[1] > 80
+    x, y = (view[name] for name in "xy")
+    chosen = found[:, 3:-3:7]
+    # a thousandth of the window along each side, and both ways
+    steps = [np.diff(view_ends(side))[0] / 1000 if side["scale"] == "linear" else 0.0 for side in (x, y)]
+    factors = [np.exp(side["half"] / 500) if side["scale"] == "log" else 1.0 for side in (x, y)]
+    for here in chosen.T:
+        codes = set()
+        for k, sign in ((0, -1), (0, 1), (1, -1), (1, 1)):
+            there = here.copy()
+            there[k] = there[k] * factors[k] ** sign + sign * steps[k]
+            given = {x["name"]: [there[0]], y["name"]: [there[1]]}
+            codes.add(int(sweep.run(base, method="exact", **given)["stability"].item()))
+        assert codes == {1, 2}
+
+
+def view_ends(side):
+    """Return the ends of one side, in SI."""
+    ends = np.array([side["centre"] - side["half"], side["centre"] + side["half"]])
+    return np.exp(ends) if side["scale"] == "log" else ends
+
+
+def test_the_measured_line_is_the_boundary_of_an_atlas(url):
+    """The line agrees with the refined boundary that an atlas stores, to a pixel of a screen of 4096."""
+    view = {**ROLLING, "x": window("roll_rate", 2.7, 0.3), "y": window("tilt", 0.02, 0.015)}
+    (found,) = lines(url, view)["measured"]
+    atlas = sweep.run(
+        "rolling", method="exact", roll_rate="2.4:3:60", tilt="0.005:0.035:40", boundary="refined:1e-9"
+    )
+    edge = atlas.eulerdisk.boundary()["measured"]
+    known = edge.where(np.isfinite(edge), drop=True)
+    order = np.argsort(found[1])
+    interpolated = np.interp(known["tilt"].values, found[1][order], found[0][order])
+    inside = (known["tilt"] > found[1].min()) & (known["tilt"] < found[1].max())
+    assert inside.sum() > 8
+    assert np.abs(interpolated - known.values)[inside].max() < 0.6 / 4096
+
+
+def test_the_predicted_line_follows_the_criterion(url):
+    """The line of the criterion is that of an atlas judged by it; a criterion that theory does not know has none."""
+    for criterion in ("departure:5deg", "departure:2deg", "amplification:30"):
+        view = {**ROLLING, "words": {"criterion": criterion}}
+        (found,) = lines(url, view)["predicted"]
+        atlas = sweep.run(
+            "rolling", criterion=criterion, method="exact", roll_rate="1:9:3", tilt=list(found[1])
+        )
+        expected = atlas.eulerdisk.boundary()["predicted"].values
+        assert np.allclose(found[0], expected, rtol=1e-12)
+    view = {**ROLLING, "words": {"criterion": "peak_tilt > 10deg"}}
+    assert lines(url, view).keys() == {"analytic", "measured"}
+
+
+def test_lines_lie_across_where_the_control_is_upward(url):
+    """With the rate upward and the tilt to the right the same lines come with their sides exchanged."""
+    plain = lines(url, ROLLING)
+    turned = lines(url, {**ROLLING, "x": ROLLING["y"], "y": ROLLING["x"]})
+    assert np.array_equal(turned["analytic"][0], plain["analytic"][0][::-1])
+    assert np.array_equal(turned["predicted"][0], plain["predicted"][0][::-1])
+
+
+def test_a_window_on_both_sides_of_zero_has_both_edges(url):
+    """Where the rate changes its sign the band of unstable starts has two analytic edges, one on each side."""
+    view = {**ROLLING, "x": window("roll_rate", 0.5, 5.0)}
+    found = lines(url, view)["analytic"]
+    assert sorted(round(line[0][0], 6) for line in found) == [-2.557342, 2.557342]
+
+
+def test_a_window_away_from_the_boundary_has_no_line(url):
+    """Far above the boundary there is nothing to draw, and neither is there where no side is a control parameter."""
+    small = window("tilt", 0.01, 0.005)
+    assert lines(url, {**ROLLING, "x": window("roll_rate", 50.0, 1.0), "y": small}) == {}
+    view = {**ROLLING, "words": {"roll_rate": 2.7}, "x": window("alpha", 0.6, 0.35)}
+    assert lines(url, view).keys() == {"measured"}
+
+
+def test_the_measured_line_is_found_at_every_depth(url):
+    """Zoomed in on it in ten steps to 1e-10 of its place, the line still goes through the window."""
+    x, y = 2.55, 0.002
+    for depth in range(-1, -11, -1):
+        sides = window("roll_rate", x, x * 10.0**depth), window("tilt", y, y * 10.0**depth)
+        view = {**ROLLING, "x": sides[0], "y": sides[1]}
+        (found,) = lines(url, view)["measured"]
+        x, y = found[:, found.shape[1] // 2]
+        assert abs(x - sides[0]["centre"]) <= sides[0]["half"]
+        _, arrays = post(url, "window", view=view, width=40, height=40, quantity="stability")
+        assert {1, 2} <= set(arrays["verdict"])

@@ -1,0 +1,147 @@
+"""What a page gives away: words, commands and files, each held against the command line or `sweep.run`."""
+
+import contextlib
+import json
+import shlex
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from explorer_client import ROLLING, ask, post, refused
+
+import sweep
+from sweep.explorer.explorer import explore
+
+VIEWS = {
+    "rolling": ROLLING,
+    "words": {**ROLLING, "words": {"alpha": 1.0, "criterion": "amplification:20", "radius": 0.0125}},
+    "circling": {
+        "base": "circling",
+        "words": {},
+        "x": {"name": "precession_rate", "centre": 2.5, "half": 2.4, "scale": "linear"},
+        "y": {"name": "tilt", "centre": 0.2, "half": 0.1, "scale": "linear"},
+    },
+    "deep": {
+        **ROLLING,
+        "x": {"name": "roll_rate", "centre": 2.55, "half": 2.55e-11, "scale": "linear"},
+        "y": {"name": "tilt", "centre": -4.0, "half": 1e-11, "scale": "log"},
+    },
+    "alpha": {
+        **ROLLING,
+        "words": {"roll_rate": 2.6},
+        "x": {"name": "alpha", "centre": 0.5, "half": 0.4, "scale": "linear"},
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def url():
+    """Return the address of an explorer of the presets."""
+    with explore() as explorer:
+        yield explorer.url
+
+
+def executed(command, folder):
+    """Run a command line of eulerdisk in a folder."""
+    program, *words = shlex.split(command)
+    assert program == "eulerdisk"
+    done = subprocess.run(
+        [sys.executable, "-m", "sweep", *words], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def close(view, name, values, count):
+    """Return whether values are those of the pixels, to rounding: a logarithm is taken in another order."""
+    side = view[name]
+    places = side["centre"] + side["half"] * ((2 * np.arange(count) + 1) / count - 1)
+    return np.allclose(values, np.exp(places) if side["scale"] == "log" else places, rtol=4e-15, atol=0.0)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
+    """The command writes an atlas whose cells are the pixels, and the Python makes the same atlas."""
+    view = VIEWS[name]
+    given = post(url, "command", view=view, width=12, height=9)
+    executed(given["command"], tmp_path)
+    _, arrays = post(url, "window", view=view, width=12, height=9, quantity="peak_tilt")
+    x, y = view["x"]["name"], view["y"]["name"]
+    with sweep.open_atlas(tmp_path / "window.nc") as atlas:
+        assert close(view, "x", atlas[x].values, 12)
+        assert close(view, "y", atlas[y].values, 9)
+        plane = atlas.transpose(y, x)
+        if name != "deep":
+            assert np.allclose(arrays["value"].reshape(9, 12), plane["peak_tilt"].values, rtol=1e-6)
+        # where the criterion decides between neighbours a start that is a unit further decides otherwise
+        assert (arrays["verdict"].reshape(9, 12) == plane["stability"].values).mean() > 0.95
+        held = {}
+        exec(given["python"].replace("atlas.eulerdisk.plot()", ""), held)
+        xr.testing.assert_equal(held["atlas"].drop_dims(("curves", "points"), errors="ignore"), atlas.load())
+
+
+@pytest.mark.parametrize("losses", [None, {"rolling_friction": 1e-4}])
+def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
+    """The command simulates the start of the point, for the duration and with the losses of the page."""
+    given = post(
+        url, "command", view=VIEWS["circling"], width=9, height=9, x=2.0, y=0.2, duration=1.5, losses=losses
+    )
+    executed(given["command"], tmp_path)
+    with contextlib.closing(xr.open_dataset(tmp_path / "motion.nc", decode_times=False)) as motion:
+        assert float(motion["tilt"][0]) == 0.2
+        assert float(motion["elapsed_time"][-1]) == 1.5
+        held = {}
+        exec(given["python"].replace("motion.eulerdisk.plot()", ""), held)
+        assert np.array_equal(held["motion"]["tilt"].values, motion["tilt"].values)
+
+
+def test_the_words_of_a_point_are_those_of_explain(url):
+    """A point is explained with its start, its exact numbers, the boundary in its row and the reason of its verdict."""
+    found = post(url, "explain", view=ROLLING, x=3.0, y=0.01)["text"]
+    cell = sweep.run("rolling", method="exact", roll_rate=[3.0], tilt=[0.01]).squeeze()
+    assert found.startswith("cell        roll_rate 3 rad s-1, tilt 0.5729577951 deg\nstart ")
+    assert f"peak_tilt         {np.degrees(float(cell['peak_tilt'])):.10g} deg" in found
+    edge = sweep.run(
+        "rolling", method="exact", roll_rate="2:4:50", tilt=[0.01], boundary="refined:1e-9"
+    ).eulerdisk.boundary()["measured"]
+    assert f"stable above roll_rate {float(edge.squeeze()):.6g} rad s-1" in found
+    assert "verdict     stable by departure:5deg" in found
+    assert "nearest to" not in found
+
+
+@pytest.mark.parametrize("kind", ["csv", "netcdf"])
+def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
+    """The file is an atlas, or its table, of the cells of the window; its history has the command."""
+    answer = ask(url, "data", json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": kind}).encode())
+    assert answer.status == 200
+    name = {"csv": "window.csv", "netcdf": "window.nc"}[kind]
+    assert answer.headers["Content-Disposition"] == f'attachment; filename="{name}"'
+    (tmp_path / name).write_bytes(answer.body)
+    _, arrays = post(url, "window", view=ROLLING, width=8, height=6, quantity="peak_tilt")
+    if kind == "netcdf":
+        with sweep.open_atlas(tmp_path / name) as atlas:
+            values = atlas["peak_tilt"].transpose("tilt", "roll_rate").values
+            assert "eulerdisk run rolling roll_rate=" in atlas.attrs["history"]
+    else:
+        names, *rows = (line.split(",") for line in answer.body.decode().splitlines())
+        columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+        values = np.array(columns["peak_tilt"], float).reshape(8, 6).T
+        assert set(columns["stability"]) == {"stable", "unstable"}
+    assert np.allclose(values, arrays["value"].reshape(6, 8), rtol=1e-6)
+
+
+def test_a_file_has_a_limit_and_leaves_nothing(url, tmp_path, monkeypatch):
+    """Too many cells are refused with what to do instead; the folder of temporary files stays empty."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    status, error = refused(url, "data", view=ROLLING, width=2000, height=1000, format="csv")
+    assert (status, "copy the window as a command" in error["hint"]) == (400, True)
+    status, error = refused(url, "data", view=ROLLING, width=8, height=8, format="xlsx")
+    assert (status, error["where"]) == (400, "format")
+    assert (
+        ask(
+            url, "data", json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": "csv"}).encode()
+        ).status
+        == 200
+    )
+    assert list(tmp_path.iterdir()) == []
