@@ -57,6 +57,12 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
                 hint="Leave it out.",
                 where="losses",
             )
+        if isinstance(given[name], bool) or not isinstance(given[name], int | float | str):
+            raise RequestError(
+                f"{name} must be a number or a word; got {shown(given[name])}.",
+                hint="Leave it out.",
+                where=name,
+            )
     if {*given} <= {"mass"}:
         return {}
     # the word that says that the disk is one with losses, if only the friction coefficient is given

@@ -3,6 +3,7 @@
 A motion swings where its potential is below its energy. Everything is over m g R.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -10,12 +11,12 @@ import numpy as np
 
 from sweep.model.quantity import Array
 
-#: Steps of the integration from the start to a tilt: the curve is then right to 1e-7 of its height up to 89 deg.
-_STEPS = 96
+#: Longest step of the integration from the start to a stretched tilt, and the fewest steps: the curve is right to 1e-7
+#: of its height up to 89 deg.
+_STEP, _FEWEST = 0.06, 6
 
-#: Places where extremes of the potential are sought, points of the curve, and how often the distance of the places
-#: about an extreme is divided by sixteen: beyond that rounding decides where it is.
-_PLACES, _POINTS, _CLOSER = 513, 241, 3
+#: Places where extremes of the potential are sought, points of the curve, and steps of the search for an extreme.
+_PLACES, _POINTS, _MOST_STEPS = 513, 241, 60
 
 #: What is drawn beside the swing: this share of the height that is seen, above the energy and above the barrier.
 _MARGIN = 0.45
@@ -25,6 +26,9 @@ _FAR = 12.0
 
 #: The tilt that stretches without end at 90 deg is drawn up to here, about 89.9 deg.
 _STEEPEST = 7.0
+
+#: Stretched tilts -> the potential there less the energy, and its slope.
+_Curve = Callable[[Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -56,25 +60,22 @@ def potential_of(start: Mapping[str, float], fall_tilt: float) -> Potential:
     (1 + alpha/2) w^2/2 + V = E with V = (1+alpha)/2 s^2 + alpha/4 o^2 + cos(tilt), where s and o are functions of the
     tilt alone (docs/theory.md; Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201).
     """
-    excess = _excess_of(start)
+    curve = _curve_of(start)
     far = min(float(np.arctanh(np.sin(fall_tilt))), _STEEPEST)
-    places = np.linspace(-far, far, _PLACES)
-    # a swing may be far narrower than the distance of two places
     here = float(np.arctanh(np.sin(np.clip(start["tilt"], -fall_tilt, fall_tilt))))
-    values = excess(places)
-    wells = [_extreme(excess, places, values, i, -1.0) for i in _turning(values, -1.0)]
-    barriers = [_extreme(excess, places, values, i, 1.0) for i in _turning(values, 1.0)]
-    low, high = _in_view(excess, here, far, wells, barriers)
+    places = np.unique(np.append(np.linspace(-far, far, _PLACES), here))
+    wells, barriers = _extremes(curve, places)
+    low, high = _in_view(curve, here, far, wells, barriers)
     within = np.linspace(np.arcsin(np.tanh(low)), np.arcsin(np.tanh(high)), _POINTS)
     seen = [
         tuple((float(np.arcsin(np.tanh(y))), value) for y, value in found if low <= y <= high)
         for found in (wells, barriers)
     ]
-    return Potential(within, excess(np.arctanh(np.sin(within))), seen[0], seen[1])
+    return Potential(within, curve(np.arctanh(np.sin(within)))[0], seen[0], seen[1])
 
 
-def _excess_of(start: Mapping[str, float]) -> Callable[[Array], Array]:
-    """Return the function from stretched tilts y = atanh(sin(tilt)) to the potential there less the energy.
+def _curve_of(start: Mapping[str, float]) -> _Curve:
+    """Return the function from stretched tilts y = atanh(sin(tilt)) to the potential there less the energy, and dV/dy.
 
     With p = o cos(tilt), ds/dy = -p/(1+alpha) and dp/dy = -2 s cos(tilt)^2. The changes of s and p since the start are
     integrated, so that the excess of a narrow swing is no difference of large numbers.
@@ -89,10 +90,11 @@ def _excess_of(start: Mapping[str, float]) -> Callable[[Array], Array]:
     def slopes(y: Array, s: Array, p: Array) -> tuple[Array, Array]:
         return -(p0 + p) / (1.0 + alpha), -2.0 * (s0 + s) / np.cosh(y) ** 2
 
-    def excess(places: Array) -> Array:
-        h = (places - y0) / _STEPS
+    def curve(places: Array) -> tuple[Array, Array]:
+        steps = max(_FEWEST, math.ceil(float(np.abs(places - y0).max()) / _STEP))
+        h = (places - y0) / steps
         s, p = np.zeros_like(h), np.zeros_like(h)
-        for i in range(_STEPS):
+        for i in range(steps):
             y = y0 + i * h
             s1, p1 = slopes(y, s, p)
             s2, p2 = slopes(y + 0.5 * h, s + 0.5 * h * s1, p + 0.5 * h * p1)
@@ -109,57 +111,70 @@ def _excess_of(start: Mapping[str, float]) -> Callable[[Array], Array]:
         narrow = np.sin(0.5 * (there + tilt)) * np.sin(0.5 * (there - tilt))
         change = p / cos + 2.0 * p0 * narrow / (cos * cos0)
         rise = 0.5 * (1.0 + alpha) * s * (2.0 * s0 + s) + 0.25 * alpha * change * (o + o0) - 2.0 * narrow
-        return np.asarray(rise - kinetic)
+        pull = np.sin(there) * cos + (1.0 + alpha) * (s0 + s) * (p0 + p) - 0.5 * alpha * o * o * np.sin(there)
+        return np.asarray(rise - kinetic), np.asarray(-pull)
 
-    return excess
-
-
-def _turning(values: Array, sense: float) -> list[int]:
-    """Return the places of the maxima (sense 1) or minima (sense -1) within an array."""
-    up = sense * np.diff(values)
-    return [int(i) + 1 for i in np.flatnonzero((up[:-1] > 0.0) & (up[1:] <= 0.0))]
+    return curve
 
 
-def _extreme(
-    excess: Callable[[Array], Array], places: Array, values: Array, at: int, sense: float
-) -> tuple[float, float]:
-    """Return an extreme next to a place, as stretched tilt and excess."""
-    middle, half, value = float(places[at]), float(places[1] - places[0]), float(values[at])
-    for _ in range(_CLOSER):
-        near = np.linspace(middle - half, middle + half, 33)
-        found = excess(near)
-        best = int((sense * found).argmax())
-        middle, half, value = float(near[best]), half / 16.0, float(found[best])
-    return middle, value
+def _extremes(curve: _Curve, places: Array) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Return minima and maxima within increasing places, each as stretched tilt and excess."""
+    slope = curve(places)[1]
+    wells: list[tuple[float, float]] = []
+    barriers: list[tuple[float, float]] = []
+    for i in np.flatnonzero((slope[:-1] < 0.0) != (slope[1:] < 0.0)):
+        y = _root(
+            lambda at: float(curve(np.array([at]))[1][0]),
+            places[i : i + 2].tolist(),
+            slope[i : i + 2].tolist(),
+        )
+        found = wells if slope[i] < 0.0 else barriers
+        found.append((y, float(curve(np.array([y]))[0][0])))
+    return wells, barriers
+
+
+def _root(function: Callable[[float], float], ends: list[float], values: list[float]) -> float:
+    """Return the root in an interval at whose ends a function has values of either sign (regula falsi, Illinois)."""
+    (a, b), (fa, fb) = ends, values
+    for _ in range(_MOST_STEPS):
+        if fb == 0.0 or a == b:
+            break
+        c = b - fb * (b - a) / (fb - fa)
+        if c in (a, b):
+            break
+        fc = function(c)
+        a, fa = (b, fb) if (fc < 0.0) != (fb < 0.0) else (a, 0.5 * fa)
+        b, fb = c, fc
+    return b
 
 
 def _in_view(
-    excess: Callable[[Array], Array],
+    curve: _Curve,
     here: float,
     far: float,
     wells: list[tuple[float, float]],
     barriers: list[tuple[float, float]],
 ) -> tuple[float, float]:
     """Return the stretched tilts between which the potential is drawn: as far as it stays below a height."""
-    depth = max(-min([value for _, value in wells] + [float(excess(np.array([here]))[0])]), 0.0)
+    depth = max(-min([value for _, value in wells] + [float(curve(np.array([here]))[0][0])]), 0.0)
     # a disk at rest at the bottom of its well has no depth: what is near is drawn
     depth = depth or 1e-3
     near = [value for _, value in barriers if 0.0 <= value <= _FAR * depth]
     height = max(near, default=0.0)
     limit = height + _MARGIN * (height + depth)
-    return _crossing(excess, here, -far, limit), _crossing(excess, here, far, limit)
+    return _crossing(curve, here, -far, limit), _crossing(curve, here, far, limit)
 
 
-def _crossing(excess: Callable[[Array], Array], here: float, end: float, limit: float) -> float:
+def _crossing(curve: _Curve, here: float, end: float, limit: float) -> float:
     """Return the first stretched tilt from `here` on to `end` at which the excess is over a limit; `end` if none is."""
     # distances from the start over twelve decades: a swing may be as narrow
     shares = np.concatenate([np.geomspace(1e-12, 1e-2, 80), np.linspace(1e-2, 1.0, 240)[1:]])
     places = here + shares * (end - here)
-    over = excess(places) > limit
+    over = curve(places)[0] > limit
     if not over.any():
         return end
     first = int(over.argmax())
     low, high = (float(places[first - 1]) if first else here), float(places[first])
     near = np.linspace(low, high, 33)
-    beyond = excess(near) > limit
+    beyond = curve(near)[0] > limit
     return float(near[int(beyond.argmax())])

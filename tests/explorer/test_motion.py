@@ -1,0 +1,270 @@
+import json
+import math
+
+import numpy as np
+import pytest
+from explorer_client import ROLLING, post, refused
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+
+import sweep
+from sweep.errors import RequestError
+from sweep.explorer.explorer import explore
+from sweep.explorer.loss_controls import controls
+from sweep.explorer.motion import motion, quantities, stored_motions
+from sweep.explorer.potential import potential_of
+from sweep.motion.disk_path import _TRAJECTORY
+from sweep.motion.request import LossyTrajectorySpec
+from sweep.motion.start import start_of as start_of_request
+from sweep.request.spec import SweepSpec
+
+SPEC = SweepSpec.preset("rolling")
+
+DISK = {"alpha": 0.5, "radius": 0.5, "gravity": 9.81}
+
+
+def start_of(**values):
+    """Return a start with these values, all others those of a disk at rest."""
+    return {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0, **DISK, **values}
+
+
+#: One well, two wells, a start beside the barrier, a kick, a spin, a hoop that leans and does all at once.
+STARTS = [
+    start_of(tilt=0.02, roll_rate=3.0),
+    start_of(tilt=0.02, roll_rate=2.3),
+    start_of(tilt=0.1, roll_rate=0.5),
+    start_of(tilt_rate=0.05, roll_rate=2.8),
+    start_of(tilt=0.02, precession_rate=4.5),
+    start_of(tilt=-0.4, tilt_rate=0.3, roll_rate=1.5, precession_rate=2.0, alpha=1.0, radius=0.1),
+]
+
+
+def by_scipy(start, times):
+    """Return the same motion by SciPy's DOP853, at times that are evenly spaced."""
+    interval = times[1]
+    return sweep.simulate(**start, duration=times[-1], interval=interval, method="dop853")
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_samples_are_those_of_the_motion(start):
+    """State, angles, path and forces agree with SciPy's DOP853 on the textbook equations."""
+    head, arrays = motion(SPEC, start)
+    assert not head["ended"]
+    every = max(1, arrays["time"].size // 200)
+    times = arrays["time"][::every]
+    other = by_scipy(start, times)
+    weight = start["gravity"]
+    for name in ("tilt", "tilt_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y"):
+        np.testing.assert_allclose(arrays[name][::every], other[name].values, rtol=2e-7, atol=2e-7)
+    for name in ("normal_force", "friction_across", "friction_along"):
+        np.testing.assert_allclose(arrays[name][::every], other[name].values / weight, atol=2e-6)
+    np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_the_disk_runs_along_its_potential(start):
+    """Along a motion by SciPy the energy of the tilt is what the potential lacks, as well as a spline can tell."""
+    _, arrays = motion(SPEC, start)
+    other = by_scipy(start, np.linspace(0.0, float(arrays["time"][-1]), 400))
+    unit = math.sqrt(start["radius"] / start["gravity"])
+    energy = 0.5 * (1.0 + 0.5 * start["alpha"]) * (unit * other["tilt_rate"].values) ** 2
+    drawn = CubicSpline(arrays["potential_tilt"], arrays["potential"])(other["tilt"].values)
+    np.testing.assert_allclose(-drawn, energy, atol=5e-4 * energy.max())
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_turning_points_lie_on_the_line_of_the_energy(start):
+    """The tilts of the exact reduction are where the potential is as high as the energy, within the picture."""
+    head, arrays = motion(SPEC, start)
+    curve = CubicSpline(arrays["potential_tilt"], arrays["potential"])
+    depth = -arrays["potential"].min()
+    low, high = (turn for turn, _ in head["turns"])
+    assert arrays["potential_tilt"][0] < low < high < arrays["potential_tilt"][-1]
+    np.testing.assert_allclose(curve([low, high]), 0.0, atol=2e-3 * depth)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_wells_and_barriers_are_extremes_of_the_curve(start):
+    """Every minimum and maximum of the curve is marked, and nothing else."""
+    head, arrays = motion(SPEC, start)
+    slope = CubicSpline(arrays["potential_tilt"], arrays["potential"]).derivative()
+    zeros = list(slope.roots(extrapolate=False))
+    bends = slope.derivative()(zeros)
+    apart = 2e-3 * (arrays["potential_tilt"][-1] - arrays["potential_tilt"][0])
+    for name, sign in (("wells", 1.0), ("barriers", -1.0)):
+        expected = [x for x, bend in zip(zeros, bends, strict=True) if bend * sign > 0.0]
+        np.testing.assert_allclose([tilt for tilt, _ in head[name]], expected, atol=apart)
+
+
+@pytest.mark.parametrize("tilt", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_the_potential_of_a_narrow_swing_is_no_rounding(tilt):
+    """The curve about a swing of 1e-12 rad has the shape of the parabola of linear theory."""
+    found = potential_of(start_of(tilt=tilt, precession_rate=0.0, roll_rate=3.0), SPEC.fall_tilt)
+    scaled = (found.tilt - found.tilt.mean()) / np.ptp(found.tilt)
+    parabola = np.polynomial.Polynomial.fit(scaled, found.excess, 2)
+    assert np.abs(parabola(scaled) - found.excess).max() <= max(1e-3, 30.0 * tilt) * np.ptp(found.excess)
+    assert len(found.wells) == 1
+
+
+def test_a_swing_is_followed_for_three_periods_and_a_fall_to_its_end():
+    """The time that is shown follows from the motion; a request may name one."""
+    head, arrays = motion(SPEC, start_of(tilt=0.02, roll_rate=2.56))
+    assert arrays["time"][-1] == pytest.approx(3.0 * head["period"])
+    assert head["ending"].startswith("followed for")
+    fallen, samples = motion(SPEC, start_of(tilt=0.02))
+    assert fallen["ended"]
+    assert fallen["ending"] == f"fell at {samples['time'][-1]:.4g} s"
+    assert samples["tilt"][-1] == pytest.approx(SPEC.fall_tilt)
+    assert motion(SPEC, STARTS[0], duration=1.5)[1]["time"][-1] == 1.5
+
+
+def test_a_fast_disk_is_shown_for_a_shorter_time():
+    """A disk at 100 rad/s has few thousand samples, and is integrated twice, not until rounding has no more to give."""
+    calls = []
+    kernel = _TRAJECTORY.load()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(_TRAJECTORY), "load", lambda self: counted(self, kernel, calls))
+        _, arrays = motion(SPEC, start_of(tilt=0.02, roll_rate=100.0))
+    assert arrays["time"][-1] * 100.0 <= 401.0
+    assert arrays["time"].size < 5000
+    assert len(calls) <= 4
+
+
+_LOAD = type(_TRAJECTORY).load
+
+
+def counted(kernel, trajectory, calls):
+    """Return the function of a kernel; calls of the trajectory are noted."""
+    if kernel is not _TRAJECTORY:
+        return _LOAD(kernel)
+
+    def noted(*arguments):
+        calls.append(arguments)
+        return trajectory(*arguments)
+
+    return noted
+
+
+LOSSES = [
+    {"rolling_friction": 5e-4},
+    {"contour_friction": 1e-3},
+    {"pivoting_friction": 1e-3, "rolling_friction": 1e-4},
+    {"contour_damping": 0.02},
+    {"air_law": "bildsten"},
+    {"air_law": "moffatt", "mass": 0.1},
+]
+
+
+@pytest.mark.parametrize("losses", LOSSES)
+def test_the_ledger_adds_up(losses):
+    """What the losses have taken, and the energy that is left, are the energy of the start; each loss only grows."""
+    head, arrays = motion(SPEC, start_of(tilt=0.3, roll_rate=2.0, precession_rate=2.0), 20.0, losses)
+    assert head["lossy"]
+    taken = [arrays[name] for name in head["ledger"]]
+    np.testing.assert_allclose(arrays["energy"] + sum(taken), arrays["energy"][0], atol=1e-7)
+    assert all((np.diff(each) >= -1e-12).all() for each in taken)
+    assert sum(each[-1] for each in taken) > 1e-9
+    assert "potential" not in arrays
+
+
+def test_a_disk_with_losses_stops():
+    """A toy that wobbles on its mirror becomes flat within its losses, and the head says when."""
+    toy = SweepSpec.preset("toy")
+    request = LossyTrajectorySpec.read(
+        **{name: getattr(toy, name) for name in ("radius", "mass", "contour_friction", "air_viscosity", "air_density")},
+        air_law=toy.air_law, tilt="75deg", precession_rate="wobble", roll_rate="wobble",
+    )  # fmt: skip
+    start = dict(zip(toy.model.parameters, start_of_request(request), strict=True))
+    head, arrays = motion(toy, start)
+    assert head["ending"] == f"flat at {arrays['time'][-1]:.4g} s"
+    assert abs(arrays["tilt"][-1]) == pytest.approx(toy.flat_tilt)
+    assert {each["name"]: each["value"] for each in head["losses"]}[
+        "contour_friction"
+    ] == toy.contour_friction
+
+
+def test_a_mass_alone_is_no_loss():
+    """The mass of a disk without losses changes no motion."""
+    head, _ = motion(SPEC, STARTS[0], losses={"mass": 3.0})
+    assert not head["lossy"]
+
+
+def test_little_friction_lets_the_disk_slip():
+    """A friction coefficient below what rolling needs ends the motion, though nothing else is lost."""
+    head, arrays = motion(SPEC, start_of(tilt=0.02, roll_rate=2.3), losses={"friction": 0.05})
+    assert head["ending"].startswith("slipped at")
+    assert arrays["friction_needed"].max() == pytest.approx(0.05, rel=1e-6)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_both_ends_of_every_slider_are_possible(end):
+    """A slider of a loss asks for nothing that is refused."""
+    for control in controls(SPEC, STARTS[0], {}):
+        if "choices" not in control:
+            motion(SPEC, STARTS[0], 0.5, {control["name"]: control[end]})
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    tilt=st.floats(-1.4, 1.4),
+    rates=st.tuples(*[st.floats(-30.0, 30.0)] * 3),
+    alpha=st.floats(0.05, 1.0),
+    radius=st.floats(0.01, 10.0),
+)
+def test_any_start_has_an_answer_of_json(tilt, rates, alpha, radius):
+    """The head has no number that JSON lacks, and every array is described and finite but where it says so."""
+    names = ("tilt_rate", "precession_rate", "roll_rate")
+    start = start_of(tilt=tilt, alpha=alpha, radius=radius, **dict(zip(names, rates, strict=True)))
+    head, arrays = motion(SPEC, start)
+    json.dumps(head, allow_nan=False)
+    assert arrays.keys() <= head["quantities"].keys()
+    assert all(np.isfinite(array).all() for name, array in arrays.items() if name != "friction_needed")
+    assert (np.diff(arrays["time"]) > 0.0).all()
+
+
+def test_a_start_without_motion_is_refused_in_words():
+    """Where no rate keeps the tilt there is no motion."""
+    with pytest.raises(RequestError, match="no roll_rate keeps this tilt constant"):
+        motion(SPEC, start_of(tilt=0.5, roll_rate=math.nan))
+
+
+@pytest.mark.parametrize(
+    ("losses", "said"),
+    [
+        ({"magic": 1.0}, "magic is no loss"),
+        ({"rolling_friction": -1.0}, "rolling_friction"),
+        ({"rolling_friction": [1.0]}, "rolling_friction"),
+        ({"rolling_friction": {"a": 1.0}}, "rolling_friction"),
+        ({"rolling_friction": True}, "rolling_friction"),
+        ({"rolling_friction": None}, "rolling_friction"),
+        ({"rolling_friction": 5.0}, "A lever arm must be shorter"),
+        ({"air_law": "helium"}, "air_law"),
+        ({"air_law": ["none"]}, "air_law"),
+    ],
+)
+def test_a_loss_that_cannot_be_is_refused(losses, said):
+    """Whatever a page asks for, the answer is a sentence that names the word."""
+    with explore() as explorer:
+        place = {"view": ROLLING, "x": 3.0, "y": 0.02}
+        status, error = refused(explorer.url, "motion", **place, losses=losses)
+        assert status == 400
+        assert said in error["error"]
+
+
+def test_the_server_answers_with_the_same_motion():
+    """Over the wire a motion is the same to the bit as in Python."""
+    with explore() as explorer:
+        head, arrays = post(explorer.url, "motion", view=ROLLING, x=3.0, y=0.02)
+    expected_head, expected = motion(SPEC, start_of(tilt=0.02, roll_rate=3.0))
+    assert {name: head[name] for name in expected_head} == json.loads(json.dumps(expected_head))
+    assert arrays.keys() == expected.keys()
+    assert all(np.array_equal(arrays[name], expected[name], equal_nan=True) for name in expected)
+
+
+def test_an_exported_page_knows_what_it_draws():
+    """What the page integrates is described as what the server computes; no disk with losses is integrated there."""
+    stored = stored_motions(SPEC)
+    assert stored["quantities"] == quantities()
+    assert stored["fall_tilt"] == SPEC.fall_tilt
+    assert stored_motions(SweepSpec.preset("toy")) is None
