@@ -21,7 +21,7 @@ from sweep.request.axes import Values
 _POINTS = 256
 
 #: Cells along both sides among which the measured boundary is looked for.
-_COARSE = 96, 72
+COARSE = 96, 72
 
 #: Pixels of the largest screen: the measured boundary is bisected to one of them.
 _FINE = 4096
@@ -111,7 +111,7 @@ def measured(view: View) -> list[list[list[float]]]:
     Each point lies between two neighbours of a coarse grid of exact cells; what is smaller than the grid is not found.
     """
     names = view.y.name, view.x.name
-    axes = {side.name: _coarse(side, count) for side, count in ((view.x, _COARSE[0]), (view.y, _COARSE[1]))}
+    axes = {side.name: _coarse(side, count) for side, count in ((view.x, COARSE[0]), (view.y, COARSE[1]))}
     if any(axis is None for axis in axes.values()):
         return []
     spec = view.live.replace(**axes, axes=names)

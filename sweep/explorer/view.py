@@ -18,7 +18,7 @@ from sweep.request.spec import SweepSpec
 from sweep.request.words import presets
 
 #: A pixel is at least so many units in the last place wide.
-_ULPS = 8
+ULPS = 8
 
 #: Places at which it is looked up which values of a side are allowed: the pixels of a large screen.
 _PLACES = 4097
@@ -103,7 +103,7 @@ class Side:
         # the value itself is rounded too
         if self.scale == "log":
             unit = max(unit, np.spacing(1.0))
-        return bool(2.0 * self.half / count < _ULPS * unit)
+        return bool(2.0 * self.half / count < ULPS * unit)
 
 
 @dataclass(frozen=True)
