@@ -1,9 +1,9 @@
 /** The controls beside the map: what is shown, the axes, and sliders for everything that is no axis. */
 
-import { criterionSlider, parameterSlider } from "eulerdisk/sliders";
+import { criterionSlider, parameterSlider, textRow } from "eulerdisk/sliders";
 import { html } from "eulerdisk/html";
 import { valueAt } from "eulerdisk/axis_window";
-import { baseOf, parametersOf, withAxis, withOtherScale, withWord, wordOf } from "eulerdisk/state";
+import { baseOf, isFixed, parametersOf, withAxis, withOtherScale, withWord, wordOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Line} Line */
@@ -152,7 +152,7 @@ export class Controls {
     this.#follow.push(({ view }) => {
       choice.value = view[which].name;
       log.checked = view[which].scale === "log";
-      choice.disabled = log.disabled = about.atlas !== null && !about.atlas.live;
+      choice.disabled = log.disabled = isFixed(about, view);
     });
     const row = html("label", {}, html("span", {}, words), choice);
     return html("div", { class: "axis-row" }, row, html("label", { class: "check" }, log, "log"));
@@ -165,14 +165,16 @@ export class Controls {
     /** @param {string} name @returns {(value: number|string) => void} */
     const set = (name) => (value) =>
       this.#change((now) => ({ ...now, view: withWord(about, now.view, name, value) }));
-    const rows = [criterionSlider(about, set("criterion"))];
     const base = baseOf(about, view);
+    const fixed = isFixed(about, view);
+    const rows = [fixed ? textRow("criterion", "criterion") : criterionSlider(about, set("criterion"))];
     for (const parameter of parametersOf(about, view)) {
-      const { name, low } = parameter;
-      if (name === view.x.name || name === view.y.name || low === null) continue;
+      const { name, label, low } = parameter;
+      if (name === view.x.name || name === view.y.name) continue;
       // an axis of the base that is none now has no word there: it begins in its middle
       const first = base.words[name] ?? middleOf(base.view, name);
-      rows.push(parameterSlider(parameter, first, set(name)));
+      const slides = !fixed && low !== null;
+      rows.push(slides ? parameterSlider(parameter, first, set(name)) : textRow(name, label, parameter));
     }
     for (const { name, follow } of rows) {
       this.#follow.push((now) => follow(wordOf(about, now.view, name)));

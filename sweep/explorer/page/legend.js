@@ -39,15 +39,17 @@ export function legendHeight({ flags }, width) {
  * A sample of each line, from the right border leftward, in the last row; what has no room is left out.
  * @param {Scene} scene
  */
-function samples({ lines, plot }) {
+function samples({ lines, grid, plot }) {
   const parts = [];
+  const shown = lines.filter((line) => line.points.length).map(({ name, label }) => ({ name, label }));
+  if (grid) shown.unshift({ name: "stored", label: "border of the stored cells" });
   const y = plot.top - 12;
   let x = plot.width;
-  for (const { name, label } of lines.filter((line) => line.points.length).toReversed()) {
+  for (const { name, label } of shown.toReversed()) {
     x -= textWidth(label) + 26;
     if (x < 0) break;
     const d = `M${x} ${y}h20`;
-    if (name === "predicted") parts.push(svg("path", { class: "halo predicted", d }));
+    parts.push(svg("path", { class: `halo ${name}`, d }));
     parts.push(svg("path", { class: `line ${name}`, d }), svg("text", { x: x + 26, y: y + 4 }, label));
     x -= 18;
   }

@@ -44,7 +44,7 @@ const [APART_X, APART_Y] = [95, 52];
 export function drawOverlay(element, scene) {
   const { left, top, width, height } = scene.plot;
   const inside = svg("g", { transform: `translate(${left} ${top})` });
-  if (scene.grid) inside.append(gridFrame(scene, scene.grid));
+  if (scene.grid) inside.append(...gridFrame(scene, scene.grid));
   const lines = svg("g", { class: scene.stale ? "lines stale" : "lines" });
   for (const line of order(scene.lines)) lines.append(...drawLine(scene, line));
   inside.append(lines, svg("rect", { class: "frame", width, height }));
@@ -118,7 +118,7 @@ function gridFrame(scene, { x, y }) {
   const { width, height } = scene.plot;
   const pieces = clipped(corners, { left: -1, top: -1, right: width + 1, bottom: height + 1 });
   const path = pieces.map((piece) => `M${piece.map((each) => each.join(" ")).join("L")}`).join("");
-  return svg("path", { class: "stored-frame", d: path });
+  return [svg("path", { class: "halo stored", d: path }), svg("path", { class: "line stored", d: path })];
 }
 
 /**

@@ -117,16 +117,19 @@ export class Readout {
       return;
     }
     if (this.#aim !== aim) return;
+    const isStored = aim.shown?.stored === true && answer.stored !== null;
+    const cell = isStored && answer.stored ? answer.stored : answer;
     const exact = /** @type {[string, string][]} */ ([
       ...[view.x.name, view.y.name].map((name) => [
         parameterOf(this.#about, name).label,
-        answer.start[name].text,
+        cell.start[name].text,
       ]),
-      ["verdict", answer.verdict],
-      ...answer.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
+      ["verdict", cell.verdict],
+      ...cell.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
+    const origin = answer.stored === null ? "" : isStored ? "stored cell" : "computed now";
     this.#names = exact.map(([name]) => name);
-    this.#fill(exact, originOf(answer, aim));
+    this.#fill(exact, origin);
     if (aim.keys) this.#spoken.textContent = exact.map((row) => row.join(" ")).join(", ");
   }
 
@@ -153,14 +156,4 @@ export class Readout {
  */
 function planeOf({ base, x, y }) {
   return [base, x.name, y.name].join();
-}
-
-/**
- * Where the numbers of a point come from, in words; empty where there is only one kind.
- * @param {PointAnswer} answer
- * @param {Aim} aim
- */
-function originOf(answer, aim) {
-  if (!answer.stored) return "";
-  return aim.shown?.stored ? "stored cell" : "computed now";
 }

@@ -1,7 +1,7 @@
 /** Sliders with a number beside them: of parameters, linear or logarithmic, and of the criterion. */
 
 import { html } from "eulerdisk/html";
-import { printedUnits } from "eulerdisk/ticks";
+import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Parameter} Parameter */
@@ -45,6 +45,30 @@ export function parameterSlider(parameter, first, set) {
       choice.value = typeof value === "string" ? value : "";
       row.element.classList.toggle("word", typeof value === "string");
       row.follow(value);
+    },
+  };
+}
+
+/**
+ * Row of a value that cannot be changed.
+ * @param {string} name
+ * @param {string} label
+ * @param {{factor: number, unit: string}} [shown]
+ * @returns {Row}
+ */
+export function textRow(name, label, shown) {
+  const text = html("span", { class: "number" });
+  return {
+    name,
+    element: html(
+      "div",
+      { class: "slider" },
+      html("div", { class: "caption" }, html("span", {}, label), text),
+    ),
+    follow: (value) => {
+      const words =
+        typeof value === "number" && shown ? `${readable(value * shown.factor, 6)} ${shown.unit}` : value;
+      text.textContent = printedUnits(String(words ?? "")).trim();
     },
   };
 }

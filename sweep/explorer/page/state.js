@@ -181,3 +181,12 @@ export function verdictWords(about, code) {
 export function wordsOf({ base, words, x, y }) {
   return JSON.stringify([base, words, x.name, y.name]);
 }
+
+/**
+ * Whether a view shows stored cells alone, so that its words and axes are as they are.
+ * @param {About} about
+ * @param {View} view
+ */
+export function isFixed({ atlas }, view) {
+  return atlas !== null && !atlas.live && atlas.base === view.base;
+}

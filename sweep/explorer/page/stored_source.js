@@ -102,6 +102,8 @@ export class StoredSource {
     const index = row * this.#x.length + column;
     /** @type {Record<string, number>} */
     const start = { ...this.#page.starts, [view.x.name]: this.#x[column], [view.y.name]: this.#y[row] };
+    // rates that every cell computed for itself
+    for (const { name } of parameters) if (name in this.#cells) start[name] = this.#cells[name][index];
     const known = parameters.filter(({ name }) => name in start);
     const told = known.map(({ name, factor, unit }) => [name, toldNumber(start[name], factor, unit)]);
     const numbers = quantities
