@@ -140,8 +140,14 @@ export class Controls {
       "select",
       {
         id: `axis-${which}`,
+        // the points that were chosen lie in another plane
         change: () =>
-          this.#change((state) => ({ ...state, view: withAxis(about, state.view, which, choice.value) })),
+          this.#change((state) => ({
+            ...state,
+            view: withAxis(about, state.view, which, choice.value),
+            points: [null, null],
+            compare: false,
+          })),
       },
       ...parameters.map(({ name, label }) => html("option", { value: name }, label)),
     );

@@ -106,8 +106,8 @@ export function withWord(about, view, name, value) {
 }
 
 /**
- * View with another parameter along an axis. The one that was there keeps the value in the middle; if the other axis
- * has the parameter, both change places.
+ * View with another parameter along an axis. The one that was there keeps the value in the middle, or the nearest that
+ * its slider has: a window may be wider than the domain. If the other axis has the parameter, both change places.
  * @param {About} about
  * @param {View} view
  * @param {"x"|"y"} which
@@ -119,7 +119,9 @@ export function withAxis(about, view, which, name) {
   if (view[which].name === name) return view;
   if (view[other].name === name) return { ...view, x: view.y, y: view.x };
   const old = view[which];
-  const words = { ...view.words, [old.name]: valueAt(old, 0) };
+  const { low, high } = parameterOf(about, old.name);
+  const middle = Math.min(Math.max(valueAt(old, 0), low ?? -Infinity), high ?? Infinity);
+  const words = { ...view.words, [old.name]: middle };
   delete words[name];
   return { ...view, words, [which]: firstAxis(about, view, name) };
 }
@@ -138,7 +140,8 @@ function firstAxis(about, view, name) {
 }
 
 /**
- * View whose axis has the other scale, over the same range where a logarithm allows that.
+ * View whose axis has the other scale, over the same range where a logarithm allows that; without positive values the
+ * view itself.
  * @param {View} view
  * @param {"x"|"y"} which
  * @returns {View}
@@ -147,6 +150,7 @@ export function withOtherScale(view, which) {
   const axis = view[which];
   const [low, high] = [valueAt(axis, -1), valueAt(axis, 1)];
   const scale = axis.scale === "log" ? "linear" : "log";
+  if (scale === "log" && high <= 0) return view;
   // a logarithmic axis that would begin at 0 or below begins at a thousandth of its end
   const from = scale === "log" && low <= 0 ? high / 1000 : low;
   return { ...view, [which]: axisBetween(axis.name, from, high, scale) };
