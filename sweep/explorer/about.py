@@ -5,6 +5,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from sweep.errors import RequestError
 from sweep.explorer.quantities import shown_of
 from sweep.explorer.stored import Stored
@@ -25,6 +27,12 @@ _SLIDERS: Mapping[str, tuple[float, float, str]] = {
     "gravity": (0.1, 30.0, "log"),
     "fall_tilt": (math.radians(10.0), math.radians(89.0), "linear"),
 }
+
+#: What is allowed here is allowed everywhere: in SI, far out of every slider.
+_FAR = 1e6
+
+#: Halvings that lead from there to neighbouring doubles, or to an end at zero as near as matters.
+_HALVINGS = 200
 
 #: Criterion -> what it limits, its unit, and the ends of its slider in that unit.
 _CRITERIA: Mapping[str, tuple[str, str, float, float]] = {
@@ -165,13 +173,34 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 
 
 def _input(row: Input) -> dict[str, Any]:
-    low, high, scale = _SLIDERS.get(row.name, (None, None, "linear"))
+    slider = _SLIDERS.get(row.name)
+    low, high, scale = slider or (None, None, "linear")
+    least, most = (None if slider is None else _end(row, slider[0], far) for far in (-_FAR, _FAR))
     return {
         **_quantity(row),
         "rule": row.rule,
         "low": low,
         "high": high,
+        "least": least,
+        "most": most,
         "scale": scale,
         "control": row.control,
         "words": list(row.words),
     }
+
+
+def _end(row: Input, allowed: float, far: float) -> float | None:
+    """Return the last value that is allowed on the way to one far out; None if that is allowed too.
+
+    Every rule of a parameter is an interval, so that halving finds its end.
+    """
+    if row.allows(np.array([far]))[0]:
+        return None
+    beyond = far
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (allowed + beyond)
+        if row.allows(np.array([middle]))[0]:
+            allowed = middle
+        else:
+            beyond = middle
+    return allowed

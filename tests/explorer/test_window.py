@@ -184,6 +184,17 @@ def lines(url, *y):
     return post(url, "lines", view={**ROLLING, "y": side(*y)})["lines"]
 
 
+def test_the_ends_of_parameters_are_told(url):
+    """The page learns what each parameter may be: to the last double of an end, and null where there is none."""
+    ends = {each["name"]: (each["least"], each["most"]) for each in about(url)["parameters"]}
+    upright = np.nextafter(np.pi / 2, 0.0)
+    assert ends["tilt"] == (-upright, upright)
+    assert ends["roll_rate"] == (None, None)
+    assert ends["alpha"][1] == 1.0
+    assert 0.0 < ends["alpha"][0] < 1e-30
+    assert 0.0 < ends["radius"][0] < 1e-30
+
+
 def test_a_point_has_the_numbers_of_its_cell_to_the_bit(url):
     """The numbers of a point are those of an atlas with that start, every one of them, as doubles and in words."""
     for x, y in ((2.5, 0.02), (2.5494838123456, 0.002), (3.7, 0.08)):

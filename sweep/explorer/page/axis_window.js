@@ -114,6 +114,21 @@ export function moved(axis, by) {
 }
 
 /**
+ * Axis within the values that are allowed: moved, and if it is too wide for them narrowed.
+ * @param {Axis} axis
+ * @param {number|null} least  null if there is no end
+ * @param {number|null} most
+ * @returns {Axis}
+ */
+export function within(axis, least, most) {
+  const at = (/** @type {number} */ value) => (axis.scale === "log" ? Math.log(Math.max(value, 0)) : value);
+  const low = least === null ? -Infinity : at(least);
+  const high = most === null ? Infinity : at(most);
+  const half = Math.min(axis.half, (high - low) / 2);
+  return { ...axis, centre: Math.min(Math.max(axis.centre, low + half), high - half), half };
+}
+
+/**
  * Where the ends of one axis lie on another one, as [scale, offset]: place there = offset + scale * place here; null if
  * the two have no common coordinate.
  * @param {Axis} from

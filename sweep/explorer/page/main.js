@@ -8,7 +8,7 @@ import { addMenus } from "eulerdisk/menus";
 import { loadMotions, Motions } from "eulerdisk/motions";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
-import { baseOf, quantityOf, wordsOf } from "eulerdisk/state";
+import { baseOf, quantityOf, wordsOf, withinDomain } from "eulerdisk/state";
 import { StoredSource } from "eulerdisk/stored_source";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
@@ -84,8 +84,9 @@ class Page {
     this.#show(this.#state);
   }
 
-  /** @param {State} state */
-  #show(state) {
+  /** @param {State} wanted */
+  #show(wanted) {
+    const state = { ...wanted, view: withinDomain(this.#about, wanted.view) };
     const words = wordsOf(state.view);
     const before = wordsOf(this.#state.view);
     this.#state = state;

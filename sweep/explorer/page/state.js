@@ -1,6 +1,6 @@
 /** What the page shows, as one plain object, and the changes that can be made to it. Nothing here is changed in place. */
 
-import { axisBetween, valueAt } from "eulerdisk/axis_window";
+import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Axis} Axis */
@@ -154,6 +154,20 @@ export function withOtherScale(view, which) {
   // a logarithmic axis that would begin at 0 or below begins at a thousandth of its end
   const from = scale === "log" && low <= 0 ? high / 1000 : low;
   return { ...view, [which]: axisBetween(axis.name, from, high, scale) };
+}
+
+/**
+ * View of starts that exist: no axis goes beyond what its parameter may be.
+ * @param {About} about
+ * @param {View} view
+ * @returns {View}
+ */
+export function withinDomain(about, view) {
+  const [x, y] = [view.x, view.y].map((axis) => {
+    const { least, most } = parameterOf(about, axis.name);
+    return within(axis, least, most);
+  });
+  return { ...view, x, y };
 }
 
 /**

@@ -28,6 +28,8 @@
  * @property {number} factor
  * @property {number|null} low
  * @property {number|null} high
+ * @property {number|null} least  end of what is allowed; null if there is none
+ * @property {number|null} most
  * @property {"linear"|"log"} scale
  * @property {boolean} control
  * @property {string[]} words  words that may be given instead of a number
