@@ -88,6 +88,7 @@ def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
         url, "command", view=VIEWS["circling"], width=9, height=9, x=2.0, y=0.2, duration=1.5, losses=losses
     )
     executed(given["command"], tmp_path)
+    assert ("rolling_friction=0.0001" in given["command"]) is (losses is not None)
     with contextlib.closing(xr.open_dataset(tmp_path / "motion.nc", decode_times=False)) as motion:
         assert float(motion["tilt"][0]) == 0.2
         assert float(motion["elapsed_time"][-1]) == 1.5
