@@ -20,7 +20,7 @@ const RIM = "#2b2b2b";
 const THICKNESS = 0.012;
 
 /** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */
-const PIXELS = 1024;
+const PIXELS = 512;
 const SECTORS = 12;
 
 /** Inner radius of the widest ring that is drawn, over the radius: a hoop has no width. */
@@ -70,7 +70,7 @@ export function diskBody(radius, alpha) {
 function painted(colour) {
   const texture = new CanvasTexture(facePicture(colour));
   texture.colorSpace = SRGBColorSpace;
-  texture.anisotropy = 8;
+  texture.anisotropy = 4;
   return new MeshStandardMaterial({ map: texture, roughness: 0.75, metalness: 0.0 });
 }
 

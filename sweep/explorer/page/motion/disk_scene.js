@@ -66,6 +66,7 @@ export class DiskScene {
     /** @type {Samples|null} */
     this.samples = null;
     this.time = 0;
+    this.frame = 0;
     this.square = 0;
     this.look = "";
     /** @type {Trail|undefined} */
@@ -163,12 +164,17 @@ export class DiskScene {
     this.draw();
   }
 
+  /** Draw in the next frame, once, however much changes before it. */
   draw() {
-    if (this.samples) this.renderer.render(this.scene, this.camera);
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = 0;
+      this.renderer.render(this.scene, this.camera);
+    });
   }
 
   dispose() {
     this.observer.disconnect();
+    cancelAnimationFrame(this.frame);
     free(this.scene);
     this.controls.dispose();
     this.renderer.dispose();

@@ -55,7 +55,7 @@ export function tableOfSquares(side, ground, lines) {
   map.colorSpace = SRGBColorSpace;
   map.wrapS = map.wrapT = RepeatWrapping;
   map.repeat.set(SQUARES, SQUARES);
-  map.anisotropy = 16;
+  map.anisotropy = 4;
   const table = new Mesh(
     new PlaneGeometry(SQUARES * side, SQUARES * side),
     new MeshBasicMaterial({ map, depthWrite: false }),

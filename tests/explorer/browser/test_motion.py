@@ -1,0 +1,214 @@
+"""The panel of a motion in a real browser: the disk, its clock, its curves, its losses, and two of them in time."""
+
+import pytest
+from explorer_browser import COMPLETE, Watch
+
+SHOWN = ".motion.shown:not(.waiting)"
+
+#: The time of the clock, and whether it runs.
+CLOCK = """async () => {
+  const { clock } = await import("eulerdisk/motion/clock");
+  return { time: clock.time, playing: clock.playing, length: clock.length, speed: clock.speed };
+}"""
+
+#: Pixels of the picture of the disk that are unlike its corner: the disk, its shadow, its path.
+DRAWN = """async (number) => {
+  const canvas = document.querySelectorAll(".motion .stage canvas")[number];
+  const { clock } = await import("eulerdisk/motion/clock");
+  clock.seek(clock.time);
+  // what was drawn in a frame can be read before its end
+  await new Promise(requestAnimationFrame);
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const context = copy.getContext("2d");
+  context.drawImage(canvas, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  const seen = new Set();
+  for (let i = 0; i < data.length; i += 4) seen.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
+  return seen.size;
+}"""
+
+#: Colour of the table in the upper left corner of the picture.
+CORNER = """async () => {
+  const canvas = document.querySelector(".motion .stage canvas");
+  const { clock } = await import("eulerdisk/motion/clock");
+  clock.seek(clock.time);
+  // what was drawn in a frame can be read before its end
+  await new Promise(requestAnimationFrame);
+  const copy = document.createElement("canvas");
+  copy.width = copy.height = 1;
+  const context = copy.getContext("2d");
+  context.drawImage(canvas, 5, 5, 1, 1, 0, 0, 1, 1);
+  return [...context.getImageData(0, 0, 1, 1).data].slice(0, 3);
+}"""
+
+
+def choose(page, x=0.6, y=0.5, number=0):
+    """Click the map at a place, as shares of its width and height; wait for the motion of that slot."""
+    box = page.locator("#map").bounding_box()
+    page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+    page.locator(SHOWN).nth(number).wait_for()
+
+
+def clock(page):
+    """Return the clock of the page."""
+    return page.evaluate(CLOCK)
+
+
+def seek(page, time):
+    """Set the clock."""
+    page.evaluate("(time) => import('eulerdisk/motion/clock').then(({ clock }) => clock.seek(time))", time)
+
+
+def test_a_click_shows_the_disk_and_its_curves(opened):
+    """After a click the disk is drawn, with three plots, an ending and a verdict in words."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    panel = page.locator(".motion").first
+    assert page.evaluate(DRAWN, 0) > 100
+    assert panel.locator(".plot svg path.curve").count() == 5
+    assert panel.locator(".ending").inner_text().startswith("followed for")
+    panel.locator(".verdict", has_text="stable").wait_for()
+
+
+def test_the_disk_plays_pauses_and_ends(opened):
+    """The motion begins by itself, stops where it is paused, and begins anew after its end."""
+    page = opened()
+    choose(page)
+    button = page.get_by_role("button", name="pause", exact=True)
+    button.wait_for()
+    assert clock(page)["playing"]
+    button.click()
+    paused = clock(page)
+    assert not paused["playing"]
+    page.wait_for_timeout(100)
+    assert clock(page)["time"] == paused["time"]
+    seek(page, paused["length"])
+    page.get_by_role("button", name="play", exact=True).click()
+    assert clock(page)["time"] < paused["length"]
+
+
+def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
+    """With prefers-reduced-motion a motion waits for its button."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    assert not clock(page)["playing"]
+    assert clock(page)["time"] == 0.0
+    page.get_by_role("button", name="play", exact=True).click()
+    assert clock(page)["playing"]
+
+
+def test_a_curve_is_dragged_through_time(opened):
+    """Pressed and dragged, the cursor of the tilt is where the pointer is, and the slider says the same."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    box = page.locator(".plot.tilt svg").bounding_box()
+    page.mouse.move(box["x"] + 100, box["y"] + 40)
+    page.mouse.down()
+    first = clock(page)
+    page.mouse.move(box["x"] + 250, box["y"] + 60, steps=4)
+    second = clock(page)
+    page.mouse.up()
+    page.mouse.move(box["x"] + 300, box["y"] + 60)
+    assert 0.0 < first["time"] < second["time"] == clock(page)["time"]
+    line = page.locator(".plot.tilt .cursor line")
+    assert box["x"] + float(line.get_attribute("x1")) == pytest.approx(box["x"] + 250, abs=1.0)
+    share = float(page.locator(".transport .time").input_value()) / 1000
+    assert share == pytest.approx(second["time"] / second["length"], abs=1e-3)
+
+
+def test_two_motions_are_synchronous(opened):
+    """With two panels one clock moves both; curves share the longer time; a panel that is closed leaves the other."""
+    page = opened(reduced_motion="reduce")
+    choose(page, 0.2, 0.5)
+    alone = clock(page)["length"]
+    page.click("#compare")
+    choose(page, 0.7, 0.5, number=1)
+    both = clock(page)["length"]
+    assert both >= alone
+    seek(page, 0.2 * both)
+    places = [line.get_attribute("x1") for line in page.locator(".plot.tilt .cursor line").all()]
+    assert len(places) == 2
+    assert float(places[0]) == pytest.approx(float(places[1]), abs=1.5)
+    assert page.evaluate(DRAWN, 0) > 100
+    assert page.evaluate(DRAWN, 1) > 100
+
+
+def test_losses_stop_the_disk(opened):
+    """A slider of a loss makes another motion: a ledger takes the place of the potential; without losses it is back."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    page.locator("details.laws summary").first.click()
+    slider = page.get_by_role("slider", name="contour friction")
+    assert slider.get_attribute("aria-valuetext") == "none"
+    for _ in range(3):
+        slider.press("PageUp")
+    page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
+    assert slider.get_attribute("aria-valuetext").endswith(" mm")
+    assert page.locator(".plot.potential .area.contour_loss").count() == 1
+    page.get_by_role("button", name="no losses").click()
+    page.locator(f"{SHOWN}:not(.lossy)").wait_for()
+    assert slider.get_attribute("aria-valuetext") == "none"
+    assert page.locator(".plot.potential .curve.potential").count() == 1
+
+
+def test_a_mass_is_asked_for_where_it_matters(opened):
+    """The slider of the mass is there with viscous friction or air alone."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    page.locator("details.laws summary").first.click()
+    mass = page.get_by_role("slider", name="mass")
+    assert mass.count() == 0
+    page.get_by_role("combobox", name="air").select_option("bildsten")
+    mass.wait_for()
+
+
+def test_words_explain_the_start(opened):
+    """The explanation is that of `eulerdisk explain`, and is asked for when it is opened."""
+    page = opened(reduced_motion="reduce")
+    choose(page)
+    page.locator("details.words summary").first.click()
+    page.locator(".explanation", has_text="verdict").first.wait_for()
+    assert "because" in page.locator(".explanation").first.inner_text()
+
+
+def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
+    """The disk moves, keys turn the camera and bring it nearer, and a light page has a light table."""
+    page = opened(reduced_motion="reduce", color_scheme="dark")
+    choose(page, 0.3, 0.3)
+    stage, canvas = page.locator(".stage").first, page.locator(".stage canvas").first
+    pictures = [stage.screenshot()]
+    for time in (0.7, 1.9):
+        seek(page, time)
+        pictures.append(stage.screenshot())
+    canvas.focus()
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        canvas.press(key)
+        pictures.append(stage.screenshot())
+    corner = page.evaluate(CORNER)
+    page.click("#theme")
+    pictures.append(stage.screenshot())
+    assert len(set(pictures)) == 7
+    assert max(corner) < 100 < min(page.evaluate(CORNER))
+
+
+def test_without_webgl_the_curves_are_there(explorer, browser):
+    """Where the browser draws nothing in three dimensions the page says so, and has all the rest."""
+    context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    # the page finds no context, as on a machine without a driver
+    page.add_init_script(
+        """const get = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+          return kind.startsWith("webgl") ? null : get.call(this, kind, ...rest);
+        };"""
+    )
+    watch = Watch(page, (explorer.url,))
+    page.goto(explorer.url)
+    page.wait_for_selector(COMPLETE)
+    choose(page)
+    assert "no WebGL" in page.locator(".stage").first.inner_text()
+    assert page.locator(".plot svg path.curve").count() == 5
+    context.close()
+    # three.js says in the console that it found none
+    assert all("WebGL" in problem for problem in watch.problems)
