@@ -8,7 +8,8 @@ A test fails by itself if its page says anything in the console, throws, or asks
 
 `opened(fragment="", url=None, **options)` opens the page and waits until its picture is complete; `explorer` is the
 server of the presets (`explorer.url`), `served_with("file.nc")` one with other words. Options are those of a context:
-`viewport={"width": 360, "height": 740}`, `color_scheme="dark"`, `has_touch=True`.
+`viewport={"width": 360, "height": 740}`, `color_scheme="dark"`, `has_touch=True`; `reduced_motion` is "reduce"
+unless another is given, so that motions stand until they are played.
 """
 
 from __future__ import annotations
@@ -69,6 +70,8 @@ def opened(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Callabl
         def open_page(fragment: str = "", url: str | None = None, **options: object) -> Page:
             address = url or request.getfixturevalue("explorer").url
             options.setdefault("viewport", {"width": 1280, "height": 800})
+            # a frame of a disk takes 0.1 s without a graphics card: motions stand until they are played
+            options.setdefault("reduced_motion", "reduce")
             context = browser.new_context(**options)
             stack.callback(context.close)
             page = context.new_page()
