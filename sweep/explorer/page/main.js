@@ -92,7 +92,10 @@ class Page {
     this.#state = state;
     const dark =
       state.theme === "dark" || (state.theme === "" && matchMedia("(prefers-color-scheme: dark)").matches);
-    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    const theme = dark ? "dark" : "light";
+    const { dataset } = document.documentElement;
+    // who watches it draws anew, even where it is set to what it was
+    if (dataset.theme !== theme) dataset.theme = theme;
     part("compare").setAttribute("aria-pressed", String(state.compare));
     for (const follow of this.#choices) follow(state);
     this.#map.show(state);
