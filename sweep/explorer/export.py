@@ -13,6 +13,8 @@ The file holds JSON in ``<script type="application/json" id="stored">``, the Sto
     The other parameters, and ``fall_tilt``.
 ``lines``
     As `sweep.explorer.lines.lines`.
+``motions``
+    As `sweep.explorer.motion.stored_motions`: the page integrates motions itself.
 
 An array is ``{"type": ..., "data": ...}``: its little-endian bytes, deflated as zlib does, in base64.
 """
@@ -32,6 +34,7 @@ from sweep.atomic import publish_bytes
 from sweep.errors import RequestError
 from sweep.explorer.about import about, base_of
 from sweep.explorer.lines import lines
+from sweep.explorer.motion import stored_motions
 from sweep.explorer.pages import INDEX, PageFile, page_files
 from sweep.explorer.stored import Stored
 from sweep.explorer.subject import Subject
@@ -157,6 +160,7 @@ def stored_page(stored: Stored) -> dict[str, Any]:
             name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
         },
         "lines": lines(view, stored),
+        "motions": stored_motions(spec),
     }
 
 

@@ -3,6 +3,9 @@
 import pytest
 from explorer_browser import COMPLETE, Watch
 
+from sweep.explorer.export import export
+from sweep.explorer.subject import subject_of
+
 SHOWN = ".motion.shown:not(.waiting)"
 
 #: The time of the clock, and whether it runs.
@@ -190,6 +193,22 @@ def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     pictures.append(stage.screenshot())
     assert len(set(pictures)) == 7
     assert max(corner) < 100 < min(page.evaluate(CORNER))
+
+
+def test_an_exported_page_moves_its_disks(opened, tmp_path):
+    """Opened from disk a page shows the motion of a cell with all its curves; what a server knows besides is hidden."""
+    path = tmp_path / "page.html"
+    export(subject_of("rolling", {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log"}), path)
+    page = opened(url=path.as_uri(), reduced_motion="reduce")
+    choose(page, 0.7, 0.5)
+    panel = page.locator(".motion").first
+    assert panel.locator(".plot svg path.curve").count() == 5
+    assert panel.locator(".plot.potential .dot.turn").count() == 2
+    assert panel.locator(".ending").inner_text().startswith("followed for")
+    assert page.evaluate(DRAWN, 0) > 100
+    assert not panel.locator("details.laws").is_visible()
+    panel.locator("details.words summary").click()
+    panel.locator("details.words").wait_for(state="hidden")
 
 
 def test_without_webgl_the_curves_are_there(explorer, browser):
