@@ -21,6 +21,7 @@ export function drawLegend(scene) {
   const group = svg("g", { class: "legend", transform: `translate(${scene.plot.left} 0)` });
   group.append(scene.quantity.flags ? flags(scene) : bar(scene));
   group.append(...samples(scene));
+  if (scene.grid) group.append(...storedSample(scene));
   return group;
 }
 
@@ -39,13 +40,11 @@ export function legendHeight({ flags }, width) {
  * A sample of each line, from the right border leftward, in the last row; what has no room is left out.
  * @param {Scene} scene
  */
-function samples({ lines, grid, plot }) {
+function samples({ lines, plot }) {
   const parts = [];
-  const shown = lines.filter((line) => line.points.length).map(({ name, label }) => ({ name, label }));
-  if (grid) shown.unshift({ name: "stored", label: "border of the stored cells" });
   const y = plot.top - 12;
   let x = plot.width;
-  for (const { name, label } of shown.toReversed()) {
+  for (const { name, label } of lines.filter((line) => line.points.length).toReversed()) {
     x -= textWidth(label) + 26;
     if (x < 0) break;
     const d = `M${x} ${y}h20`;
@@ -54,6 +53,17 @@ function samples({ lines, grid, plot }) {
     x -= 18;
   }
   return parts;
+}
+
+/**
+ * What tells stored cells from computed ones, in the first row.
+ * @param {Scene} scene
+ */
+function storedSample({ plot }) {
+  const words = "border of stored cells";
+  const x = plot.width - textWidth(words) - 26;
+  const sample = ["halo", "line"].map((kind) => svg("path", { class: `${kind} stored`, d: `M${x} 7h20` }));
+  return [...sample, svg("text", { x: x + 26, y: 11 }, words)];
 }
 
 /** @param {Scene} scene */
