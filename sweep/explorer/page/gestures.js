@@ -10,7 +10,7 @@
  * @property {(across: number, up: number) => void} move
  * @property {(place: Place, second: boolean) => void} choose
  * @property {(place: Place|null) => void} hover
- * @property {() => void} reset
+ * @property {(double: boolean) => void} reset  `double`: by a double click, whose first click chose a start
  */
 
 /** CSS pixels that a pointer may move in a click. */
@@ -39,10 +39,11 @@ export class Gestures {
     element.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     element.addEventListener("pointerdown", (event) => this.#press(event));
     element.addEventListener("pointermove", (event) => this.#drag(event));
-    element.addEventListener("pointerup", (event) => this.#release(event, true));
-    element.addEventListener("pointercancel", (event) => this.#release(event, false));
+    element.addEventListener("pointerup", (event) => this.#down.delete(event.pointerId));
+    element.addEventListener("pointercancel", (event) => this.#down.delete(event.pointerId));
+    element.addEventListener("click", (event) => this.#click(event));
     element.addEventListener("pointerleave", () => deeds.hover(null));
-    element.addEventListener("dblclick", () => deeds.reset());
+    element.addEventListener("dblclick", () => deeds.reset(true));
   }
 
   /**
@@ -112,14 +113,11 @@ export class Gestures {
     this.#deeds.zoom(distance(before) / distance(now), to[0], to[1]);
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {boolean} click
-   */
-  #release(event, click) {
-    const known = this.#down.delete(event.pointerId);
-    if (!known || this.#moved || !click || this.#down.size) return;
-    const place = this.#place({ x: event.clientX, y: event.clientY });
+  /** @param {MouseEvent} event */
+  #click(event) {
+    // the second click of a double click chooses nothing
+    if (this.#moved || event.detail > 1) return;
+    const place = this.#place(event);
     if (inside(place)) this.#deeds.choose(place, event.shiftKey);
   }
 
@@ -161,7 +159,7 @@ export function listenToKeys(element, deeds, cursor) {
       "+": () => deeds.zoom(KEY, across, up),
       "=": () => deeds.zoom(KEY, across, up),
       "-": () => deeds.zoom(1 / KEY, across, up),
-      0: () => deeds.reset(),
+      0: () => deeds.reset(false),
       Enter: () => deeds.choose([across, up], event.shiftKey),
     };
     const deed = keys[event.key];

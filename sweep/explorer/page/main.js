@@ -20,9 +20,6 @@ import { StoredSource } from "eulerdisk/stored_source";
 /** Milliseconds without a change after which the address is written. */
 const REST = 250;
 
-/** Milliseconds within which a second click makes the first one part of a double click. */
-const DOUBLE = 500;
-
 /** @param {string} id */
 function part(id) {
   const found = document.getElementById(id);
@@ -39,7 +36,7 @@ class Page {
   #motions;
   #choices;
   #timer = 0;
-  /** @type {{time: number, state: State}|null} what was shown before the last click */
+  /** @type {State|null} what was shown before the last click */
   #before = null;
 
   /**
@@ -54,7 +51,7 @@ class Page {
       onView: (view) => change((state) => ({ ...state, view })),
       onChoose: (point, second) => this.#choose(point, second),
       onAim: (aim) => this.#aim(aim),
-      onReset: () => this.#reset(),
+      onReset: (double) => this.#reset(double),
       onShown: () => this.#shown(),
       onProblem: (problem) => this.#say(problem),
     });
@@ -72,7 +69,7 @@ class Page {
     part("compare").addEventListener("click", () =>
       change((state) => ({ ...state, compare: !state.compare })),
     );
-    part("whole").addEventListener("click", () => this.#reset());
+    part("whole").addEventListener("click", () => this.#reset(false));
     addMenus(part("menus"), {
       state: () => this.#state,
       address: () => location.href.replace(/#.*/, "") + "#" + fragmentOf(this.#state),
@@ -128,9 +125,9 @@ class Page {
    * @param {boolean} second
    */
   #choose(point, second) {
-    this.#before = { time: performance.now(), state: this.#state };
+    this.#before = this.#state;
     const { points, compare } = this.#state;
-    // while two are compared, a click goes where there is none yet, else to the nearer one of the next in turn
+    // while two are compared, a click is for the second one until there is one; with Shift it always is
     const slot = second || (compare && points[0] && !points[1]) ? 1 : 0;
     /** @type {[Point|null, Point|null]} */
     const chosen = slot ? [points[0], point] : [point, points[1]];
@@ -146,10 +143,9 @@ class Page {
     } else this.#show({ ...this.#state, points: [points[0], null], compare: false });
   }
 
-  #reset() {
-    // the first click of a double click chose a start that was not meant
-    const recent = this.#before && performance.now() - this.#before.time < DOUBLE;
-    const kept = recent && this.#before ? this.#before.state : this.#state;
+  /** @param {boolean} double  whether by a double click: its first click chose a start that was not meant */
+  #reset(double) {
+    const kept = (double && this.#before) || this.#state;
     const { view } = kept;
     const base = baseOf(this.#about, view).view;
     const first = [base.x, base.y];

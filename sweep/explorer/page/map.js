@@ -33,7 +33,7 @@ import { svg } from "eulerdisk/svg";
  * @property {(view: View) => void} onView
  * @property {(point: Point, second: boolean) => void} onChoose
  * @property {(aim: Aim|null) => void} onAim
- * @property {() => void} onReset
+ * @property {(double: boolean) => void} onReset
  * @property {() => void} onShown
  * @property {(problem: Error) => void} onProblem
  */
@@ -87,7 +87,7 @@ export class AtlasMap {
   get plot() {
     const { clientWidth, clientHeight } = this.#element;
     const narrow = clientWidth < 520;
-    const [left, right] = narrow ? [58, 12] : [72, 18];
+    const [left, right] = narrow ? [54, 8] : [72, 18];
     const top = legendHeight(quantityOf(this.#about, this.#state.quantity), clientWidth - left - right);
     return {
       left,
@@ -211,7 +211,7 @@ export class AtlasMap {
       move: (across, up) => this.#move(across, up),
       choose: (place, second) => this.#told.onChoose(this.#pointAt(place), second),
       hover: (place) => this.#told.onAim(place && this.#aimAt(place, false)),
-      reset: () => this.#told.onReset(),
+      reset: (double) => this.#told.onReset(double),
     };
     new Gestures(this.#element, () => this.plot, deeds);
     listenToKeys(this.#element, deeds, {

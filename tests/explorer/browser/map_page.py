@@ -1,0 +1,114 @@
+"""What tests of the map do with the page: read its address and its picture, and act on it as hands do."""
+
+import json
+import math
+from decimal import Decimal
+from urllib.parse import parse_qsl, urlsplit
+
+COMPLETE = "#map[data-lane=fine][aria-busy=false]"
+
+#: Colours of the verdicts undecided, stable and unstable, as the page paints them.
+VERDICTS = {(154, 154, 154): 0, (59, 118, 175): 1, (238, 138, 46): 2}
+
+
+def entries(page):
+    """Return the entries of the address."""
+    return dict(parse_qsl(urlsplit(page.url).fragment, keep_blank_values=True))
+
+
+def axis(page, which):
+    """Return (name, centre, half, scale) of an axis as the address has it."""
+    name, centre, half, scale = entries(page)[which].split(",")
+    return name, float(centre), float(half), scale
+
+
+def value_at(found, place):
+    """Return the value of an axis at a place from -1 to 1."""
+    _, centre, half, scale = found
+    at = centre + half * place
+    return math.exp(at) if scale == "log" else at
+
+
+def settled(page):
+    """Wait until the address and the complete picture are those of what was done last."""
+    page.wait_for_timeout(300)
+    page.wait_for_selector(COMPLETE)
+
+
+def wait_for_text(page, selector, text):
+    """Wait until an element contains a text, or what a pattern finds."""
+    page.locator(selector).filter(has_text=text).wait_for(state="attached")
+
+
+def shown(page):
+    """Return what the picture shows: the view, the quantity, and its size."""
+    return json.loads(page.locator("#map").get_attribute("data-shown"))
+
+
+def plot(page):
+    """Return the place of the picture on the screen."""
+    return page.locator("#map .picture").bounding_box()
+
+
+def point(page, across, up):
+    """Return the pixel of the screen at a place of the picture, from -1 to 1; whole, as browsers tell clicks."""
+    box = plot(page)
+    return round(box["x"] + (across + 1) / 2 * box["width"]), round(box["y"] + (1 - up) / 2 * box["height"])
+
+
+def click(page, across, up):
+    """Click at a place of the picture."""
+    page.mouse.click(*point(page, across, up))
+
+
+def colours(page, pixels):
+    """Return (red, green, blue) of pixels (column, row from the bottom) of the picture; None where none is painted."""
+    found = page.evaluate(
+        """pixels => {
+            const shown = document.querySelector("#map .picture");
+            const { width, height } = shown;
+            // a copy: browsers warn of a canvas that is read more than once
+            const copy = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+            copy.drawImage(shown, 0, 0);
+            const { data } = copy.getImageData(0, 0, width, height);
+            return pixels.map(([column, row]) => {
+                const from = 4 * ((height - 1 - row) * width + column);
+                return Array.from(data.slice(from, from + 4));
+            });
+        }""",
+        pixels,
+    )
+    return [tuple(each[:3]) if each[3] else None for each in found]
+
+
+def lines(page, name):
+    """Return the points [pixels of the plot] of a line of the overlay."""
+    path = page.locator(f"#map .lines .line.{name}").get_attribute("d")
+    return [tuple(map(float, each.split())) for part in path.split("M") if part for each in part.split("L")]
+
+
+def ticks(page, which):
+    """Return the labelled ticks of an axis as (place from -1 to 1, value as people read it, a Decimal)."""
+    box = plot(page)
+    group = page.locator("#map .overlay .axis").nth(0 if which == "x" else 1)
+    title = group.locator(".title").text_content()
+    offset, power = _scale(title)
+    found = []
+    for label in group.locator("text:not(.title)").all():
+        at = float(label.get_attribute(which))
+        place = 2 * at / box["width"] - 1 if which == "x" else 1 - 2 * at / box["height"]
+        text = label.text_content().replace("\u2212", "-")
+        found.append((place, offset + Decimal(text).scaleb(power)))
+    return title, found
+
+
+def _scale(title):
+    """Return the offset and the power of ten that a title names: "roll rate: 2.557342371 + labels x 10^-11 rad/s"."""
+    offset = title.split(": ")[1].split(" + ")[0] if " + labels" in title else "0"
+    if "\u00d7" not in title:
+        return Decimal(offset), 0
+    digits = title.split("\u00d7\u2009")[1].split(" ")[0].rstrip(")").removeprefix("10")
+    superscripts = str.maketrans(
+        "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b", "0123456789-"
+    )
+    return Decimal(offset.replace("\u2212", "-")), int(digits.translate(superscripts) or 1)

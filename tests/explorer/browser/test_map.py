@@ -1,0 +1,539 @@
+"""The map of the page in a real browser: what it shows, what hands and keys do to it, and what can be taken away."""
+
+import csv
+import io
+import math
+import random
+import re
+import struct
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from explorer_client import post
+
+import sweep
+from tests.explorer.browser.map_page import (
+    VERDICTS,
+    axis,
+    click,
+    colours,
+    entries,
+    lines,
+    plot,
+    point,
+    settled,
+    shown,
+    ticks,
+    value_at,
+    wait_for_text,
+)
+
+#: A window of the rolling disk with both verdicts in it.
+BOTH = "base=rolling&x=roll_rate,2.7,0.5,linear&y=tilt,-4.5,1.5,log&quantity=stability"
+
+
+def cells(pixels, x, y, width, height, **words):
+    """Return the verdicts of the exact reduction at pixels of a window."""
+    starts = {
+        x[0]: [value_at(x, (2 * column + 1) / width - 1) for column, _ in pixels],
+        y[0]: [value_at(y, (2 * row + 1) / height - 1) for _, row in pixels],
+    }
+    found = [
+        sweep.run("rolling", roll_rate=roll, tilt=[tilt], method="exact", progress=False, **words)
+        for roll, tilt in zip(starts["roll_rate"], starts["tilt"], strict=True)
+    ]
+    return [int(each.stability.values.ravel()[0]) for each in found]
+
+
+def random_pixels(width, height, count):
+    """Return pixels of a picture, others each time."""
+    return [[random.randrange(width), random.randrange(height)] for _ in range(count)]
+
+
+def test_picture_shows_the_verdicts_of_the_exact_reduction(opened):
+    """Pixels that are chosen by chance have the colours of the verdicts that a run computes at their starts."""
+    page = opened(BOTH)
+    picture = shown(page)
+    width, height = picture["width"], picture["height"]
+    pixels = random_pixels(width, height, 40)
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), width, height)
+    assert {1, 2} <= set(painted)
+
+
+def test_wheel_zooms_about_the_pointer(opened):
+    """The values at the pointer stay where they are, and the picture is that of the address."""
+    page = opened()
+    before = axis(page, "x"), axis(page, "y")
+    x, y = point(page, 0.4, -0.3)
+    box = plot(page)
+    place = 2 * (x - box["x"]) / box["width"] - 1, 1 - 2 * (y - box["y"]) / box["height"]
+    page.mouse.move(x, y)
+    for _ in range(3):
+        page.mouse.wheel(0, -400)
+    settled(page)
+    after = axis(page, "x"), axis(page, "y")
+    for old, new, at in zip(before, after, place, strict=True):
+        assert new[2] < 0.5 * old[2]
+        assert value_at(new, at) == pytest.approx(value_at(old, at), rel=1e-9)
+    view = shown(page)["view"]
+    assert (view["x"]["centre"], view["x"]["half"]) == after[0][1:3]
+    assert (view["y"]["centre"], view["y"]["half"]) == after[1][1:3]
+
+
+def test_wheel_over_one_axis_zooms_that_axis(opened):
+    """The wheel below the picture acts on the parameter across alone, left of it on the other one alone."""
+    page = opened()
+    before = axis(page, "x"), axis(page, "y")
+    box = plot(page)
+    page.mouse.move(box["x"] + 100, box["y"] + box["height"] + 20)
+    page.mouse.wheel(0, -400)
+    settled(page)
+    assert axis(page, "x")[2] < before[0][2]
+    assert axis(page, "y") == before[1]
+
+
+def test_zoom_ends_where_pixels_are_eight_units_in_the_last_place(opened):
+    """A wheel that goes on turning ends at pixels of 8 units in the last place, and the page says so."""
+    page = opened("base=rolling&x=roll_rate,2.5573,1e-10,linear&y=tilt,-5,1e-10,log&quantity=peak_tilt")
+    page.mouse.move(*point(page, 0.2, 0.1))
+    for _ in range(20):
+        page.mouse.wheel(0, -800)
+    settled(page)
+    picture, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    assert 8.0 <= 2 * x[2] / picture["width"] / math.ulp(x[1]) < 8.1
+    assert 8.0 <= 2 * y[2] / picture["height"] / math.ulp(y[1]) < 8.1
+    assert "Zoom ends here" in page.locator("#notice").text_content()
+    page.mouse.wheel(0, 400)
+    settled(page)
+    assert page.locator("#notice").text_content() == ""
+
+
+@pytest.mark.parametrize("half", [1.0, 1e-3, 1e-6, 1e-10])
+def test_labels_are_the_values_at_their_places(opened, half):
+    """At any depth the labels of an axis differ, and each is the value at its tick to a hundredth of a pixel."""
+    page = opened(f"base=rolling&x=roll_rate,2.5573423705088838,{half!r},linear&y=tilt,-6.7,{half!r},log")
+    for which, factor in (
+        ("x", Decimal(1)),
+        ("y", Decimal(180) / Decimal("3.14159265358979323846264338327950288")),
+    ):
+        _, centre, reach, scale = axis(page, which)
+        title, found = ticks(page, which)
+        assert 2 <= len(found) == len({value for _, value in found}), title
+        for place, value in found:
+            si = value / factor
+            at = (si.ln() if scale == "log" else si) - Decimal(centre)
+            pixels = plot(page)["width" if which == "x" else "height"]
+            assert float(at / Decimal(reach)) == pytest.approx(place, abs=0.3 / pixels), (title, value)
+            assert len(str(value)) < 24
+
+
+def test_drag_moves_and_double_click_shows_all(opened):
+    """A drag by half the width moves the window by half; a double click goes back, and chooses nothing."""
+    page = opened(BOTH)
+    box, before = plot(page), axis(page, "x")
+    page.mouse.move(*point(page, 0.5, 0.0))
+    page.mouse.down()
+    page.mouse.move(*point(page, 0.0, 0.0), steps=5)
+    page.mouse.move(*point(page, -0.5, 0.0), steps=5)
+    page.mouse.up()
+    settled(page)
+    moved = axis(page, "x")
+    assert moved[1] - before[1] == pytest.approx(before[2], abs=2 * before[2] / box["width"])
+    assert moved[2] == before[2]
+    page.mouse.dblclick(*point(page, 0.1, 0.1))
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    assert "a" not in entries(page)
+
+
+def test_pinch_zooms(opened):
+    """Two fingers that go apart by a factor of two show half the range."""
+    page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True)
+    before = axis(page, "x")
+    session = page.context.new_cdp_session(page)
+    middle, up = point(page, 0.0, 0.0)
+
+    def fingers(kind, apart):
+        places = (
+            []
+            if kind == "touchEnd"
+            else [{"x": middle + side * apart, "y": up, "id": side} for side in (0, 1)]
+        )
+        if places:
+            places[0]["x"] = middle - apart
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+
+    fingers("touchStart", 40)
+    for apart in range(44, 81, 4):
+        fingers("touchMove", apart)
+    fingers("touchEnd", 80)
+    settled(page)
+    assert axis(page, "x")[2] == pytest.approx(0.5 * before[2], rel=0.05)
+    assert "a" not in entries(page)
+
+
+def test_slider_acts_on_picture_and_lines(opened):
+    """Alpha at another value moves the analytic line to sqrt(g / (2 (1 + alpha) R)), and the verdicts with it."""
+    page = opened(BOTH)
+    page.locator("#slide-alpha").fill("1000")
+    settled(page)
+    assert float(entries(page)["with.alpha"]) == 1.0
+    assert shown(page)["view"]["words"] == {"alpha": 1}
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    _, centre, half, _ = axis(page, "x")
+    critical = math.sqrt(9.81 / (2.0 * 2.0 * 0.5))
+    place = (critical - centre) / half
+    assert {x for x, _ in lines(page, "analytic")} == {
+        pytest.approx((place + 1) / 2 * plot(page)["width"], abs=0.05)
+    }
+    pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
+    size = shown(page)["width"], shown(page)["height"]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, alpha=1.0)
+
+
+def test_number_beside_a_slider_is_exact(opened):
+    """A number that is written beside a slider is taken as it is; what is no number is not taken."""
+    page = opened(BOTH)
+    page.locator("#value-radius").fill("0.123456789")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert shown(page)["view"]["words"] == {"radius": 0.123456789}
+    page.locator("#value-radius").fill("thick")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert shown(page)["view"]["words"] == {"radius": 0.123456789}
+
+
+def test_last_of_many_changes_is_shown(opened):
+    """After a slider went through many values in one go, the picture and the lines are those of the last one."""
+    page = opened(BOTH)
+    page.evaluate(
+        """() => {
+            const slide = document.getElementById("slide-alpha");
+            for (let each = 0; each < 60; each += 1) {
+                setTimeout(() => {
+                    slide.value = String(each * 10);
+                    slide.dispatchEvent(new Event("input"));
+                }, each * 8);
+            }
+        }"""
+    )
+    page.wait_for_timeout(700)
+    settled(page)
+    last = float(entries(page)["with.alpha"])
+    assert shown(page)["view"]["words"] == {"alpha": last}
+    pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
+    size = shown(page)["width"], shown(page)["height"]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, alpha=last)
+
+
+def test_criterion_acts(opened):
+    """A smaller limit of the criterion makes more of the window unstable, as a run with it says."""
+    page = opened(BOTH)
+    page.locator("#value-criterion-departure").fill("1.5")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert entries(page)["with.criterion"] == "departure:1.5deg"
+    size = shown(page)["width"], shown(page)["height"]
+    pixels = random_pixels(*size, 12)
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, criterion="departure:1.5deg")
+
+
+def test_numbers_under_the_pointer_are_those_of_the_server(opened, explorer):
+    """The numbers of the start that is pointed at are, digit for digit, those that the server gives for that start."""
+    page = opened(BOTH)
+    page.mouse.move(*point(page, 0.25, 0.5))
+    wait_for_text(page, "#readout", "nutation period")
+    page.locator("#readout").filter(has_not_text="\u2026").wait_for()
+    told = dict(
+        zip(
+            page.locator("#readout dt").all_text_contents(),
+            page.locator("#readout dd").all_text_contents(),
+            strict=True,
+        )
+    )
+    box = plot(page)
+    # which start it was follows from the address of a click there
+    page.mouse.click(*point(page, 0.25, 0.5))
+    settled(page)
+    x, y = map(float, entries(page)["a"].split(","))
+    assert x == pytest.approx(value_at(axis(page, "x"), 0.25), abs=2 * axis(page, "x")[2] / box["width"])
+    answer = post(explorer.url, "point", view=shown(page)["view"], x=x, y=y)
+    assert told["peak tilt"] == next(
+        each["text"] for each in answer["numbers"] if each["name"] == "peak_tilt"
+    )
+    assert told["verdict"] == answer["verdict"]
+
+
+def test_click_shows_a_motion_and_a_second_one_beside_it(opened):
+    """A click chooses a start, one with Shift a second one; closing the first one leaves the second."""
+    page = opened(BOTH, reduced_motion="reduce")
+    click(page, -0.6, 0.2)
+    page.wait_for_selector("#motions .slot[data-shown] >> nth=0")
+    assert page.locator("#map circle.mark").count() == 1
+    page.keyboard.down("Shift")
+    click(page, 0.6, -0.4)
+    page.keyboard.up("Shift")
+    page.wait_for_selector("#motions .slot[data-shown] >> nth=1")
+    settled(page)
+    chosen = entries(page)
+    assert chosen["compare"] == "yes"
+    assert chosen["a"] != chosen["b"]
+    assert page.locator("#map circle.mark").count() == 2
+    page.get_by_role("button", name="Close A").click()
+    settled(page)
+    assert entries(page)["a"] == chosen["b"]
+    assert "compare" not in entries(page)
+    assert page.locator("#motions .slot").nth(1).is_hidden()
+
+
+def test_keyboard_goes_everywhere(opened, explorer):
+    """Arrows move a cursor whose numbers are spoken, + zooms about it, Enter chooses its start, 0 shows all."""
+    page = opened(BOTH, reduced_motion="reduce")
+    page.locator("#map").focus()
+    for key in ("ArrowRight", "ArrowRight", "ArrowUp"):
+        page.keyboard.press(key)
+    wait_for_text(page, "#spoken", "peak tilt")
+    x, y = value_at(axis(page, "x"), 2 * 2 / 50), value_at(axis(page, "y"), 2 / 40)
+    answer = post(explorer.url, "point", view=shown(page)["view"], x=x, y=y)
+    spoken = page.locator("#spoken").text_content()
+    assert answer["start"]["roll_rate"]["text"] in spoken
+    assert answer["verdict"] in spoken
+    page.keyboard.press("Enter")
+    settled(page)
+    assert tuple(map(float, entries(page)["a"].split(","))) == pytest.approx((x, y), rel=1e-12)
+    before = axis(page, "x")
+    page.keyboard.press("+")
+    settled(page)
+    assert axis(page, "x")[2] == pytest.approx(0.7 * before[2])
+    page.keyboard.press("0")
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    # the cursor that reaches the border takes the window with it
+    page.keyboard.press("Shift+ArrowLeft")
+    for _ in range(4):
+        page.keyboard.press("Shift+ArrowLeft")
+    settled(page)
+    assert axis(page, "x")[1] < 3.0
+
+
+def test_dark_and_light(opened):
+    """The page follows the system, the button goes to the other one, and the address keeps that."""
+    page = opened(BOTH, color_scheme="dark")
+    background = "getComputedStyle(document.body).backgroundColor"
+    dark = page.evaluate(background)
+    page.locator("#theme").click()
+    settled(page)
+    light = page.evaluate(background)
+    assert sum(map(int, re.findall(r"\d+", dark))) < 120 < 600 < sum(map(int, re.findall(r"\d+", light)))
+    assert entries(page)["theme"] == "light"
+    page.locator("#theme").click()
+    settled(page)
+    assert page.evaluate(background) == dark
+    assert "theme" not in entries(page)
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280, 2560])
+def test_page_fits_its_width(opened, width):
+    """Nothing is wider than the screen, the picture has most of a phone's width, and its pixels are the screen's."""
+    page = opened(BOTH, viewport={"width": width, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    box = plot(page)
+    assert box["width"] > (0.75 if width < 500 else 0.35) * width
+    assert shown(page)["width"] == box["width"]
+    page.set_viewport_size({"width": width - 40, "height": 800})
+    settled(page)
+    assert shown(page)["width"] == plot(page)["width"] < box["width"]
+
+
+def test_sharp_screens_have_sharp_pictures(opened):
+    """On a screen with two pixels for one of CSS, the picture has them."""
+    page = opened(BOTH, device_scale_factor=2)
+    assert shown(page)["width"] == 2 * plot(page)["width"]
+
+
+def test_address_holds_all(opened):
+    """A page that is opened with the address of another one shows the same, and has the same address."""
+    fragment = (
+        "base=circling&x=precession_rate,2.5,0.7000000000000001,linear&y=tilt,0.3,0.1,linear&with.alpha=0.8"
+        "&with.criterion=amplification:20&quantity=amplification&a=2.4,0.31&b=2.6,0.29&compare=yes&hide=predicted"
+        "&range=1,50&theme=dark"
+    )
+    page = opened(fragment, reduced_motion="reduce")
+    settled(page)
+    assert urlfragment(page) == fragment
+    assert page.locator("#base").input_value() == "circling"
+    assert page.locator("#quantity").input_value() == "amplification"
+    assert page.locator("#criterion-kind").input_value() == "amplification"
+    assert not page.locator("#line-predicted").is_checked()
+    assert page.locator("#hold-colours").is_checked()
+    assert page.locator("#map circle.mark").count() == 2
+    page.evaluate("fragment => { location.hash = fragment }", BOTH)
+    settled(page)
+    assert shown(page)["view"]["base"] == "rolling"
+    assert shown(page)["quantity"] == "stability"
+
+
+def urlfragment(page):
+    """Return the fragment of the address."""
+    return page.url.split("#")[1]
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "x=roll_rate,nan,1,linear",
+        "x=tilt,1,1&y=tilt,1,1",
+        "base=x&quantity=y&a=1&range=&with.alpha=",
+        "&&==&%zz=%",
+    ],
+)
+def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
+    """What cannot be read of an address is as at the start."""
+    page = opened(fragment)
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    assert not {"a", "range", "with.alpha"} & entries(page).keys()
+
+
+def test_refusal_is_told_in_words(opened):
+    """What the server refuses stands beside the picture in its words, and goes away with its cause."""
+    page = opened(BOTH)
+    # the page is watched for answers that are errors: this one is meant
+    page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
+    page.locator("#slide-alpha").fill("300")
+    wait_for_text(page, "#notice", re.compile(r"\S"))
+    page.unroute("**/window")
+    page.locator("#slide-alpha").fill("500")
+    settled(page)
+    assert page.locator("#notice").text_content() == ""
+
+
+def test_axes_can_be_others(opened):
+    """Another parameter goes across: the one that was there keeps the value in the middle, and gets a slider."""
+    page = opened(BOTH)
+    page.locator("#axis-x").select_option("alpha")
+    settled(page)
+    assert axis(page, "x")[0] == "alpha"
+    assert float(entries(page)["with.roll_rate"]) == 2.7
+    assert page.locator("#slide-roll_rate").count() == 1
+    page.locator("#log-x").check()
+    settled(page)
+    assert axis(page, "x")[3] == "log"
+
+
+def test_window_is_saved(opened):
+    """PNG, SVG, CSV and netCDF of the window are files that other programs read."""
+    page = opened(BOTH, accept_downloads=True)
+    files = {}
+    for words in ("picture, PNG", "picture, SVG", "data, CSV", "data, netCDF"):
+        page.get_by_text("Save", exact=True).click()
+        with page.expect_download() as download:
+            page.get_by_role("button", name=words).click()
+        files[words] = download.value.path().read_bytes()
+    png, box = files["picture, PNG"], page.locator("#map").bounding_box()
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", png[16:24]) == (2 * round(box["width"]), 2 * round(box["height"]))
+    picture = ElementTree.fromstring(files["picture, SVG"])
+    assert "roll rate (rad s\u207b\u00b9)" in "".join(picture.itertext())
+    assert any("image" in each.tag for each in picture)
+    rows = list(csv.reader(io.StringIO(files["data, CSV"].decode())))
+    assert {"roll_rate", "tilt"} <= {name.split(" ")[0] for name in rows[0] if name}
+    size = shown(page)
+    assert len(rows) > size["width"] * size["height"]
+    assert files["data, netCDF"][:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02")
+
+
+def test_window_is_copied_as_command(opened, explorer):
+    """What is copied is the address, and the command and the Python that the server gives for the window."""
+    page = opened(BOTH)
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+
+    def copied(words):
+        page.get_by_text("Copy", exact=True).click()
+        page.get_by_role("button", name=words).click()
+        wait_for_text(page, "#notice", "Copied.")
+        text = page.evaluate("navigator.clipboard.readText()")
+        page.evaluate("document.getElementById('notice').textContent = ''")
+        return text
+
+    assert copied("address of this view") == page.url
+    size = shown(page)
+    asked = {"view": size["view"], "width": size["width"], "height": size["height"]}
+    answer = post(explorer.url, "command", **asked)
+    assert copied("as command") == answer["command"]
+    assert copied("as Python") == answer["python"]
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory):
+    """Return the path of an atlas of 24 x 16 cells."""
+    path = tmp_path_factory.mktemp("map") / "atlas.nc"
+    sweep.run_to_file(
+        "rolling", path, roll_rate="2.3:3.1:24", tilt="0.2deg:4deg:16:log", method="exact", progress=False
+    )
+    return path
+
+
+def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas):
+    """Within the grid a pixel has the verdict of its cell, and says so; beyond it that of its own start."""
+    served = served_with(atlas)
+    page = opened("quantity=stability", url=served.url)
+    settled(page)
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    stored = sweep.open_atlas(atlas)
+    pixels = random_pixels(size["width"], size["height"], 60)
+    rolls = [value_at(x, (2 * column + 1) / size["width"] - 1) for column, _ in pixels]
+    tilts = [value_at(y, (2 * row + 1) / size["height"] - 1) for _, row in pixels]
+    verdicts = stored.stability.transpose("tilt", "roll_rate").values
+    rows = [int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin()) for tilt in tilts]
+    columns = [int(np.abs(stored.roll_rate.values - roll).argmin()) for roll in rolls]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == [int(verdicts[row, column]) for row, column in zip(rows, columns, strict=True)]
+    page.mouse.move(*point(page, 0.3, 0.3))
+    wait_for_text(page, "#readout", "stored cell")
+    page.locator("#stored").uncheck()
+    settled(page)
+    pixels = pixels[:12]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, x, y, size["width"], size["height"])
+
+
+def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
+    """An exported page shows the cells of its atlas without a server, and says where its resolution ends."""
+    target = tmp_path / "page.html"
+    command = [sys.executable, "-m", "sweep", "explore", str(atlas), "--export", str(target)]
+    subprocess.run(command, check=True, capture_output=True)
+    page = opened("quantity=stability", url=target.as_uri())
+    stored = sweep.open_atlas(atlas)
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    pixels = random_pixels(size["width"], size["height"], 60)
+    verdicts = stored.stability.transpose("tilt", "roll_rate").values
+    expected = []
+    for column, row in pixels:
+        roll = value_at(x, (2 * column + 1) / size["width"] - 1)
+        tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
+        across = int(np.abs(stored.roll_rate.values - roll).argmin())
+        up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
+        expected.append(int(verdicts[up, across]))
+    assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
+    page.mouse.move(*point(page, 0.3, 0.3))
+    wait_for_text(page, "#readout", "peak tilt")
+    page.mouse.wheel(0, -1200)
+    settled(page)
+    assert "24 x 16 cells" in page.locator("#notice").text_content()
+    page.locator("#whole").click()
+    settled(page)
+    # beyond its cells it knows nothing, and shows nothing
+    page.mouse.move(*point(page, 0.0, 0.0))
+    page.mouse.wheel(0, 400)
+    settled(page)
+    assert colours(page, [[1, 1], [shown(page)["width"] // 2, shown(page)["height"] // 2]])[0] is None
