@@ -2,29 +2,13 @@
 
 /** @typedef {import("eulerdisk/types").Quantity} Quantity */
 
-/** Twenty colours of cividis at equal distances (Nunez, Anderton, Renslow 2018). */
-const CIVIDIS = [
-  "00224e",
-  "002c64",
-  "0c3470",
-  "273e6e",
-  "38476c",
-  "46516c",
-  "535a6d",
-  "5f636f",
-  "6b6d72",
-  "777776",
-  "828079",
-  "908b78",
-  "9c9576",
-  "aaa073",
-  "b8aa6e",
-  "c6b667",
-  "d4c15f",
-  "e4ce53",
-  "f2da44",
-  "fee838",
-];
+/** Forty colours of cividis at equal distances (Nunez, Anderton, Renslow 2018). */
+const CIVIDIS = (
+  "00224e 002758 002c64 00306f 0c3470 1a386f 263d6e 2e416d 36466c 3e4b6c " +
+  "444f6c 4b546c 51586d 575d6d 5d616e 636670 696b71 6e6f73 747475 797977 " +
+  "7f7e78 858279 8c8878 928c78 989277 9f9775 a59c74 aca172 b3a670 baac6d " +
+  "c0b16a c7b767 cfbd62 d5c25e ddc858 e4ce53 ebd44b f2da44 fbe138 fee838"
+).split(" ");
 
 /** Colours of verdicts by their codes: undecided, stable, unstable. */
 const VERDICTS = ["#9a9a9a", "#3b76af", "#ee8a2e"];

@@ -1,0 +1,144 @@
+"""The page's arithmetic, run in the browser and held against Python's: doubles, addresses, clipping, nearest cells."""
+
+import math
+import random
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+#: Binary exponents of doubles that axes may meet.
+EXPONENTS = (-300, 300)
+
+
+@pytest.fixture(scope="module")
+def quiet(browser, explorer):
+    """Open one page for all tests of this module: they only call its modules."""
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(explorer.url)
+    page.wait_for_selector("#map[data-lane=fine]")
+    yield page
+    context.close()
+
+
+def random_doubles(count):
+    """Return doubles of all magnitudes and signs, and powers of two with their neighbours."""
+    found = [
+        random.choice((-1, 1)) * random.random() * 2.0 ** random.randint(*EXPONENTS) for _ in range(count)
+    ]
+    powers = [2.0**exponent for exponent in range(-40, 41)]
+    near = [math.nextafter(power, side) for power in powers for side in (0.0, math.inf)]
+    return [*found, *powers, *near]
+
+
+def test_unit_in_the_last_place(quiet):
+    """ulp() is that of Python for doubles of every magnitude."""
+    values = random_doubles(500)
+    found = quiet.evaluate(
+        "async values => { const { ulp } = await import('eulerdisk/axis_window'); return values.map(ulp) }",
+        values,
+    )
+    assert [float(each) for each in found] == [math.ulp(value) for value in values]
+
+
+def test_addresses_are_read_back_to_the_bit(quiet):
+    """Any doubles that stand in a state come out of its address as they went in."""
+    values = [value for value in random_doubles(300) if value]
+    differing = quiet.evaluate(
+        """async values => {
+            const [{ fragmentOf, stateOf }, { firstState }] = await Promise.all([
+                import("eulerdisk/address"), import("eulerdisk/state")]);
+            const about = await (await fetch("./about")).json();
+            const first = firstState(about);
+            return values.filter((value, each) => {
+                const other = values[values.length - 1 - each];
+                const x = { ...first.view.x, centre: value, half: Math.abs(other) };
+                const view = { ...first.view, x, words: { alpha: other, criterion: "departure:1.5deg" } };
+                const state = { ...first, view, points: [{ x: value, y: other }, null], range: [other, value] };
+                return JSON.stringify(stateOf(fragmentOf(state), about)) !== JSON.stringify(state);
+            });
+        }""",
+        values,
+    )
+    assert differing == []
+
+
+def test_zoom_keeps_the_value_at_its_place(quiet):
+    """However often an axis is zoomed in about a place, the value there moves by less than a thousandth of a pixel."""
+    for _ in range(20):
+        place, centre = random.uniform(-1, 1), random.uniform(-5, 5)
+        found = quiet.evaluate(
+            """async ([centre, place]) => {
+                const { zoomed } = await import("eulerdisk/axis_window");
+                let axis = { name: "x", centre, half: 1, scale: "linear" };
+                for (let each = 0; each < 200; each += 1) axis = zoomed(axis, 0.85, place, { least: 1e-11, most: 9 });
+                return [axis.centre, axis.half];
+            }""",
+            [centre, place],
+        )
+        assert found[1] == 1e-11
+        assert found[0] + found[1] * place == pytest.approx(centre + place, rel=0, abs=1e-11 * 2 / 1000 * 10)
+
+
+def inside(point, box):
+    """Return whether a point lies in a box, to rounding."""
+    return box[0] - 1e-9 <= point[0] <= box[2] + 1e-9 and box[1] - 1e-9 <= point[1] <= box[3] + 1e-9
+
+
+def test_clipping_keeps_what_is_inside(quiet):
+    """Points of a polyline that lie inside of a box are on its clipped pieces, and these leave the box nowhere."""
+    box = [0.0, 0.0, 10.0, 6.0]
+    for scale in (1.0, 10.0, 1e9):
+        points = [[random.uniform(-scale, scale + 10), random.uniform(-scale, scale + 6)] for _ in range(30)]
+        pieces = quiet.evaluate(
+            """async ([points, [left, top, right, bottom]]) => {
+                const { clipped } = await import("eulerdisk/clip");
+                return clipped(points, { left, top, right, bottom });
+            }""",
+            [points, box],
+        )
+        assert all(inside(point, box) for piece in pieces for point in piece)
+        length = sum(math.dist(*pair) for piece in pieces for pair in pairwise(piece))
+        # the length inside, counted in small steps along each segment
+        steps = np.linspace(0.0, 1.0, 200_001)
+        expected = 0.0
+        for (x0, y0), (x1, y1) in pairwise(points):
+            x, y = x0 + steps * (x1 - x0), y0 + steps * (y1 - y0)
+            share = np.mean((x >= box[0]) & (x <= box[2]) & (y >= box[1]) & (y <= box[3]))
+            expected += share * math.hypot(x1 - x0, y1 - y0)
+        if scale < 1e6:
+            assert length == pytest.approx(expected, rel=2e-3, abs=0.02)
+
+
+@pytest.mark.parametrize("falling", [False, True])
+def test_pixels_show_the_nearest_cell(quiet, falling):
+    """A place has the cell that is nearest, and none if it is farther out than half a cell."""
+    places = sorted(random.uniform(0, 10) for _ in range(40))
+    ordered = places[::-1] if falling else places
+    wanted = [random.uniform(-1, 11) for _ in range(300)]
+    found = quiet.evaluate(
+        """async ([places, wanted]) => {
+            const { nearest } = await import("eulerdisk/stored_cells");
+            return wanted.map((each) => nearest(places, each));
+        }""",
+        [ordered, wanted],
+    )
+    array = np.array(ordered)
+    first, last = (places[1] - places[0]) / 2, (places[-1] - places[-2]) / 2
+    for value, index in zip(wanted, found, strict=True):
+        outside = value < places[0] - first or value > places[-1] + last
+        assert index == (-1 if outside else int(np.abs(array - value).argmin()))
+
+
+def test_colours_are_those_of_cividis(quiet):
+    """The scale of colours is matplotlib's cividis, to 4 of 255 steps of every channel."""
+    import matplotlib as mpl
+
+    shares = [each / 200 for each in range(201)]
+    found = quiet.evaluate(
+        "async shares => { const { shade } = await import('eulerdisk/colours'); return shares.map(shade) }",
+        shares,
+    )
+    exact = 255 * np.array([mpl.colormaps["cividis"](share)[:3] for share in shares])
+    assert np.abs(np.array(found) - exact).max() <= 4.0
