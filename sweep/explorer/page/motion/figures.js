@@ -8,6 +8,7 @@ import { rangeOf } from "eulerdisk/motion/plot";
 /** Forces stay in view up to this many weights, or this many times what they are for all but a twentieth of the time. */
 const IN_VIEW = 2.5;
 const OFTEN = 1.3;
+const MOMENTS = 400;
 
 /**
  * Values of an array as people read them.
@@ -67,18 +68,18 @@ export function forcesFigure(samples, length) {
   const horizontal = across.map((value, i) => Math.hypot(value, arrays.friction_along[i]));
   const drawn = [arrays.normal_force, horizontal, arrays.friction_needed];
   const highest = Math.max(...drawn.map((values) => extremes(values)[1]));
-  const often = OFTEN * Math.max(...drawn.map(usual));
+  const often = OFTEN * Math.max(...drawn.map((values) => usual(samples, values)));
   const lowest = Math.max(Math.min(0, extremes(arrays.normal_force)[0]), -IN_VIEW);
   const y = rangeOf([lowest, Math.max(1, Math.min(highest, Math.max(often, IN_VIEW)))]);
   return {
     title: "forces at the contact against time",
     xLabel: labelled(samples, "time"),
-    yLabel: "contact",
+    yLabel: "weights",
     x: timeRange(length),
     y,
     curves: [
       { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
-      { x: times, y: horizontal, kind: "horizontal", label: "horizontal (weights)" },
+      { x: times, y: horizontal, kind: "horizontal", label: "horizontal force" },
       { x: times, y: arrays.friction_needed, kind: "needed", label: "friction needed" },
     ],
   };
@@ -159,11 +160,16 @@ export function ledgerFigure(samples, length) {
 }
 
 /**
- * Value that all but a twentieth of the samples are below.
+ * Value that an array is below for all but a twentieth of the time; samples are closer together where much happens.
+ * @param {Samples} samples
  * @param {Float64Array} values
  */
-function usual(values) {
-  const sorted = values.filter(Number.isFinite).sort();
+function usual(samples, values) {
+  const moments = Float64Array.from({ length: MOMENTS }, (_, i) => ((i + 0.5) / MOMENTS) * samples.length);
+  const sorted = moments
+    .map((time) => values[samples.before(time)])
+    .filter(Number.isFinite)
+    .sort();
   return sorted.length ? sorted[Math.floor(0.95 * (sorted.length - 1))] : 0;
 }
 

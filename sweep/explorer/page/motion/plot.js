@@ -1,7 +1,7 @@
 /** A small plot: curves over one axis, marks, and a cursor that can be dragged. */
 
 import { svg } from "eulerdisk/svg";
-import { readable, superscript, ticksOf } from "eulerdisk/ticks";
+import { superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @typedef {{low: number, high: number}} Range */
 
@@ -29,6 +29,11 @@ const ROOM = { left: 54, right: 10, top: 20, bottom: 34 };
 
 /** Space beyond the largest and the smallest value, as a share of what is between them. */
 const MARGIN = 0.07;
+
+/** Height of a line of words over the curves, about the width of a letter, and space between two keys, in pixels. */
+const LINE = 14;
+const LETTER = 5.7;
+const GAP = 14;
 
 /** Radius of a dot in pixels, and width of a tick. */
 const DOT = 3.5;
@@ -84,7 +89,7 @@ export class Plot {
     this.cursor = x;
     if (!this.figure || !this.width) return;
     const place = this.#right(x);
-    const line = { x1: place, x2: place, y1: ROOM.top, y2: this.height - ROOM.bottom };
+    const line = { x1: place, x2: place, y1: this.top, y2: this.height - ROOM.bottom };
     const parts =
       y === undefined ? [svg("line", line)] : [svg("circle", { cx: place, cy: this.#up(y), r: 5 })];
     this.mark.replaceChildren(...(Number.isFinite(place) ? parts : []));
@@ -102,6 +107,8 @@ export class Plot {
     [this.width, this.height] = [width, height];
     this.root.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.root.setAttribute("aria-label", figure.title);
+    this.keys = this.#linesOfKeys(figure);
+    this.top = ROOM.top + (this.keys.length - 1) * LINE;
     const lines = (figure.lines ?? []).map(({ y, kind }) => {
       const line = { x1: ROOM.left, x2: width - ROOM.right, y1: this.#up(y), y2: this.#up(y) };
       return svg("line", { ...line, class: `line ${kind}` });
@@ -111,18 +118,21 @@ export class Plot {
       svg("path", { d: this.#path(curve), class: `curve ${curve.kind}` }),
     );
     const dots = (figure.dots ?? []).map((dot) => this.#dot(dot));
-    this.root.replaceChildren(
-      ...this.#axes(figure),
-      ...areas,
-      ...lines,
-      ...curves,
-      ...dots,
-      ...this.#legend(figure),
-      this.mark,
-    );
+    const inner = { x: ROOM.left, y: this.top, width: this.#innerWidth(), height: this.#innerHeight() };
+    const frame = { ...inner, viewBox: Object.values(inner).join(" "), class: "inside" };
+    const inside = svg("svg", frame, ...areas, ...lines, ...curves);
+    this.root.replaceChildren(...this.#axes(figure), inside, ...dots, ...this.#legend(), this.mark);
     if (Number.isFinite(this.cursor) && this.mark.firstChild?.nodeName === "line") {
       this.setCursor(this.cursor);
     }
+  }
+
+  #innerWidth() {
+    return Math.max(this.width - ROOM.left - ROOM.right, 1);
+  }
+
+  #innerHeight() {
+    return Math.max(this.height - this.top - ROOM.bottom, 1);
   }
 
   /**
@@ -131,7 +141,7 @@ export class Plot {
    */
   #right(value) {
     const { low, high } = /** @type {Figure} */ (this.figure).x;
-    return ROOM.left + ((value - low) / (high - low)) * (this.width - ROOM.left - ROOM.right);
+    return ROOM.left + ((value - low) / (high - low)) * this.#innerWidth();
   }
 
   /**
@@ -141,7 +151,7 @@ export class Plot {
   #up(value) {
     const { low, high } = /** @type {Figure} */ (this.figure).y;
     const share = Math.min(Math.max((value - low) / (high - low), -0.5), 1.5);
-    return this.height - ROOM.bottom - share * (this.height - ROOM.bottom - ROOM.top);
+    return this.height - ROOM.bottom - share * this.#innerHeight();
   }
 
   /**
@@ -193,16 +203,16 @@ export class Plot {
   /** @param {Figure} figure */
   #axes(figure) {
     const [bottom, right] = [this.height - ROOM.bottom, this.width - ROOM.right];
-    const parts = [svg("path", { d: `M${ROOM.left},${ROOM.top}V${bottom}H${right}`, class: "axis" })];
-    const across = scaleOf(figure.x, (this.width - ROOM.left - ROOM.right) / 80);
+    const parts = [svg("path", { d: `M${ROOM.left},${this.top}V${bottom}H${right}`, class: "axis" })];
+    const across = scaleOf(figure.x, this.#innerWidth() / 80);
     for (const { place, label } of across.ticks) {
       const x = ROOM.left + (0.5 + place / 2) * (right - ROOM.left);
       parts.push(svg("path", { d: `M${x},${bottom}v${TICK}`, class: "axis" }));
       parts.push(svg("text", { x, y: bottom + 15, class: "tick across" }, label));
     }
-    const upward = scaleOf(figure.y, (bottom - ROOM.top) / 32);
+    const upward = scaleOf(figure.y, (bottom - this.top) / 32);
     for (const { place, label } of upward.ticks) {
-      const y = bottom - (0.5 + place / 2) * (bottom - ROOM.top);
+      const y = bottom - (0.5 + place / 2) * (bottom - this.top);
       parts.push(svg("path", { d: `M${ROOM.left},${y}h${-TICK}`, class: "axis" }));
       parts.push(svg("path", { d: `M${ROOM.left},${y}H${right}`, class: "gridline" }));
       parts.push(svg("text", { x: ROOM.left - TICK - 3, y: y + 3.5, class: "tick upward" }, label));
@@ -214,19 +224,44 @@ export class Plot {
     return parts;
   }
 
-  /** @param {Figure} figure */
-  #legend(figure) {
-    const named = [...figure.curves, ...(figure.areas ?? [])].filter((curve) => curve.label);
-    if (named.length === 0) return [];
-    const words = svg("text", { x: this.width - ROOM.right, y: 11, class: "legend" });
-    for (const [i, curve] of named.entries()) {
-      if (i > 0) words.append(svg("tspan", {}, "\u2002"));
-      words.append(
-        svg("tspan", { class: `key ${curve.kind}` }, "\u25a0\u202f"),
-        svg("tspan", {}, curve.label ?? ""),
-      );
+  /** Keys of curves and areas, in lines over the plot that end at its right. */
+  #legend() {
+    return this.keys.flatMap((line, i) => {
+      let end = this.width - ROOM.right;
+      return line.toReversed().map(({ kind, label }) => {
+        const mark = svg("tspan", { class: `key ${kind}` }, "\u25a0\u202f");
+        const text = svg(
+          "text",
+          { x: end, y: 11 + i * LINE, class: "legend" },
+          mark,
+          svg("tspan", {}, label),
+        );
+        end -= widthOf(label) + GAP;
+        return text;
+      });
+    });
+  }
+
+  /**
+   * Lines of keys: the first one is beside the name of the axis, if there is room.
+   * @param {Figure} figure
+   */
+  #linesOfKeys({ curves, areas = [], yLabel }) {
+    const room = this.width - ROOM.right;
+    /** @type {{kind: string, label: string}[][]} */
+    const lines = [[]];
+    let used = yLabel.length * LETTER + GAP;
+    for (const { kind, label } of [...curves, ...areas]) {
+      if (!label) continue;
+      const width = widthOf(label) + GAP;
+      if (used + width > room) {
+        lines.push([]);
+        used = 0;
+      }
+      lines[lines.length - 1].push({ kind, label });
+      used += width;
     }
-    return [words];
+    return lines;
   }
 
   /** @param {(x: number) => void} seek */
@@ -235,9 +270,7 @@ export class Plot {
     root.classList.add("seeks");
     const told = (/** @type {PointerEvent} */ event) => {
       if (!this.figure) return;
-      const share =
-        (event.clientX - root.getBoundingClientRect().left - ROOM.left) /
-        (this.width - ROOM.left - ROOM.right);
+      const share = (event.clientX - root.getBoundingClientRect().left - ROOM.left) / this.#innerWidth();
       const { low, high } = this.figure.x;
       seek(low + Math.min(Math.max(share, 0), 1) * (high - low));
     };
@@ -253,6 +286,17 @@ export class Plot {
 
   width = 0;
   height = 0;
+  top = ROOM.top;
+  /** @type {{kind: string, label: string}[][]} */
+  keys = [];
+}
+
+/**
+ * Width of a key and its label, about.
+ * @param {string} label
+ */
+function widthOf(label) {
+  return (label.length + 1.5) * LETTER;
 }
 
 /**
@@ -276,5 +320,3 @@ function named(label, { offset, power }) {
   const tens = power === 0 ? "" : ` \u00d710${superscript(power)}`;
   return label + (offset ? `, from ${offset}` : "") + tens;
 }
-
-export { readable };
