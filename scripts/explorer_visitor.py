@@ -65,9 +65,17 @@ class Visitor:
 
     def act(self) -> None:
         """Do one thing."""
+        from playwright.sync_api import Error as BrowserError
+
         (name,) = self.chance.choices(list(ACTIONS), [weight for weight, _ in ACTIONS.values()])
         self.done.append(name)
-        ACTIONS[name][1](self)
+        try:
+            ACTIONS[name][1](self)
+        except BrowserError as problem:
+            # the page may replace a control between the look at it and the hand on it
+            if "not attached" not in problem.message:
+                raise
+            self.note("that is gone")
 
     def note(self, what: object) -> None:
         """Add to what is known of the last action."""
