@@ -61,6 +61,7 @@ class Visitor:
     page: Page
     chance: random.Random
     visited: list[str] = field(default_factory=list)
+    held: list[ElementHandle] = field(default_factory=list)
     done: deque[str] = field(default_factory=lambda: deque(maxlen=24))
 
     def act(self) -> None:
@@ -76,6 +77,11 @@ class Visitor:
             if "not attached" not in problem.message:
                 raise
             self.note("that is gone")
+        finally:
+            # an element that is held here would not be collected there
+            for each in self.held:
+                each.dispose()
+            self.held.clear()
 
     def note(self, what: object) -> None:
         """Add to what is known of the last action."""
@@ -94,8 +100,8 @@ class Visitor:
 
     def one_of(self, selector: str) -> ElementHandle | None:
         """Return any element that a person could use now."""
-        found = [each for each in self.page.query_selector_all(selector) if each.is_visible()]
-        usable = [each for each in found if each.is_enabled()]
+        self.held += self.page.query_selector_all(selector)
+        usable = [each for each in self.held if each.is_visible() and each.is_enabled()]
         return self.chance.choice(usable) if usable else None
 
     def pause(self) -> None:
