@@ -148,6 +148,9 @@ def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
         if watch.problems:
             raise ProblemError("\n".join(watch.problems))
     look(page)
+    contexts = page.evaluate(LIVING_CONTEXTS)
+    if contexts > MOST["contexts"]:
+        raise ProblemError(f"{contexts} contexts of WebGL for two motions")
     if watch.problems:
         raise ProblemError("\n".join(watch.problems))
 
