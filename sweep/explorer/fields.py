@@ -1,11 +1,13 @@
 """The fields of a request of the page: read one by one, refused in words."""
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
 from sweep.errors import RequestError, shown
+
+#: Nothing on a page is larger, in SI: the squares and products of such numbers are finite.
+_LARGEST = 1e12
 
 
 def read_json(body: bytes) -> Mapping[str, Any]:
@@ -39,16 +41,12 @@ def read_object(raw: object, where: str) -> Mapping[str, Any]:
 
 
 def read_number(fields: Mapping[str, Any], name: str) -> float:
-    """Return a finite number."""
+    """Return a number that can be computed with."""
     raw = fields.get(name)
-    if isinstance(raw, int | float) and not isinstance(raw, bool):
-        try:
-            value = float(raw)
-        except OverflowError:
-            value = math.inf
-        if math.isfinite(value):
-            return value
-    refuse(name, "a finite number", raw)
+    # without `float`, which does not take every whole number
+    if isinstance(raw, int | float) and not isinstance(raw, bool) and abs(raw) <= _LARGEST:
+        return float(raw)
+    refuse(name, f"a number of at most {_LARGEST:g} in size", raw)
 
 
 def read_count(fields: Mapping[str, Any], name: str, most: int) -> int:

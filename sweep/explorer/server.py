@@ -11,6 +11,8 @@ import traceback
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
+import numpy as np
+
 from sweep.errors import RequestError
 from sweep.explorer.answers import JSON, Answer, Answers
 from sweep.explorer.fields import read_json
@@ -237,7 +239,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, make: Any) -> None:
         try:
-            answer: Answer = make()
+            # values of a page may be as large as they like
+            with np.errstate(all="ignore"):
+                answer: Answer = make()
         except SupersededError:
             self._error(410, "superseded")
         except RequestError as error:

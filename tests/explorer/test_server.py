@@ -179,6 +179,8 @@ def changed(**changes):
         (changed(view={"x": {**ROLLING["x"], "half": 0.0}}), "x.half"),
         (changed(view={"x": {**ROLLING["x"], "half": "1"}}), "half"),
         (changed(view={"x": {**ROLLING["x"], "centre": 10**400}}), "centre"),
+        (changed(view={"x": {**ROLLING["x"], "centre": -2e12}}), "centre"),
+        (changed(view={"words": {"tilt_rate": 1e300}}), "tilt_rate"),
         (changed(view={"x": {**ROLLING["x"], "scale": "log", "centre": 900.0}}), "x.centre"),
         (changed(view={"x": {**ROLLING["x"], "name": "tilt"}}), "y.name"),
         (changed(view={"x": {**ROLLING["x"], "name": "colour"}}), "x.name"),
