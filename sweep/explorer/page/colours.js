@@ -2,12 +2,12 @@
 
 /** @typedef {import("eulerdisk/types").Quantity} Quantity */
 
-/** Forty colours of cividis at equal distances (Nunez, Anderton, Renslow 2018). */
+/** Colours of cividis at equal distances (Nunez, Anderton, Renslow 2018). */
 const CIVIDIS = (
-  "00224e 002758 002c64 00306f 0c3470 1a386f 263d6e 2e416d 36466c 3e4b6c " +
-  "444f6c 4b546c 51586d 575d6d 5d616e 636670 696b71 6e6f73 747475 797977 " +
-  "7f7e78 858279 8c8878 928c78 989277 9f9775 a59c74 aca172 b3a670 baac6d " +
-  "c0b16a c7b767 cfbd62 d5c25e ddc858 e4ce53 ebd44b f2da44 fbe138 fee838"
+  "00224e 002656 002a5f 002e6a 003170 0f3570 1a386f 243c6e 2b406d 33446d 39486c 3e4b6c " +
+  "444f6c 49536c 4f576c 545a6d 595e6e 5e626e 636670 676a71 6c6d72 717274 757575 7a7a78 " +
+  "7e7d78 848279 898578 8f8a78 938e78 989277 9e9676 a39a74 a99f73 aea371 b5a86f baac6d " +
+  "c0b16a c5b568 cbb965 d1bf61 d6c35d ddc858 e2cd54 e9d34e efd748 f6dd3f fce236 fee838"
 ).split(" ");
 
 /** Colours of verdicts by their codes: undecided, stable, unstable. */
