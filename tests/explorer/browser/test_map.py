@@ -177,6 +177,15 @@ def test_pinch_zooms(opened):
     assert "a" not in entries(page)
 
 
+def check_analytic_line(page, alpha):
+    """Hold the analytic line of the rolling disk against its formula, sqrt(g / (2 (1 + alpha) R)), to 0.05 pixels."""
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    _, centre, half, _ = axis(page, "x")
+    place = (math.sqrt(9.81 / (2.0 * (1.0 + alpha) * 0.5)) - centre) / half
+    pixel = (place + 1) / 2 * plot(page)["width"]
+    assert max(abs(x - pixel) for x, _ in lines(page, "analytic")) < 0.05
+
+
 def test_slider_acts_on_picture_and_lines(opened):
     """Alpha at another value moves the analytic line to sqrt(g / (2 (1 + alpha) R)), and the verdicts with it."""
     page = opened(BOTH)
@@ -184,12 +193,7 @@ def test_slider_acts_on_picture_and_lines(opened):
     settled(page)
     assert float(entries(page)["with.alpha"]) == 1.0
     assert shown(page)["view"]["words"] == {"alpha": 1}
-    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
-    _, centre, half, _ = axis(page, "x")
-    critical = math.sqrt(9.81 / (2.0 * 2.0 * 0.5))
-    place = (critical - centre) / half
-    pixel = (place + 1) / 2 * plot(page)["width"]
-    assert max(abs(x - pixel) for x, _ in lines(page, "analytic")) < 0.05
+    check_analytic_line(page, alpha=1.0)
     pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
     size = shown(page)["width"], shown(page)["height"]
     painted = [VERDICTS[colour] for colour in colours(page, pixels)]
@@ -227,6 +231,7 @@ def test_last_of_many_changes_is_shown(opened):
     settled(page)
     last = float(entries(page)["with.alpha"])
     assert shown(page)["view"]["words"] == {"alpha": last}
+    check_analytic_line(page, last)
     pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
     size = shown(page)["width"], shown(page)["height"]
     painted = [VERDICTS[colour] for colour in colours(page, pixels)]
