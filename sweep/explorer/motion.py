@@ -24,7 +24,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.disk.endings import BOUNDED, FELL
 from sweep.errors import RequestError
 from sweep.explorer.loss_controls import controls, loss_words
 from sweep.explorer.potential import potential_of
@@ -182,9 +181,8 @@ def _duration(
         return min(_TO_THE_END, most)
     period = exact["nutation_period"]
     # a disk that falls is followed to its fall, whenever that is
-    wanted = (
-        _PERIODS * period if math.isfinite(period) else _LONGEST if exact["ending"] == FELL else _SHORTEST
-    )
+    without = _LONGEST if exact["ending"] == DISK.endings.code("fell") else _SHORTEST
+    wanted = _PERIODS * period if math.isfinite(period) else without
     return min(max(wanted, _SHORTEST), _LONGEST, most)
 
 
@@ -242,7 +240,7 @@ def _potential(
         return {"turns": [], "period": None, "wells": [], "barriers": []}
     found = potential_of(start, request.fall_tilt)
     arrays |= {"potential_tilt": found.tilt, "potential": found.excess}
-    bounded = exact["ending"] == BOUNDED
+    bounded = exact["ending"] == DISK.endings.code("bounded")
     turns = [exact[name] for name in ("tilt_min", "tilt_max")] if bounded else []
     period = exact["nutation_period"]
     spell = TRAJECTORY["tilt"].spell
