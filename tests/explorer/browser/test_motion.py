@@ -65,7 +65,7 @@ def seek(page, time):
 
 def test_a_click_shows_the_disk_and_its_curves(opened):
     """After a click the disk is drawn, with three plots, an ending and a verdict in words."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page)
     panel = page.locator(".motion").first
     assert page.evaluate(DRAWN, 0) > 100
@@ -76,19 +76,20 @@ def test_a_click_shows_the_disk_and_its_curves(opened):
 
 def test_the_disk_plays_pauses_and_ends(opened):
     """The motion begins by itself, stops where it is paused, and begins anew after its end."""
-    page = opened()
+    page = opened(reduced_motion="no-preference")
     choose(page)
-    button = page.get_by_role("button", name="pause", exact=True)
-    button.wait_for()
     assert clock(page)["playing"]
-    button.click()
+    # where pictures are drawn without a graphics card, frames leave no time for the checks of a click
+    page.get_by_role("button", name="pause", exact=True).dispatch_event("click")
     paused = clock(page)
     assert not paused["playing"]
     page.wait_for_timeout(100)
     assert clock(page)["time"] == paused["time"]
     seek(page, paused["length"])
-    page.get_by_role("button", name="play", exact=True).click()
-    assert clock(page)["time"] < paused["length"]
+    page.get_by_role("button", name="play", exact=True).dispatch_event("click")
+    again = clock(page)
+    assert again["playing"]
+    assert again["time"] < paused["length"]
 
 
 def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
@@ -103,9 +104,9 @@ def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
 
 def test_a_curve_is_dragged_through_time(opened):
     """Pressed and dragged, the cursor of the tilt is where the pointer is, and the slider says the same."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page)
-    box = page.locator(".plot.tilt svg").bounding_box()
+    box = page.locator(".plot.tilt > svg").bounding_box()
     page.mouse.move(box["x"] + 100, box["y"] + 40)
     page.mouse.down()
     first = clock(page)
@@ -122,7 +123,7 @@ def test_a_curve_is_dragged_through_time(opened):
 
 def test_two_motions_are_synchronous(opened):
     """With two panels one clock moves both; curves share the longer time; a panel that is closed leaves the other."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page, 0.2, 0.5)
     alone = clock(page)["length"]
     page.click("#compare")
@@ -139,7 +140,7 @@ def test_two_motions_are_synchronous(opened):
 
 def test_losses_stop_the_disk(opened):
     """A slider of a loss makes another motion: a ledger takes the place of the potential; without losses it is back."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page)
     page.locator("details.laws summary").first.click()
     slider = page.get_by_role("slider", name="contour friction")
@@ -157,7 +158,7 @@ def test_losses_stop_the_disk(opened):
 
 def test_a_mass_is_asked_for_where_it_matters(opened):
     """The slider of the mass is there with viscous friction or air alone."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page)
     page.locator("details.laws summary").first.click()
     mass = page.get_by_role("slider", name="mass")
@@ -168,7 +169,7 @@ def test_a_mass_is_asked_for_where_it_matters(opened):
 
 def test_words_explain_the_start(opened):
     """The explanation is that of `eulerdisk explain`, and is asked for when it is opened."""
-    page = opened(reduced_motion="reduce")
+    page = opened()
     choose(page)
     page.locator("details.words summary").first.click()
     page.locator(".explanation", has_text="verdict").first.wait_for()
@@ -177,7 +178,7 @@ def test_words_explain_the_start(opened):
 
 def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     """The disk moves, keys turn the camera and bring it nearer, and a light page has a light table."""
-    page = opened(reduced_motion="reduce", color_scheme="dark")
+    page = opened(color_scheme="dark")
     choose(page, 0.3, 0.3)
     stage, canvas = page.locator(".stage").first, page.locator(".stage canvas").first
     pictures = [stage.screenshot()]
@@ -199,7 +200,7 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     """Opened from disk a page shows the motion of a cell with all its curves; what a server knows besides is hidden."""
     path = tmp_path / "page.html"
     export(subject_of("rolling", {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log"}), path)
-    page = opened(url=path.as_uri(), reduced_motion="reduce")
+    page = opened(url=path.as_uri())
     choose(page, 0.7, 0.5)
     panel = page.locator(".motion").first
     assert panel.locator(".plot svg path.curve").count() == 5

@@ -42,6 +42,11 @@ const TURN = (6 * Math.PI) / 180;
 /** Side of the squares of the table over the radius, at most. */
 const SQUARE = 1.0;
 
+/** Milliseconds between two frames from which pictures get coarser, how coarse, and rest after which they are sharp. */
+const SLOW = 50;
+const COARSEST = 0.4;
+const REST = 400;
+
 /** Length of the arrow for the weight of the disk, in radii. */
 const WEIGHT = 0.9;
 
@@ -67,6 +72,10 @@ export class DiskScene {
     this.samples = null;
     this.time = 0;
     this.frame = 0;
+    this.drawn = 0;
+    this.sharpness = 1;
+    /** @type {ReturnType<typeof setTimeout>|undefined} */
+    this.timer = undefined;
     this.square = 0;
     this.look = "";
     /** @type {Trail|undefined} */
@@ -166,15 +175,35 @@ export class DiskScene {
 
   /** Draw in the next frame, once, however much changes before it. */
   draw() {
-    this.frame ||= requestAnimationFrame(() => {
+    this.frame ||= requestAnimationFrame((now) => {
       this.frame = 0;
+      this.#keepPace(now);
       this.renderer.render(this.scene, this.camera);
     });
+  }
+
+  /**
+   * Draw fewer pixels while frames come slowly, as they do without a graphics card; sharply again when all rests.
+   * @param {number} now  in milliseconds
+   */
+  #keepPace(now) {
+    const passed = now - this.drawn;
+    this.drawn = now;
+    if (passed > SLOW && passed < REST && this.sharpness > COARSEST) this.#sharpen(0.75 * this.sharpness);
+    clearTimeout(this.timer);
+    if (this.sharpness < 1) this.timer = setTimeout(() => this.#sharpen(1), REST);
+  }
+
+  /** @param {number} sharpness  pixels drawn for each one of the screen, along a side */
+  #sharpen(sharpness) {
+    this.sharpness = sharpness;
+    this.#fit();
   }
 
   dispose() {
     this.observer.disconnect();
     cancelAnimationFrame(this.frame);
+    clearTimeout(this.timer);
     free(this.scene);
     this.controls.dispose();
     this.renderer.dispose();
@@ -256,7 +285,7 @@ export class DiskScene {
   #fit() {
     const { clientWidth: width, clientHeight: height } = this.element;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.sharpness * Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

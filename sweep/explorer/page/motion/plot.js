@@ -119,7 +119,12 @@ export class Plot {
     );
     const dots = (figure.dots ?? []).map((dot) => this.#dot(dot));
     const inner = { x: ROOM.left, y: this.top, width: this.#innerWidth(), height: this.#innerHeight() };
-    const frame = { ...inner, viewBox: Object.values(inner).join(" "), class: "inside" };
+    const frame = {
+      ...inner,
+      viewBox: Object.values(inner).join(" "),
+      class: "inside",
+      "aria-hidden": "true",
+    };
     const inside = svg("svg", frame, ...areas, ...lines, ...curves);
     this.root.replaceChildren(...this.#axes(figure), inside, ...dots, ...this.#legend(), this.mark);
     if (Number.isFinite(this.cursor) && this.mark.firstChild?.nodeName === "line") {
