@@ -25,19 +25,22 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 #: Frames in a second of the recording, and the width [pixels] that it is shown at.
-RATE, WIDTH = 8, 800
+RATE, WIDTH = 8, 1000
 
 #: Largest size of the recording [bytes].
 MOST = 3_000_000
 
-#: Sizes of the window for pictures and for the recording.
-PICTURE, RECORDING = {"width": 1440, "height": 900}, {"width": 1200, "height": 760}
+#: Sizes of the window for pictures and for the recording: wide enough for two motions side by side.
+PICTURE, RECORDING = {"width": 1840, "height": 1060}, {"width": 1840, "height": 860}
 
 #: How often the wheel is turned, by how much, and after how many turns one aims at the boundary anew.
 TURNS, TURN, AIM = 60, -100, 6
 
 #: How far from the boundary the two starts lie, as part of the width of the map.
 BESIDE = 0.12
+
+#: Part of their time at which motions are shown in pictures.
+SHOWN = 0.3
 
 #: The places of a view's lines in it, from -1 to 1, across and up; "measured" is the boundary itself.
 LINES = """
@@ -69,6 +72,12 @@ class Camera:
             self.count += 1
             self.page.wait_for_timeout(1000 / RATE)
 
+    def play(self, count: int, until: float) -> None:
+        """Take frames of the motions from their beginning until a part of their time, by the page's own slider."""
+        for number in range(count):
+            seek(self.page, until * number / count)
+            self.frames()
+
     def film(self, path: Path) -> None:
         """Write the frames as a GIF with colours of their own."""
         palette = "split[a][b];[a]palettegen=stats_mode=diff:max_colors=128[p]"
@@ -81,6 +90,17 @@ class Camera:
             ],
             check=True,
         )
+
+
+def seek(page: Page, part: float) -> None:
+    """Put the clock of the motions at a part of their time."""
+    page.locator("input.time").first.evaluate(
+        """(slider, part) => {
+          slider.value = String(part * Number(slider.max));
+          slider.dispatchEvent(new Event("input"));
+        }""",
+        part,
+    )
 
 
 def settle(page: Page) -> None:
@@ -131,7 +151,8 @@ def choose(page: Page, beside: float, *, second: bool) -> None:
 @contextmanager
 def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iterator[Page]:
     """Open the page, and end with an error if it complains."""
-    context = browser.new_context(viewport=size, color_scheme=light)  # type: ignore[arg-type]
+    # frames are taken as slowly as they have to be: the clock of the motions is put where it shall be
+    context = browser.new_context(viewport=size, color_scheme=light, reduced_motion="reduce")  # type: ignore[arg-type]
     page = context.new_page()
     watch = Watch(page, (url,))
     page.goto(url)
@@ -148,7 +169,8 @@ def take_picture(browser: Browser, url: str, light: str, path: Path) -> None:
         for beside, second in ((-BESIDE, False), (BESIDE, True)):
             choose(page, beside, second=second)
         settle(page)
-        page.wait_for_timeout(4000)
+        seek(page, SHOWN)
+        page.wait_for_timeout(2000)
         page.screenshot(path=path)
 
 
@@ -160,7 +182,7 @@ def record(browser: Browser, url: str, path: Path) -> None:
         zoom_in(page, camera)
         for beside, second in ((-BESIDE, False), (BESIDE, True)):
             choose(page, beside, second=second)
-            camera.frames(4 * RATE)
+            camera.play(*((8 * RATE, 1.0) if second else (3 * RATE, SHOWN)))
         camera.film(path)
     if path.stat().st_size > MOST:
         raise SystemExit(f"{path} has {path.stat().st_size} bytes, at most {MOST} are allowed.")

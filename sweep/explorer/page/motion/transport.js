@@ -2,8 +2,12 @@
 
 import { html } from "eulerdisk/html";
 import { SPEEDS } from "eulerdisk/motion/clock";
+import { svg } from "eulerdisk/svg";
 
 /** @typedef {import("eulerdisk/motion/clock").Clock} Clock */
+
+/** What the button does, drawn: not every font has signs for it. */
+const SIGNS = { pause: "M3 2h4v12H3zM9 2h4v12H9z", play: "M4 2l10 6-10 6z" };
 
 /** Steps of the slider of time. */
 const STEPS = 1000;
@@ -44,7 +48,9 @@ export class Transport {
     if (this.button.dataset.does !== word) {
       this.button.dataset.does = word;
       this.button.setAttribute("aria-label", word);
-      this.button.textContent = playing ? "\u23f8\ufe0e" : "\u25b6\ufe0e";
+      const sign = svg("path", { d: SIGNS[word], fill: "currentColor" });
+      const size = { viewBox: "0 0 16 16", width: 14, height: 14, "aria-hidden": "true" };
+      this.button.replaceChildren(svg("svg", size, sign));
     }
     this.slide.value = String(length > 0 ? Math.round((time / length) * STEPS) : 0);
     const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.max(length, 1e-6))));
