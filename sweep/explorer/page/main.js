@@ -49,7 +49,7 @@ class Page {
     const change = (/** @type {(state: State) => State} */ by) => this.#show(by(this.#state));
     this.#map = new AtlasMap(part("map"), about, source, this.#state, {
       onView: (view) => change((state) => ({ ...state, view })),
-      onChoose: (point, second) => this.#choose(point, second),
+      onChoose: (aim, second) => this.#choose(aim, second),
       onAim: (aim) => this.#aim(aim),
       onReset: (double) => this.#reset(double),
       onShown: () => this.#shown(),
@@ -79,6 +79,8 @@ class Page {
     });
     window.addEventListener("hashchange", () => this.#restore());
     this.#show(this.#state);
+    const [first] = this.#state.points;
+    if (first) this.#aim({ point: first, shown: null, keys: false });
   }
 
   /** @param {State} wanted */
@@ -121,10 +123,13 @@ class Page {
   }
 
   /**
-   * @param {Point} point
+   * @param {import("eulerdisk/map").Aim} aim
    * @param {boolean} second
    */
-  #choose(point, second) {
+  #choose(aim, second) {
+    const { point } = aim;
+    // fingers do not hover: the numbers of what they choose are shown, too
+    this.#aim(aim);
     this.#before = this.#state;
     const { points, compare } = this.#state;
     // while two are compared, a click is for the second one until there is one; with Shift it always is

@@ -31,7 +31,7 @@ import { svg } from "eulerdisk/svg";
  * nothing; that the whole range is wanted; that new numbers are shown; that the server refused something.
  * @typedef {object} Told
  * @property {(view: View) => void} onView
- * @property {(point: Point, second: boolean) => void} onChoose
+ * @property {(aim: Aim, second: boolean) => void} onChoose
  * @property {(aim: Aim|null) => void} onAim
  * @property {(double: boolean) => void} onReset
  * @property {() => void} onShown
@@ -209,7 +209,7 @@ export class AtlasMap {
     const deeds = {
       zoom: (factor, across, up) => this.#zoom(factor, across, up),
       move: (across, up) => this.#move(across, up),
-      choose: (place, second) => this.#told.onChoose(this.#pointAt(place), second),
+      choose: (place, second) => this.#told.onChoose(this.#aimAt(place, false), second),
       hover: (place) => this.#told.onAim(place && this.#aimAt(place, false)),
       reset: (double) => this.#told.onReset(double),
     };

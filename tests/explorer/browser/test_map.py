@@ -177,6 +177,15 @@ def test_pinch_zooms(opened):
     assert "a" not in entries(page)
 
 
+def test_tap_shows_numbers_and_motion(opened):
+    """A finger that taps chooses a start, and its numbers are shown although fingers do not hover."""
+    page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True, reduced_motion="reduce")
+    page.touchscreen.tap(*point(page, 0.3, 0.2))
+    wait_for_text(page, "#readout", "nutation period")
+    settled(page)
+    assert "a" in entries(page)
+
+
 def check_analytic_line(page, alpha):
     """Hold the analytic line of the rolling disk against its formula, sqrt(g / (2 (1 + alpha) R)), to 0.05 pixels."""
     page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
