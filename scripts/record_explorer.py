@@ -9,7 +9,6 @@ into the boundary and a click on each side of it.
 from __future__ import annotations
 
 import argparse
-import math
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -34,7 +33,10 @@ MOST = 3_000_000
 PICTURE, RECORDING = {"width": 1840, "height": 1060}, {"width": 1840, "height": 860}
 
 #: How often the wheel is turned, by how much, and after how many turns one aims at the boundary anew.
-TURNS, TURN, AIM = 60, -100, 6
+TURNS, TURN, AIM = 36, -100, 4
+
+#: Height at which the boundary is zoomed into, from -1 to 1: there the smallest tilts are, and motions differ most.
+LOW = -0.5
 
 #: How far from the boundary the two starts lie, as part of the width of the map.
 BESIDE = 0.12
@@ -116,13 +118,13 @@ def on_screen(page: Page, across: float, up: float) -> tuple[float, float]:
     return box["x"] + 0.5 * (across + 1.0) * box["width"], box["y"] + 0.5 * (1.0 - up) * box["height"]
 
 
-def boundary(page: Page) -> tuple[float, float]:
-    """Return the place of the boundary nearest to the middle of the map."""
+def boundary(page: Page, height: float = 0.0) -> tuple[float, float]:
+    """Return the place of the boundary at a height of the map, from -1 to 1; or the nearest one."""
     lines: dict[str, Any] = page.evaluate(LINES)
     inside = [place for place in lines["measured"] if max(map(abs, place)) < 0.9]
     if not inside:
         raise SystemExit("The boundary does not cross the map that is to be recorded.")
-    across, up = min(inside, key=lambda place: math.hypot(*place))
+    across, up = min(inside, key=lambda place: abs(place[1] - height))
     return across, up
 
 
@@ -130,7 +132,7 @@ def zoom_in(page: Page, camera: Camera) -> None:
     """Turn the wheel over the boundary, and take a frame after each turn."""
     for turn in range(TURNS):
         if turn % AIM == 0:
-            page.mouse.move(*on_screen(page, *boundary(page)))
+            page.mouse.move(*on_screen(page, *boundary(page, LOW)))
         page.mouse.wheel(0, TURN)
         camera.frames()
     settle(page)
@@ -182,6 +184,7 @@ def record(browser: Browser, url: str, path: Path) -> None:
         zoom_in(page, camera)
         for beside, second in ((-BESIDE, False), (BESIDE, True)):
             choose(page, beside, second=second)
+            settle(page)
             camera.play(*((8 * RATE, 1.0) if second else (3 * RATE, SHOWN)))
         camera.film(path)
     if path.stat().st_size > MOST:
