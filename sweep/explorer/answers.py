@@ -11,7 +11,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import KERNELS, Lanes, still_there
+from sweep.explorer.turns import Lanes, motion_turn, still_there
 from sweep.explorer.view import View
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
@@ -84,7 +84,9 @@ class Answers:
         start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
         duration = None if fields.get("duration") is None else read_number(fields, "duration")
         losses = read_object(fields.get("losses") or {}, "losses")
-        with KERNELS:
+        with motion_turn():
+            # a slider that moves asks for many, and its page waits for the last one alone
+            still_there(gone)()
             head, arrays = motion(view.spec, start, duration, losses)
         return Answer(BINARY, packed(head, arrays))
 

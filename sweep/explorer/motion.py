@@ -27,6 +27,7 @@ import numpy.typing as npt
 from sweep.errors import RequestError
 from sweep.explorer.loss_controls import controls, loss_words
 from sweep.explorer.potential import potential_of
+from sweep.explorer.turns import KERNELS
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array
 from sweep.motion import disk_path, lossy_path
@@ -99,7 +100,7 @@ def motion(
 
     Notes
     -----
-    It calls kernels: one thread at a time.
+    It calls kernels, beside the maps: those that follow one motion have one thread.
     """
     _check_start(start)
     lost = loss_words(losses or {})
@@ -167,7 +168,9 @@ def _exact(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, float]:
     """Return what the exact reduction knows of a motion without losses."""
     rows = {name: np.array([value]) for name, value in start.items()}
     assert DISK.exact is not None
-    return {name: float(values[0]) for name, values in DISK.exact.measures(spec, rows).items()}
+    with KERNELS:
+        found = DISK.exact.measures(spec, rows)
+    return {name: float(values[0]) for name, values in found.items()}
 
 
 def _duration(

@@ -2,10 +2,20 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from sweep.errors import RequestError
 
 #: Kernels use all processors by themselves: the threads that answer requests call them one after another.
 KERNELS = threading.RLock()
+
+#: One motion at a time is followed, beside the maps: one that takes minutes, of an odd disk or with a tiny loss, holds
+#: up motions alone.
+_MOTIONS = threading.Lock()
+
+#: Seconds that a motion waits for the one before it.
+PATIENCE = 10.0
 
 #: Lanes that are remembered: a page has a few, and a page that was left is never heard of again.
 _MOST_LANES = 256
@@ -23,6 +33,27 @@ def still_there(gone: Callable[[], bool]) -> Callable[[], None]:
             raise SupersededError
 
     return check
+
+
+@contextmanager
+def motion_turn() -> Iterator[None]:
+    """Wait until no other motion is followed.
+
+    Raises
+    ------
+    RequestError
+        If that takes too long.
+    """
+    if not _MOTIONS.acquire(timeout=PATIENCE):
+        raise RequestError(
+            f"The motion that was asked for before is still being followed after {PATIENCE:g} s.",
+            hint="Wait for it, or start the explorer again.",
+            where="motion",
+        )
+    try:
+        yield
+    finally:
+        _MOTIONS.release()
 
 
 class Lanes:

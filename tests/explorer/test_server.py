@@ -14,7 +14,10 @@ from urllib.parse import urlsplit
 import pytest
 from explorer_client import ROLLING, ask, post, refused
 
+import sweep
+from sweep.explorer import motion as motion_module
 from sweep.explorer import server as server_module
+from sweep.explorer import turns
 from sweep.explorer import window as window_module
 from sweep.explorer.explorer import explore
 
@@ -414,3 +417,25 @@ def test_closing_ends_all_threads_and_connections():
             break
         time.sleep(0.1)
     assert set(threading.enumerate()) - before == set()
+
+
+def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
+    """While a motion is followed windows and points are answered; another motion is refused after some time."""
+    begun, end = threading.Event(), threading.Event()
+
+    def endless(*_):
+        begun.set()
+        end.wait(30.0)
+        raise sweep.RequestError("It was long.")
+
+    monkeypatch.setattr(motion_module, "motion", endless)
+    monkeypatch.setattr(turns, "PATIENCE", 0.2)
+    body = json.dumps({"view": ROLLING, "x": 3.0, "y": 0.01}).encode()
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(ask, url, "motion", body)
+        assert begun.wait(10.0)
+        assert post(url, "window", **changed())[0]["width"] == 8
+        assert ask(url, "point", body).status == 200
+        assert refused(url, "motion", view=ROLLING, x=3.0, y=0.01)[1]["where"] == "motion"
+        end.set()
+        assert b"It was long." in first.result().body
