@@ -136,6 +136,11 @@ def test_two_motions_are_synchronous(opened):
     assert float(places[0]) == pytest.approx(float(places[1]), abs=1.5)
     assert page.evaluate(DRAWN, 0) > 100
     assert page.evaluate(DRAWN, 1) > 100
+    page.get_by_role("button", name="Close B").click()
+    page.wait_for_function("() => document.querySelectorAll('.stage canvas').length === 1")
+    assert clock(page)["length"] == alone
+    choose(page, 0.7, 0.4, number=0)
+    assert page.evaluate(DRAWN, 0) > 100
 
 
 def test_losses_stop_the_disk(opened):
