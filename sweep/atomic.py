@@ -10,6 +10,7 @@ import os
 import re
 import secrets
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 #: Name of a temporary file or folder; no other program makes one that fits.
@@ -50,6 +51,16 @@ def create_temporary_folder(folder: Path) -> Path:
     path = folder / _temporary_name()
     path.mkdir()
     return path
+
+
+@contextlib.contextmanager
+def scratch_folder(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder in a folder, for files that are read at once; it is removed with all that it holds."""
+    path = create_temporary_folder(folder)
+    try:
+        yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def publish(unfinished: Path, path: Path) -> None:

@@ -1,12 +1,11 @@
 """The cells of a window as a file: netCDF, an atlas like any other, or a table."""
 
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from sweep.atomic import create_temporary_folder
+from sweep.atomic import scratch_folder
 from sweep.engine.compute import compute
 from sweep.engine.grid import blocks, starts_of
 from sweep.explorer.commands import commands, window_spec
@@ -56,13 +55,10 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
             columns[name][span.start : span.stop] = column
     with KERNELS:
         atlas = assemble(spec, columns, commands(view, fields)["command"])
-    folder = create_temporary_folder(Path(tempfile.gettempdir()))
-    try:
+    with scratch_folder(Path(tempfile.gettempdir())) as folder:
         path = folder / FORMATS[kind]
         if kind == "netcdf":
             save(atlas, path)
         else:
             export(atlas, path, kind)
         return path.name, path.read_bytes()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
