@@ -157,7 +157,7 @@ export function withOtherScale(view, which) {
 }
 
 /**
- * View of starts that exist: no axis goes beyond what its parameter may be.
+ * View of starts that exist: no axis goes beyond what its parameter may be, and a number that it may not be is left out.
  * @param {About} about
  * @param {View} view
  * @returns {View}
@@ -167,7 +167,16 @@ export function withinDomain(about, view) {
     const { least, most } = parameterOf(about, axis.name);
     return within(axis, least, most);
   });
-  return { ...view, x, y };
+  const allowed = Object.entries(view.words).filter(([name, value]) => {
+    const { least, most } = about.parameters.find((each) => each.name === name) ?? {
+      least: null,
+      most: null,
+    };
+    return (
+      typeof value !== "number" || ((least === null || value >= least) && (most === null || value <= most))
+    );
+  });
+  return { ...view, words: Object.fromEntries(allowed), x, y };
 }
 
 /**
