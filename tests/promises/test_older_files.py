@@ -87,12 +87,9 @@ def ends(folder):
         '"gravity > 0", positive),\n'
         '    _input("viscosity", r"\\eta", "1", "viscosity of the air", 0.0, "any", np.isfinite, added_later=True),\n)',
     )
-    copy.edit(
-        "kernels/disk/arrays.py", '"energy_drift", "tilt_error")', '"energy_drift", "tilt_error", "swing")'
-    )
-    copy.edit(
-        "kernels/disk/arrays.py", "DRIFT, TILT_ERROR = range(len(M", "DRIFT, TILT_ERROR, SWING = range(len(M"
-    )
+    # at the ends of the tables, whatever stands there
+    copy.edit("kernels/disk/arrays.py", '")\nTILT_MIN, TILT_MAX,', '", "swing")\nTILT_MIN, TILT_MAX,')
+    copy.edit("kernels/disk/arrays.py", " = range(len(MEASURES))", ", SWING = range(len(MEASURES))")
     copy.edit("kernels/disk/leg_control.py", "    TILT_ERROR,\n", "    SWING,\n    TILT_ERROR,\n")
     copy.edit(
         "kernels/disk/leg_control.py",

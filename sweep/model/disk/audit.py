@@ -101,7 +101,7 @@ def check(
     """
     model, scale = spec.model, spec.model.perturbation(spec, starts)
     stored_reach, exact_reach = model.reach(spec, starts, stored), model.reach(spec, starts, exact)
-    derived = _derived(stored, stored_reach, scale)
+    derived = {**_rederived(spec, starts, stored), **_derived(stored, stored_reach, scale)}
     rounding = _rounding(derived["amplification"], scale)
     exact_stability = _exact_verdict(spec, starts, exact, exact_reach, scale)
     allowed = spec.tolerance + np.fmax(exact["tilt_error"], 0.0)
@@ -361,6 +361,13 @@ def _exact_verdict(
         return np.full(scale.shape, UNDECIDED, np.int8)
     needed = {"peak_tilt", "amplification"}.intersection(spec.criterion.needs(spec.model))
     return _verdict(spec, starts, exact, _derived(exact, reach, scale) if needed else {}, reach, scale)
+
+
+def _rederived(spec: Request, starts: Starts, stored: Columns) -> Columns:
+    """Return what the model derives from stored measures; one that an older atlas does not hold is missing."""
+    model = spec.model
+    missing = np.full(len(stored["ending"]), np.nan)
+    return model.derive(starts, {**dict.fromkeys((*model.measures, *model.counts), missing), **stored})
 
 
 def _derived(measured: Columns, reach: Array, scale: Array) -> Columns:

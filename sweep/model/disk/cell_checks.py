@@ -196,6 +196,9 @@ def _following(spec: Request, starts: Starts, facts: Facts) -> Iterator[CellChec
             np.where(np.isfinite(facts.rounding), facts.rounding, 0.0),
         ),
     ]
+    for name in [each for each in facts.derived if each not in ("peak_tilt", "amplification")]:
+        values = np.asarray(facts.derived[name], np.float64)
+        expected.append((name, "the stored measures", values, _ROUNDING * np.abs(np.nan_to_num(values))))
     for rate in computed_rates(spec):
         known = np.isfinite(starts[rate]) & ~ended(facts.stored, "not_computed")
         values = np.where(known, starts[rate], np.nan)

@@ -277,6 +277,8 @@ def _following(facts: _Facts) -> Iterator[CellCheck]:
     yield _decided(
         "largest_loss", "the stored losses", stored["largest_loss"] == derived["largest_loss"], every
     )
+    for name in (each for each in derived if each not in ("peak_tilt", "largest_loss") and each in stored):
+        yield _same(name, "the stored measures", stored[name], derived[name], _ROUNDING, every)
     for name in (each for each in ("precession_rate", "roll_rate") if each in stored):
         values = np.where(np.isfinite(facts.starts[name]), facts.starts[name], np.nan)
         yield _same(name, _START, stored[name], values, _ROUNDING, every)
