@@ -1,5 +1,6 @@
 """A copy of both packages that a test can edit, and commands that it runs: what another version of the program does."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -7,6 +8,22 @@ import sys
 from pathlib import Path
 
 CHECKOUT = Path(__file__).parents[1]
+
+_SESSION = """
+import contextlib, io, json, shlex, sys
+from sweep.cli import main
+
+ends = {}
+for line in json.loads(sys.argv[1]):
+    out, err, sys.argv = io.StringIO(), io.StringIO(), ["eulerdisk", *shlex.split(line)]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except BaseException as end:
+            status = end.code if isinstance(end, SystemExit) else repr(end)
+    ends[line] = [status, out.getvalue(), err.getvalue()]
+print(json.dumps(ends))
+"""
 
 
 class SourceCopy:
@@ -35,6 +52,12 @@ class SourceCopy:
     def command(self, words, folder):
         """Run a command line of the copy in a folder and return what came of it."""
         return self.python("-m", "sweep", *words.split(), folder=folder)
+
+    def session(self, lines, folder):
+        """Run command lines of the copy in one process; return line -> status, output, messages."""
+        done = self.python("-c", _SESSION, json.dumps(lines), folder=folder)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
 
     def python(self, *words, folder):
         """Run Python on the copy in a folder and return what came of it."""

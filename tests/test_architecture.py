@@ -28,8 +28,15 @@ PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
 #: Paths and dotted names of the project, as pages and docstrings spell them.
 PATH_NAME = re.compile(r"(?<![\w./-])((?:kernels|sweep|scripts|tests|docs)/[\w./-]*\w)(?:::(\w+))?")
 DOTTED_NAME = re.compile(r"(?<![\w./-])(?:kernels|sweep)(?:\.[A-Za-z_]\w*)+(?![\w/-])")
-#: What commands of the gallery write.
-WRITTEN = ("docs/atlases", "docs/losses.nc", "docs/motion.nc", "docs/alphas.nc", "docs/random-")
+#: What commands of the gallery write, and the script that docs/extend.md adds.
+WRITTEN = (
+    "docs/atlases",
+    "docs/losses.nc",
+    "docs/motion.nc",
+    "docs/alphas.nc",
+    "docs/random-",
+    "scripts/plot_falls.py",
+)
 DRAWERS = {"utils", "util", "common", "helpers", "helper", "core", "misc", "lib", "tools"}
 HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", "typer", "rich"}
 

@@ -5,7 +5,6 @@ The files in tests/promises/older were made by version 0.1.0 with SOURCE_DATE_EP
 `eulerdisk run circling precession_rate=0.5:4:6 tilt=5deg,10deg contact=yes method=exact`.
 """
 
-import json
 import re
 import shutil
 from pathlib import Path
@@ -48,22 +47,6 @@ LINES = [
 #: Those of them that find a difference, or refuse to look for one.
 DIFFERING = ("compare one.nc rolling-0.1.nc", "compare rolling-0.1.nc rolling.nc")
 
-_COMMANDS = """
-import contextlib, io, json, shlex, sys
-from sweep.cli import main
-
-ends = {}
-for line in json.loads(sys.argv[1]):
-    out, err, sys.argv = io.StringIO(), io.StringIO(), ["eulerdisk", *shlex.split(line)]
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            main()
-        except BaseException as end:
-            status = end.code if isinstance(end, SystemExit) else repr(end)
-    ends[line] = [status, out.getvalue(), err.getvalue()]
-print(json.dumps(ends))
-"""
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -101,9 +84,7 @@ def ends(folder):
         'STEP_COUNT, "", "i1"),\n)',
         'STEP_COUNT, "", "i1"),\n    Quantity("swing", "", "rad", "between the extreme tilts", _TILT),\n)',
     )
-    done = copy.python("-c", _COMMANDS, json.dumps(LINES), folder=folder)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return copy.session(LINES, folder)
 
 
 @pytest.mark.compiled

@@ -16,6 +16,7 @@ from sweep.model.disk.tables import (
     PARAMETERS,
     REDUCTION,
     SETTINGS,
+    UNTIMED,
     VARIABLES,
 )
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
@@ -115,3 +116,9 @@ def test_stability_flags():
     """Zero is undecided, so that a cell without a verdict is never called stable."""
     assert VARIABLES["stability"].flags == {UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}
     assert (UNDECIDED, STABLE, UNSTABLE) == (0, 1, 2)
+
+
+def test_what_the_exact_reduction_does_not_find_is_said_of_its_atlases():
+    """Each measure that needs an integration is named in `UNTIMED`: else a criterion judges by missing values."""
+    found = {*exact_arrays.EXACT_MEASURES, *exact_arrays.EXACT_COUNTS}
+    assert {*UNTIMED} == {"ending", *arrays.MEASURES, *arrays.COUNTS} - (found - {"ending"})

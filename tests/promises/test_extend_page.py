@@ -1,0 +1,119 @@
+"""docs/extend.md can be followed: its changes are made in a copy of the program, its commands and tests run there."""
+
+import re
+import shlex
+import shutil
+
+import netCDF4
+import pytest
+from source_copy import CHECKOUT, SourceCopy
+
+PAGE = (CHECKOUT / "docs" / "extend.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    """Return the blocks of the page in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.M | re.S)
+
+
+def pieces(block):
+    """Yield file, old lines and new lines of each piece of a block of changes."""
+    for part in re.split(r"^\+\+\+ ", block, flags=re.M)[1:]:
+        file, _, body = part.partition("\n")
+        for piece in re.split(r"^@@\n", body, flags=re.M):
+            lines = piece.splitlines()
+            assert {line[:1] for line in lines} <= {" ", "+", "-"}, piece
+            before = "".join(f"{line[1:]}\n" for line in lines if line[0] in " -")
+            after = "".join(f"{line[1:]}\n" for line in lines if line[0] in " +")
+            yield file, before, after
+
+
+@pytest.fixture(scope="module")
+def fork():
+    """Return a copy of the program with every change of the page."""
+    # always in the same place, so that its kernels are found in the cache of the test run before
+    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "the-fork-of-the-page")
+    shutil.rmtree(copy.folder / "scripts", ignore_errors=True)
+    (copy.folder / "scripts").mkdir()
+    for name in ("figure_cli.py", "make_gallery.py"):
+        shutil.copy(CHECKOUT / "scripts" / name, copy.folder / "scripts")
+    for block in blocks("diff"):
+        for file, before, after in pieces(block):
+            if before:
+                copy.edit(file, before, after)
+            else:
+                (copy.folder / file).write_text(after, encoding="utf-8")
+    return copy
+
+
+def test_every_block_is_known():
+    """No block of the page escapes these tests."""
+    assert set(re.findall(r"^```(\w*)$", PAGE, re.M)) == {"bash", "diff", "python", ""}
+    assert {each.splitlines()[0][:8] for each in blocks("diff")} == {"+++ kern", "+++ swee", "+++ scri"}
+
+
+def test_the_files_that_it_names_exist():
+    """Every path in the text is one of the project, or one that the page itself makes."""
+    named = set(re.findall(r"`((?:sweep|kernels|tests|scripts|docs)/[\w/.]+)`", PAGE))
+    assert len(named) > 10
+    assert [name for name in named if not (CHECKOUT / name).exists()] == []
+
+
+@pytest.mark.compiled
+def test_its_commands_run_in_the_fork(fork, tmp_path):
+    """In the order of the page; each leaves the file that it names, and tells of what is new."""
+    lines = [line for block in blocks("bash") for line in block.splitlines()]
+    asked = [line.removeprefix("eulerdisk ") for line in lines if line.startswith("eulerdisk ")]
+    ends = fork.session(asked, tmp_path)
+    assert {line: end for line, end in ends.items() if end[0] != 0} == {}
+    drawn = [line for line in lines if line.removeprefix("eulerdisk ") not in ends]
+    assert [line.split()[:2] for line in drawn] == [
+        ["python", "scripts/plot_falls.py"],
+        ["python", "scripts/make_gallery.py"],
+    ]
+    for line in drawn:
+        _, script, *words = shlex.split(line)
+        to = ["-o", str(tmp_path)] if "-o" not in words else []
+        done = fork.python(str(fork.folder / script), *words, *to, folder=tmp_path)
+        assert done.returncode == 0, (line, done.stderr)
+    for line in lines:
+        words = shlex.split(line)
+        if "-o" in words:
+            assert (tmp_path / words[words.index("-o") + 1]).stat().st_size > 0
+    assert (tmp_path / "falls.png").is_file()
+    assert "## How long a disk takes to fall" in (tmp_path / "gallery.md").read_text(encoding="utf-8")
+    told = {line: out for line, (_, out, _) in ends.items()}
+    assert all("\nverified: " in told[f"verify {name}.nc"] for name in ("swings", "falls", "gains"))
+    assert re.search(r"^swing .* the stored measures$", told["verify swings.nc"], re.M)
+    assert re.search(r"^fall_rate .* its computation, repeated$", told["verify falls.nc"], re.M)
+    assert "20 dB above the perturbation" in told["info gains.nc"]
+    assert told["compare again.nc swings.nc"].startswith("identical")
+
+
+@pytest.mark.compiled
+def test_its_tests_pass_in_the_fork(fork, tmp_path):
+    """The tests that the page shows are true of its changes."""
+    named = [re.match(r"# (\w+\.py)\n", each)[1] for each in blocks("python")]
+    for name, text in zip(named, blocks("python"), strict=True):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    done = fork.python("-m", "pytest", "-q", "-p", "no:cacheprovider", *named, folder=tmp_path)
+    assert done.returncode == 0, done.stdout
+    assert f"{len(named)} passed" in done.stdout
+
+
+@pytest.mark.compiled
+def test_a_derived_output_is_verified(fork, tmp_path):
+    """One wrong value of it is found; the exact reduction refuses to judge by a fall that it does not know."""
+    small = "run rolling roll_rate=2:3:4 tilt=1deg,2deg"
+    assert fork.command(f"{small} -o grid.nc", tmp_path).returncode == 0
+    with netCDF4.Dataset(tmp_path / "grid.nc", "a") as file:
+        file["swing"][3, 1] *= 1.0001
+    ends = fork.session(
+        ["verify grid.nc", f"{small} method=exact criterion=fall_rate>2 -o exact.nc"], tmp_path
+    )
+    (found, told, _), (refused, _, why) = ends.values()
+    assert found == 1
+    assert "1 of 8 cells disagree" in told
+    assert told.endswith("wrong: swing\n")
+    assert refused == 2
+    assert "fall_rate, of which method=exact knows no value" in why
