@@ -1,0 +1,37 @@
+"""docs/glossary.md has the words of both disks: nothing is stored or asked for that it does not name."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sweep.model.disk import tables as disk
+from sweep.model.lossy_disk import tables as lossy
+
+PAGE = (Path(__file__).parents[2] / "docs" / "glossary.md").read_text(encoding="utf-8")
+
+
+def names():
+    """Return what cells of both disks hold, how they end, and the words that describe a disk and its losses."""
+    for each in (disk, lossy):
+        yield from (
+            *each.PARAMETERS,
+            *each.OPTIONS,
+            *each.VARIABLES,
+            *(each.ENDINGS.quantity.flags or {}).values(),
+        )
+    yield from (*disk.SETTINGS, *lossy.SETTINGS, *disk.CONTACT_VARIABLES, *disk.REDUCTION)
+
+
+@pytest.mark.parametrize("name", sorted(set(names())))
+def test_the_glossary_has_the_word(name):
+    """It stands there as it is written in a file, or in plain words."""
+    forms = (rf"\b{name}\b", rf"\b{name.replace('_', ' ')}\b")
+    assert any(re.search(form, PAGE) for form in forms)
+
+
+def test_every_entry_is_there_once():
+    """No word is explained twice."""
+    words = re.findall(r"^\*\*([^*]+)\*\*", PAGE, re.M)
+    assert len(words) > 50
+    assert len(set(words)) == len(words)
