@@ -78,8 +78,8 @@ def test_its_drags_are_those_of_the_theory():
 @pytest.mark.compiled
 def test_its_commands_run(command, tmp_path):
     """Every command runs and leaves the files that it names."""
-    block = re.search(r"^```bash\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
-    for line in block[1].splitlines():
+    (block,) = re.findall(r"^```bash\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+    for line in block.splitlines():
         status, _, err = command(line.removeprefix("eulerdisk "))
         assert status == 0, (line, err)
     assert {each.name for each in tmp_path.iterdir()} >= {"toy.nc", "toy.png", "stop.nc", "stop.png"}
