@@ -1,7 +1,7 @@
 """Stability atlases of a disk rolling without slip.
 
 ``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; datasets have the accessor ``dataset.eulerdisk``.
-The names in ``__all__`` are public: docs/python.md lists them with their arguments, and promises how they may change.
+The names in ``__all__`` are public: docs/names.md lists them with their arguments, and promises how they may change.
 """
 
 from importlib import import_module
@@ -80,7 +80,7 @@ _HOME = {
     "verify": "sweep.checks.verify",
 }
 
-# Written out, because type checkers read it; docs/python.md says what each one is, and how they may change.
+# Written out, because type checkers read it; docs/names.md says what each one is, and how they may change.
 __all__ = [
     "Comparison",
     "Criterion",

@@ -1,4 +1,4 @@
-"""docs/python.md lists what is public, with its arguments; its Python runs; strict type checkers see the same."""
+"""docs/names.md lists what is public, with its arguments, as checkers see it; the Python of docs/python.md runs."""
 
 import inspect
 import json
@@ -13,9 +13,9 @@ import pytest
 import sweep
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE = (CHECKOUT / "docs" / "python.md").read_text(encoding="utf-8")
+PAGE, LISTING = ((CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("python.md", "names.md"))
 PROJECT = Path(__file__).parent / "user_project"
-(LISTED,) = re.findall(r"^```text\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+(LISTED,) = re.findall(r"^```text\n(.*?)^```$", LISTING, flags=re.MULTILINE | re.DOTALL)
 LINES = [line for line in LISTED.splitlines() if line]
 NAMES = [re.split(r"\(", line)[0] for line in LINES]
 
