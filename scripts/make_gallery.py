@@ -131,7 +131,7 @@ ENTRIES = (
         "A film of one motion",
         "A coin is let go at a tilt of 1 degree and falls in a fifth of a second: twenty times slower than it is. "
         "Before it lies, rolling would need more friction than there is, and then a plane that pulls: from there on "
-        "the film is shaded. Films and figures of motions: [motions](motions.md).",
+        "the film is shaded. How to film: [films](films.md).",
     ),
     Entry(
         ("stopping.png",),

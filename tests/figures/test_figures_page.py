@@ -1,4 +1,4 @@
-"""docs/figures.md: its commands and its Python run as printed, and it names every option."""
+"""docs/figures.md and figure-options.md: commands and Python run as printed, and every option is named."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 import sweep
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE = (CHECKOUT / "docs" / "figures.md").read_text(encoding="utf-8")
+PAGE = "".join(
+    (CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("figures.md", "figure-options.md")
+)
 
 
 def blocks(language):

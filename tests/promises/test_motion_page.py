@@ -1,4 +1,4 @@
-"""docs/motions.md: what it says can be asked for, and its numbers are those of the code."""
+"""docs/motions.md and docs/films.md: what they say can be asked for, and their numbers are those of the code."""
 
 import re
 import shlex
@@ -14,7 +14,8 @@ from sweep.motion.request import split_motion_words
 
 pytestmark = pytest.mark.compiled
 
-PAGE = (Path(__file__).parents[2] / "docs" / "motions.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("motions.md", "films.md"))
 
 
 def test_its_commands_are_requests_that_can_be_met(monkeypatch):

@@ -1,4 +1,4 @@
-"""docs/starts.md is runnable: its commands, its table and its Python are executed here."""
+"""docs/starts.md and docs/tables.md are runnable: their commands, their table and their Python are executed here."""
 
 import re
 import shlex
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "starts.md").read_text(encoding="utf-8")
+TEXT = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("starts.md", "tables.md"))
 
 
 def blocks(language):
@@ -33,7 +33,7 @@ def test_commands_of_the_page(command):
 def test_python_of_the_page(capsys):
     """The snippet runs, and one of its two starts is unstable."""
     (code,) = blocks("python")
-    exec(compile(code, "docs/starts.md", "exec"), {})
+    exec(compile(code, "docs/tables.md", "exec"), {})
     assert capsys.readouterr().out == "1 of 2\n"
 
 
