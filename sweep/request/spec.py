@@ -98,7 +98,7 @@ class SweepSpec:
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
     model : str
         The registered model that is integrated; if not given the one that a word chooses, the disk with losses by any
-        of its own (docs/words.md), else the disk.
+        of its own (docs/lossy.md), else the disk.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
 
