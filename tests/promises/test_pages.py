@@ -29,6 +29,8 @@ BLOCKS_RUN_BY = {
     ("batch.md", "bash"): "tests/promises/test_pages.py::test_the_page_on_batches",
     ("commands.md", "bash"): "tests/promises/test_commands_page.py::test_commands",
     ("commands.md", "toml"): "tests/promises/test_commands_page.py::test_spec_file",
+    ("explorer.md", "bash"): "tests/promises/test_explorer_page.py::test_its_commands_run",
+    ("explorer.md", "python"): "tests/promises/test_explorer_page.py::test_its_python_runs",
     ("extend.md", "bash"): "tests/promises/test_extend_page.py::test_its_commands_run_in_the_fork",
     ("extend.md", "diff"): "tests/promises/test_extend_page.py::test_its_commands_run_in_the_fork",
     ("extend.md", "python"): "tests/promises/test_extend_page.py::test_its_tests_pass_in_the_fork",
@@ -66,6 +68,10 @@ EXCEPTED = {
     "scripts/test": "this test run",
     "scripts/test tests/request -k unit": "this test run",
     "scripts/test --readers": "asks for a password",
+    "scripts/javascript/check": "a part of scripts/test",
+    "scripts/explorer_random_use.py": "minutes; tests/explorer/browser/test_random_use.py",
+    "scripts/record_explorer.py": "minutes, and writes pictures of the docs",
+    "scripts/vendor_page.py": "fetches from npm; tests/explorer/test_vendor.py holds what it fetched",
     "scripts/site": "tests/promises/test_site.py",
     "scripts/fuzz": "long",
     "scripts/soak": "long",
@@ -197,7 +203,7 @@ def test_the_tests_that_run_blocks_exist():
 def test_scripts_of_sentences_exist():
     """Every script that a command runs is one of the project."""
     for each in EXCEPTED:
-        for script in re.findall(r"scripts/\w+(?:\.py)?", each):
+        for script in re.findall(r"scripts/[\w/]+(?:\.py)?", each):
             assert (CHECKOUT / script).is_file(), each
 
 
