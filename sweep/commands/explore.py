@@ -1,12 +1,13 @@
 """Open the explorer in the browser: the command `explore`."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from sweep.commands.arguments import Overwrite, Words, whole_number
-from sweep.commands.terminal import say
+from sweep.commands.terminal import say, show
 
 
 def explore(
@@ -52,7 +53,9 @@ def explore(
     explorer = Explorer(subject, port)
     if browser:
         explorer.open_browser()
-    print(explorer.url, flush=True)
+    show(explorer.url)
+    # who reads a pipe waits for the address
+    sys.stdout.flush()
     say("the explorer answers at this address until Ctrl-C")
     try:
         explorer.wait()
