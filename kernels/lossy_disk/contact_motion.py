@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from kernels.jit import internal, kernel
 from kernels.lossy_disk.equations import roll_rate, turning_rate
-from kernels.lossy_disk.loss_laws import contour_friction, drag, rolling_friction
+from kernels.lossy_disk.loss_laws import Load, drag, dry_force, normal_force, rolling_friction, rub_force
 
 
 class Senses(NamedTuple):
@@ -108,15 +108,14 @@ def contact_rates(state, senses, inertia, losses):
     S, C, w, f, v = state
     T, heading = S / C, v - f * S
     o, s = C * heading, f * C * C + v * S
-    free = inertia.i_tilt * (S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading)))
+    free = S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading))
     # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
     pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
-    dw, lift, _, rolled, roll = rolling_friction(
-        (S, C, opposed, f), free, free * S + w * w * C, inertia.i_tilt, losses.rolling
-    )
-    normal, blown = 1.0 - lift, drag(f, (S, C, T), losses)
-    rubbed, along = contour_friction(f, senses.roll, lift, losses)
-    roll += blown - along
+    load = Load(1.0 - w * w * C, S, inertia.i_tilt)
+    torque, _, rolled, slid = rolling_friction((C, opposed, f), free, load, losses.rolling)
+    normal, blown = normal_force(load, torque), drag(f, (S, C, T), losses)
+    rubbed = dry_force(f, senses.roll, load, torque, losses)
+    roll = -(rub_force(f, rubbed, losses) + blown + slid)
     turn = -losses.pivoting * normal * senses.turn
     free_roll = w * (2.0 * f * T - (1.0 + inertia.i_inverse) * o)
     free_turn = -w * (s * C + inertia.i_inverse * o * S)
@@ -127,10 +126,10 @@ def contact_rates(state, senses, inertia, losses):
         turn = -(free_turn + G_fv * roll) / G_vv
     rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
     turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
-    changes = C * w, -(S * w), dw, rolling, turning
+    changes = C * w, -(S * w), inertia.i_tilt * torque, rolling, turning
     ledger = (
         heading, senses.roll * f, pace * rolled, losses.pivoting * normal * (senses.turn * v), rubbed * f,
-        losses.damping * f * f, -blown * f,
+        losses.damping * f * f, blown * f,
     )  # fmt: skip
     return changes, ledger, Forces(normal, roll, turn)
 

@@ -21,7 +21,7 @@ from typing import Any
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.lossy_disk import layout, loss_laws, simd_stages, step_size
+from kernels.lossy_disk import layout, loss_laws, rk4, simd_stages, step_size
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
 
@@ -42,12 +42,19 @@ LANE_MODEL = LaneModel(
 )
 
 _DRY = (
-    (loss_laws.contour_friction, loss_laws.dry_contour_friction),
+    (loss_laws.rub_force, loss_laws.dry_rub_force),
     (simd_stages.keep_damped, simd_stages.keep_nothing),
 )
 _VISCOUS = (
-    (loss_laws.contour_friction, loss_laws.viscous_contour_friction),
+    (loss_laws.dry_force, loss_laws.no_dry_force),
+    (loss_laws.rub_force, loss_laws.viscous_rub_force),
     (simd_stages.keep_rubbed, simd_stages.keep_nothing),
+)
+_BARE = (
+    (loss_laws.dry_force, loss_laws.no_dry_force),
+    (loss_laws.rub_force, loss_laws.no_rub_force),
+    (simd_stages.keep_rubbed, simd_stages.keep_nothing),
+    (simd_stages.keep_damped, simd_stages.keep_nothing),
 )
 _WITHOUT_ROLLING = (
     (loss_laws.rolling_friction, loss_laws.no_rolling_friction),
@@ -55,6 +62,7 @@ _WITHOUT_ROLLING = (
     (simd_stages.goes_on_rolling, simd_stages.always_goes_on_rolling),
     (simd_stages.keep_rolled, simd_stages.keep_nothing),
 )
+_ROLLING = ((rk4.tangent, rk4.corrected_tangent),)
 _WITHOUT_PIVOTING = (
     (loss_laws.pivoting_friction, loss_laws.no_pivoting_friction),
     (simd_stages.goes_on_turning, simd_stages.always_goes_on_turning),
@@ -72,13 +80,14 @@ _MOFFATT = (
 _BILDSTEN = (
     (loss_laws.drag, loss_laws.layer_drag),
     (loss_laws.viscosity, loss_laws.layer_viscosity),
+    (rk4.tangent, rk4.corrected_tangent),
 )
 _WITHOUT_SLIP = ((simd_stages.grips, simd_stages.always_grips),)
 
 # What each part of a variant's name stands for, group by group
 _GROUPS: tuple[dict[str, tuple[Any, ...]], ...] = (
-    {"": (), "_dry": _DRY, "_viscous": _VISCOUS},
-    {"": _WITHOUT_ROLLING, "_rolling": ()},
+    {"": (), "_dry": _DRY, "_viscous": _VISCOUS, "_bare": _BARE},
+    {"": _WITHOUT_ROLLING, "_rolling": _ROLLING},
     {"": _WITHOUT_PIVOTING, "_pivoting": ()},
     {"": _WITHOUT_AIR, "_moffatt": _MOFFATT, "_bildsten": _BILDSTEN},
     {"": _WITHOUT_SLIP, "_slipping": ()},
@@ -102,7 +111,7 @@ def variant(contour, damping, rolling, pivoting, air_law, slips):
     -------
     str
     """
-    rubbing = ("" if contour else "_viscous") if damping else "_dry"
+    rubbing = ("" if contour else "_viscous") if damping else ("_dry" if contour else "_bare")
     return "integrate" + "".join(
         (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, _AIR_NAMES[air_law], "_slipping" * slips)
     )
@@ -116,8 +125,14 @@ def _variants(groups):
     return {name + end: parts + more for name, parts in groups[0].items() for end, more in others.items()}
 
 
+def _without_viscosity(end):
+    """Return the parts of a variant, by the end of its name, in which no force on the roll rate grows with it."""
+    rigid = end.startswith(("_dry", "_bare")) and not any(air in end for air in ("_moffatt", "_bildsten"))
+    return ((step_size.hurry_by_viscosity, step_size.no_hurry_by_viscosity),) if rigid else ()
+
+
 #: Name of each variant -> its parts.
-VARIANTS = {"integrate" + end: parts for end, parts in _variants(_GROUPS).items()}
+VARIANTS = {"integrate" + end: parts + _without_viscosity(end) for end, parts in _variants(_GROUPS).items()}
 
 
 def __getattr__(name):

@@ -254,7 +254,7 @@ def _store_leg(lane, motion, record, lanes):
     """Store where the next leg begins, and the record so far."""
     S, C, K, w, o, p = spin_state(motion.state, inertia_of(lane, lanes))
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
-    lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S * K
+    lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S / C
     lanes[at.LEG_W + lane], lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane] = w, o, p
     lanes[at.LEG_ROLL_SENSE + lane] = motion.senses.roll
     lanes[at.LEG_TURN_SENSE + lane], lanes[at.LEG_TIME + lane] = motion.senses.turn, motion.time

@@ -13,10 +13,13 @@ integrator: what a request has no law for is not computed (`kernels.lossy_disk.i
 import math
 from typing import NamedTuple
 
-from kernels.jit import kernel, simd
+from kernels.jit import kernel, simd, simd_kernel
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
 
-#: Least square of the horizontal turning rate that rolling friction is computed for: below it friction holds the disk.
+#: A force that is not there: to add it is left out by the compiler, but x + 0.0 is computed, as x may be -0.0.
+NOTHING = -0.0
+
+#: Added to the square of the horizontal turning rate that rolling friction opposes: below it friction holds the disk.
 _LEAST_SQUARE = 1.0e-200
 
 
@@ -77,95 +80,131 @@ def scaled_losses(arms, damping, air, disk, law):
     return Losses(contour / radius, viscous, rolling / radius, pivoting / radius, film, layer)
 
 
-@simd
-def contour_friction(f, sense, lift, losses):
-    """Forces that the roll rate f, of the sign `sense`, loses along the rim: to dry friction, to dry and viscous.
+class Load(NamedTuple):
+    """What the normal force n = level - i_tilt S torque depends on, with the torque that accelerates the tilt.
 
-    `lift` is 1 - n, by how much the normal force is less than the weight.
+    In this form the friction that n causes is one fused operation behind the torque: a step waits for it four times.
+
+    Attributes
+    ----------
+    level : float
+        n without acceleration of the tilt, 1 - w^2 C.
+    S, i_tilt : float
+        Sine of the tilt; 1/(1 + alpha/2).
     """
-    dry = losses.contour * sense
-    dry -= dry * lift
-    return dry, dry + losses.damping * f
+
+    level: float
+    S: float
+    i_tilt: float
+
+
+@simd_kernel
+def normal_force(load, torque):
+    """Normal force over m g, with the torque over m g R that accelerates the tilt."""
+    return load.level - load.i_tilt * load.S * torque
 
 
 @simd
-def dry_contour_friction(f, sense, lift, losses):
-    """`contour_friction` without viscous friction."""
-    dry = losses.contour * sense
-    dry -= dry * lift
-    return dry, dry
+def dry_force(f, sense, load, torque, losses):
+    """Force that the roll rate f, of the sign `sense`, loses to dry contour friction."""
+    most = losses.contour * sense
+    return -(most * load.i_tilt * load.S) * torque + most * load.level
 
 
 @simd
-def viscous_contour_friction(f, sense, lift, losses):
-    """`contour_friction` without dry friction."""
-    return 0.0, losses.damping * f
+def no_dry_force(f, sense, load, torque, losses):
+    """`dry_force` without dry contour friction."""
+    return 0.0
 
 
 @simd
-def rolling_friction(motion, free, lift, i_tilt, arm):
+def rub_force(f, dry, losses):
+    """Force that the roll rate f loses to dry contour friction, `dry`, and viscous."""
+    return dry + losses.damping * f
+
+
+@simd
+def viscous_rub_force(f, dry, losses):
+    """`rub_force` without dry contour friction."""
+    return losses.damping * f
+
+
+@simd
+def no_rub_force(f, dry, losses):
+    """`rub_force` without contour friction."""
+    return NOTHING
+
+
+@simd
+def dry_rub_force(f, dry, losses):
+    """`rub_force` without viscous contour friction."""
+    return dry
+
+
+@simd
+def rolling_friction(motion, free, load, arm):
     """What rolling friction does to the tilt and to the roll rate.
 
     Parameters
     ----------
-    motion : tuple of 4 floats
-        S, C, w, f.
-    free, lift : float
-        Acceleration of the tilt, and 1 - n of the normal force n, both without rolling friction.
-    i_tilt, arm : float
-        1/(1 + alpha/2), lever arm over the radius.
+    motion : tuple of 3 floats
+        C, w, f.
+    free : float
+        Torque over m g R that accelerates the tilt without rolling friction.
+    load : Load
+    arm : float
+        Lever arm over the radius.
 
     Returns
     -------
-    (dw, lift, slowed, power, force)
-        Acceleration of the tilt and 1 - n with it; its torque over the horizontal turning rate; the power that is lost;
-        the force on the roll rate.
+    (torque, slowed, power, force)
+        The torque with it; its own torque over the horizontal turning rate; the power that is lost; the force that the
+        roll rate loses.
 
     Notes
     -----
     The torque opposes the horizontal turning rate (w, C f). By its part along w it changes the acceleration of the
-    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = 1 - lift.
+    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = level - i_tilt S free.
     """
-    S, C, w, f = motion
+    C, w, f = motion
     across = C * f
-    square = w * w + across * across
-    rate = math.sqrt(square if square > _LEAST_SQUARE else _LEAST_SQUARE)  # max() is a call
-    share = (1.0 - lift) / (rate - i_tilt * S * arm * w)
-    slowed = arm * share
-    tilted = i_tilt * slowed * w
-    return free - tilted, lift - tilted * S, slowed, slowed * square, -slowed * (C * across)
+    # what is added keeps a quotient finite
+    square = (w * w + _LEAST_SQUARE) + across * across
+    lean = arm * load.i_tilt * load.S
+    slowed = (-lean * free + arm * load.level) / (math.sqrt(square) - lean * w)
+    return free - slowed * w, slowed, slowed * square, slowed * (C * across)
 
 
 @simd
-def no_rolling_friction(motion, free, lift, i_tilt, arm):
+def no_rolling_friction(motion, free, load, arm):
     """`rolling_friction` of a disk without it."""
-    return free, lift, 0.0, 0.0, 0.0
+    return free, 0.0, 0.0, NOTHING
 
 
 @simd
 def drag(f, place, losses):
-    """Force of the drag of air on the roll rate f, by either law; `place` is S, C, T of the tilt."""
+    """Force that the roll rate f loses to the drag of air, by either law; `place` is S, C, T of the tilt."""
     S, C, T = place
-    return -(losses.film * (C + S * T) + losses.layer * math.sqrt(abs(f))) * f
+    return (losses.film * f) * (C + S * T) + (losses.layer * f) * math.sqrt(abs(f))
 
 
 @simd
 def film_drag(f, place, losses):
     """`drag` by Moffatt's law."""
     S, C, T = place
-    return -losses.film * (C + S * T) * f
+    return (losses.film * f) * (C + S * T)
 
 
 @simd
 def layer_drag(f, place, losses):
     """`drag` by Bildsten's law."""
-    return -losses.layer * math.sqrt(abs(f)) * f
+    return (losses.layer * f) * math.sqrt(abs(f))
 
 
 @simd
 def no_drag(f, place, losses):
     """`drag` without air."""
-    return 0.0
+    return NOTHING
 
 
 @simd
@@ -195,7 +234,7 @@ def no_viscosity(f, place, losses):
 
 
 @simd
-def pivoting_friction(state, changes, lift, sense, inertia, arm):
+def pivoting_friction(state, changes, normal, sense, inertia, arm):
     """What pivoting friction does to o and p.
 
     Parameters
@@ -204,8 +243,8 @@ def pivoting_friction(state, changes, lift, sense, inertia, arm):
         S, C, w, o, p.
     changes : tuple of 2 floats
         o' and p' without it.
-    lift : float
-        1 - n of the normal force n.
+    normal : float
+        Normal force over m g.
     sense : float
         Sign of the turning rate about the vertical v = o C + s S, or 0 where friction holds it at zero.
     inertia : kernels.lossy_disk.rk4.Inertia
@@ -227,11 +266,11 @@ def pivoting_friction(state, changes, lift, sense, inertia, arm):
     free = do * C + dp * inverse + w * (s * C - o * S)
     turned = inertia.inverse_spin * C
     held = -free / (turned * C + inverse * S)
-    force = held if sense == 0.0 else -arm * (1.0 - lift) * sense
+    force = held if sense == 0.0 else -arm * normal * sense
     return do + turned * force, dp + S * force, force, -force * (o * C + s * S) * abs(sense)
 
 
 @simd
-def no_pivoting_friction(state, changes, lift, sense, inertia, arm):
+def no_pivoting_friction(state, changes, normal, sense, inertia, arm):
     """`pivoting_friction` of a disk without it."""
     return changes[0], changes[1], 0.0, 0.0

@@ -1,14 +1,22 @@
 """One classical Runge-Kutta step of a sliding motion with losses.
 
 Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its derivative costs a multiplication less;
-1/C = C + S T then. Between steps T is set to S/C: on the way to flat an error of T grows like 1/C, and the energy does
-not show it.
+1/C = C + S T then. At its end T is S/C: the quotient takes less time than the sums, and on the way to flat an error of
+T would grow like 1/C, which the energy does not show.
 """
 
 from typing import NamedTuple
 
 from kernels.jit import internal, kernel, simd, simd_kernel
-from kernels.lossy_disk.loss_laws import contour_friction, drag, pivoting_friction, rolling_friction
+from kernels.lossy_disk.loss_laws import (
+    Load,
+    drag,
+    dry_force,
+    normal_force,
+    pivoting_friction,
+    rolling_friction,
+    rub_force,
+)
 
 
 class Inertia(NamedTuple):
@@ -41,7 +49,7 @@ class Forces(NamedTuple):
     normal : float
         Normal force.
     dry, rub, blow : float
-        Forces that the roll rate loses: to dry contour friction; to all of contour friction; and, negative, to the air.
+        Forces that the roll rate loses: to dry contour friction; to all of contour friction; to the air.
     along : float
         Force that the roll rate loses to all laws.
     slowed, rolled : float
@@ -77,27 +85,27 @@ def changes(state, sense, inertia, losses):
 
     Returns
     -------
-    (dS, dC, dT, dw, do, dp), forces
-        Derivatives of the state; the `Forces`.
+    (dS, dC, dT, torque, do, dp), forces
+        Derivatives of the state, of the tilt rate the torque that accelerates it; the `Forces`.
     """
     S, C, T, w, o, p = state
     oT = o * T
     f = inertia.i_inverse * p - oT
-    free = inertia.i_tilt * (S + o * (p - inertia.i_spin * oT))
     dS, minus_dC, wT = C * w, S * w, w * T
-    dw, lift, slowed, rolled, slid = rolling_friction(
-        (S, C, w, f), free, free * S + w * dS, inertia.i_tilt, losses.rolling
+    load = Load(1.0 - w * dS, S, inertia.i_tilt)
+    torque, slowed, rolled, slid = rolling_friction(
+        (C, w, f), S + o * (p - inertia.i_spin * oT), load, losses.rolling
     )
-    dry, rub = contour_friction(f, sense[0], lift, losses)
-    blow = drag(f, (S, C, T), losses)
-    # differences: adding the nothing of a law that a variant lacks would be computed
-    along = rub - blow - slid
-    do = w * (oT - inertia.drag * p) + along * (inertia.inverse_spin * T)
+    dry = dry_force(f, sense[0], load, torque, losses)
+    rub, blow = rub_force(f, dry, losses), drag(f, (S, C, T), losses)
+    along = rub + blow + slid
+    normal = normal_force(load, torque)
+    do = along * (inertia.inverse_spin * T) + w * (oT - inertia.drag * p)
     do, dp, held, pivoted = pivoting_friction(
-        (S, C, w, o, p), (do, -w * o - along), lift, sense[1], inertia, losses.pivoting
+        (S, C, w, o, p), (do, -w * o - along), normal, sense[1], inertia, losses.pivoting
     )
-    return (dS, -minus_dC, w + wT * T, dw, do, dp), Forces(
-        f, 1.0 - lift, dry, rub, blow, along, slowed, rolled, held, pivoted
+    return (dS, -minus_dC, w + wT * T, torque, do, dp), Forces(
+        f, normal, dry, rub, blow, along, slowed, rolled, held, pivoted
     )
 
 
@@ -121,7 +129,7 @@ def entries(state, sense, forces):
     f = forces.f
     return (
         o * (C + S * T), sense[0] * f, forces.rolled, forces.pivoted,
-        forces.dry * f, (forces.rub - forces.dry) * f, -forces.blow * f,
+        forces.dry * f, (forces.rub - forces.dry) * f, forces.blow * f,
     )  # fmt: skip
 
 
@@ -131,6 +139,14 @@ def _moved(state, h, change):
     S, C, T, w, o, p = state
     dS, dC, dT, dw, do, dp = change
     return S + h * dS, C + h * dC, T + h * dT, w + h * dw, o + h * do, p + h * dp
+
+
+@simd
+def _turned(state, h, turn, change):
+    """`state` + h * `change`, but for the tilt rate, which changes by `turn` times a torque."""
+    S, C, T, w, o, p = state
+    dS, dC, dT, torque, do, dp = change
+    return S + h * dS, C + h * dC, T + h * dT, w + turn * torque, o + h * do, p + h * dp
 
 
 @simd
@@ -144,6 +160,21 @@ def _entered(ledger, h, rates):
 
 
 @simd
+def tangent(S, C, T, half):
+    """Tangent of the tilt at the end of a step, where T is it but for an error of the step."""
+    return S / C
+
+
+@simd
+def corrected_tangent(S, C, T, half):
+    """`tangent` where roots and quotients already take most of the time: by one of Newton's corrections.
+
+    With a step of zero a lane keeps its bits.
+    """
+    return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
+
+
+@simd
 def lane_step(state, first, sense, inertia, losses, half):
     """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
 
@@ -152,7 +183,7 @@ def lane_step(state, first, sense, inertia, losses, half):
     state : tuple of 6 floats
         S, C, T, w, o, p.
     first : tuple of 6 floats
-        Its derivatives, by `changes`.
+        How it changes, by `changes`.
     sense, inertia, losses
         As of `changes`.
     half : float
@@ -162,18 +193,15 @@ def lane_step(state, first, sense, inertia, losses, half):
     -----
     The classical method of order 4 (Kutta 1901); local error O(h^5).
     """
-    middle, _ = changes(_moved(state, half, first), sense, inertia, losses)
+    half_turn = half * inertia.i_tilt
+    middle, _ = changes(_turned(state, half, half_turn, first), sense, inertia, losses)
     total = _moved(first, 2.0, middle)
-    middle, _ = changes(_moved(state, half, middle), sense, inertia, losses)
+    middle, _ = changes(_turned(state, half, half_turn, middle), sense, inertia, losses)
     total = _moved(total, 2.0, middle)
-    last, _ = changes(_moved(state, half + half, middle), sense, inertia, losses)
-    return _moved(state, (1.0 / 3.0) * half, _moved(total, 1.0, last))
-
-
-@simd
-def tangent_correction(S, C, T):
-    """What T lacks of S/C, by one of Newton's steps: without a quotient."""
-    return (C + S * T) * (S - T * C)
+    last, _ = changes(_turned(state, half + half, half_turn + half_turn, middle), sense, inertia, losses)
+    third = 1.0 / 3.0
+    S, C, T, w, o, p = _turned(state, third * half, third * half_turn, _moved(total, 1.0, last))
+    return S, C, tangent(S, C, T, half), w, o, p
 
 
 @simd
@@ -201,15 +229,19 @@ def rates(state, sense, inertia, losses):
         and the force of pivoting friction on the turning rate.
     """
     inner = with_tangent(state)
-    (dS, dC, _, dw, do, dp), forces = changes(inner, sense, inertia, losses)
+    (dS, dC, _, torque, do, dp), forces = changes(inner, sense, inertia, losses)
     K = state[2]
-    return (dS, dC, -K * K * dC, dw, do, dp), entries(inner, sense, forces), (forces.normal, forces.held)
+    return (
+        (dS, dC, -K * K * dC, inertia.i_tilt * torque, do, dp),
+        entries(inner, sense, forces),
+        (forces.normal, forces.held),
+    )
 
 
 @internal
 def _stage(state, sense, inertia, losses):
-    change, forces = changes(state, sense, inertia, losses)
-    return change, entries(state, sense, forces)
+    (dS, dC, dT, torque, do, dp), forces = changes(state, sense, inertia, losses)
+    return (dS, dC, dT, inertia.i_tilt * torque, do, dp), entries(state, sense, forces)
 
 
 @kernel

@@ -12,9 +12,9 @@ from kernels.disk.equations import energy, scaled
 from kernels.jit import simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.equations import roll_rate, turning_rate
-from kernels.lossy_disk.loss_laws import Losses
-from kernels.lossy_disk.rk4 import Inertia, changes, entries, inertia, lane_step, tangent_correction
-from kernels.lossy_disk.step_size import half_step, hurry, hurry_by_rolling_friction
+from kernels.lossy_disk.loss_laws import Losses, viscosity
+from kernels.lossy_disk.rk4 import Inertia, changes, entries, inertia, lane_step
+from kernels.lossy_disk.step_size import half_step, hurry, hurry_by_rolling_friction, hurry_by_viscosity
 from kernels.simd_math import sine_cosine
 
 #: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
@@ -143,20 +143,23 @@ def set_off(lane, run, lanes):
 @simd
 def next_half(state, forces, lane, lanes):
     """Half the step that the motion asks for."""
-    hurried = hurry(state, forces.f, forces.along, inertia_of(lane, lanes), losses_of(lane, lanes))
-    hurried = hurry_by_rolling_friction(hurried, state[1], forces.slowed)
-    return half_step(hurried, state[1], lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
+    S, C, T, _, _, _ = state
+    of_disk = inertia_of(lane, lanes)
+    viscous = viscosity(forces.f, (S, C, T), losses_of(lane, lanes))
+    hurried = hurry_by_viscosity(hurry(state, forces.along, of_disk), state, viscous, of_disk.inverse_spin)
+    hurried = hurry_by_rolling_friction(hurried, C, forces.slowed)
+    return half_step(hurried, C, lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
 
 
 @simd
-def turning_sine(state, dw, reach):
+def turning_sine(state, torque, i_tilt, reach):
     """Sine of the tilt of the turning point to which a state is nearer than its neighbours are, else of its own tilt.
 
     Parameters
     ----------
     state : tuple of 6 floats
-    dw : float
-        Derivative of the tilt rate.
+    torque, i_tilt : float
+        Torque that accelerates the tilt; 1/(1 + alpha/2).
     reach : float
         Longest time to the turning point.
 
@@ -165,7 +168,7 @@ def turning_sine(state, dw, reach):
     About its turning point a motion is nearly even in time: tilt + w^2 / (-2 w') errs by less than h^4 / 100 there.
     """
     S, C, _, w, _, _ = state
-    time = w / dw
+    time = w / (i_tilt * torque)
     angle = -0.5 * (w * time)
     return S + (angle * (C - 0.5 * angle * S) if abs(time) < reach else 0.0)
 
@@ -200,21 +203,22 @@ def always_goes_on_turning(state, forces, sense, i_inverse, arm):
 
 
 @simd
-def grips(state, change, normal, i_inverse, friction):
+def grips(state, change, normal, inertia, friction):
     """Whether the contact does not slip: the horizontal force is within `friction` times the normal force.
 
     Newton on the centre of mass, whose horizontal velocity is (C w, s) across and along the track.
     """
     S, C, T, w, o, p = state
-    _, _, _, dw, _, dp = change
-    across = C * dw - S * (w * w) - i_inverse * p * (o * (C + S * T))
+    _, _, _, torque, _, dp = change
+    i_inverse = inertia.i_inverse
+    across = C * inertia.i_tilt * torque - S * (w * w) - i_inverse * p * (o * (C + S * T))
     along = i_inverse * dp + w * o
     most = friction * normal
     return across * across + along * along <= most * most
 
 
 @simd
-def always_grips(state, change, normal, i_inverse, friction):
+def always_grips(state, change, normal, inertia, friction):
     """`grips` where the disk cannot slip."""
     return True
 
@@ -225,6 +229,17 @@ def store_state(lane, lanes, state):
     S, C, T, w, o, p = state
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, T
     lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = w, o, p
+
+
+@simd
+def chosen(condition, state, other):
+    """`state` if a condition holds, else the `other` one."""
+    S, C, T, w, o, p = state
+    S0, C0, T0, w0, o0, p0 = other
+    return (
+        S if condition else S0, C if condition else C0, T if condition else T0,
+        w if condition else w0, o if condition else o0, p if condition else p0,
+    )  # fmt: skip
 
 
 @simd
@@ -293,17 +308,20 @@ def advance(lane, run, lanes):
     rates = entries(state, sense, forces)
     following = next_half(state, forces, lane, lanes)
     # a turning point before the first step of a leg is none of it
-    extreme = turning_sine(state, change[3], _NEAREST * (half if state[3] * change[3] < 0.0 else last))
+    extreme = turning_sine(
+        state, change[3], of_disk.i_tilt, _NEAREST * (half if state[3] * change[3] < 0.0 else last)
+    )
     # so written, a NaN is an event too
-    going = (rates[1] >= 0.0) & (forces.normal > 0.0) & (state[1] >= run.cos_flat_tilt) & (t < end)
-    going &= (smaller >= low) & (larger <= high) & (left > 0.0)
+    going = (left > 0.0) & (t < end) & (smaller >= low) & (larger <= high) & (state[1] >= run.cos_flat_tilt)
+    going &= rates[1] >= 0.0
     going &= goes_on_rolling(state, forces.f, losses.rolling)
     going &= goes_on_turning(state, forces, sense[1], of_disk.i_inverse, losses.pivoting)
-    going &= grips(state, change, forces.normal, of_disk.i_inverse, friction)
-    # with a step of zero the lane rests
+    going &= grips(state, change, forces.normal, of_disk, friction)
+    going &= forces.normal > 0.0
     taken = half if going else 0.0
     weight = (2.0 / 3.0) * ((half + last) if going else 0.0)
-    store_state(lane, lanes, lane_step(state, change, sense, of_disk, losses, taken))
+    # to choose behind the step costs less than to let the step wait for what is known of events
+    store_state(lane, lanes, chosen(going, lane_step(state, change, sense, of_disk, losses, half), state))
     store_ledger(lane, lanes, ledger, weight, rates)
     lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + 4.0 * taken, taken
     lanes[at.HALF + lane] = following if going else half
@@ -325,11 +343,8 @@ def coast(lane, run, lanes):
     taken = lanes[at.TAKEN + lane]
     smaller, larger = lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane]
     change, forces = changes(state, sense, of_disk, losses)
-    extreme = turning_sine(state, change[3], _NEAREST * taken)
-    S, C, T, w, o, p = lane_step(state, change, sense, of_disk, losses, taken)
-    # a lane that rests keeps its bits
-    T += tangent_correction(S, C, T) if taken > 0.0 else 0.0
-    store_state(lane, lanes, (S, C, T, w, o, p))
+    extreme = turning_sine(state, change[3], of_disk.i_tilt, _NEAREST * taken)
+    store_state(lane, lanes, lane_step(state, change, sense, of_disk, losses, taken))
     store_ledger(lane, lanes, ledger, (8.0 / 3.0) * taken, entries(state, sense, forces))
     lanes[at.LATEST_LEAST + lane] = extreme if (extreme < smaller) & (taken > 0.0) else smaller
     lanes[at.LATEST_GREATEST + lane] = extreme if (extreme > larger) & (taken > 0.0) else larger

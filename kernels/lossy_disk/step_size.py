@@ -14,7 +14,6 @@ from kernels.lossy_disk.arrays import (
     STEP,
     TOLERANCE,
 )
-from kernels.lossy_disk.loss_laws import viscosity
 
 #: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
@@ -53,30 +52,44 @@ def prepared_settings(settings):
 
 
 @simd
-def hurry(state, f, along, inertia, losses):
-    """Square of the fastest rate of a motion, times cos(tilt)^2, without rolling friction.
+def hurry(state, along, inertia):
+    """Square of the fastest rate of a motion, times cos(tilt)^2, without rolling and viscous friction.
 
     Parameters
     ----------
     state : tuple of 6 floats
-    f, along : float
-        Roll rate; force that friction and drag take from the roll rate.
+    along : float
+        Force that friction and drag take from the roll rate.
     inertia : kernels.lossy_disk.rk4.Inertia
-    losses : kernels.lossy_disk.loss_laws.Losses
 
     Notes
     -----
     The rates of the linearised motion; near flat that is the precession. Where the force along the rim changes o
-    faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha. A roll rate relaxes with the rate
-    viscous * (2 T^2/alpha + ...): where nothing else is fast, Runge-Kutta follows it with longer steps.
+    faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha.
     """
     S, C, T, w, o, p = state
-    rolling = 2.0 * inertia.i_tilt * inertia.i_inverse
-    viscous = viscosity(f, (S, C, T), losses)
+    rolling = inertia.i_tilt * inertia.drag
     steep = inertia.inverse_spin * T * S
-    square = _SHARE_OF_RELAXING * (viscous * viscous)
-    slow = C * C * (inertia.i_tilt + square + rolling * (p * p))
-    return slow + (o * o + (w * w + steep * (along * along + steep * square)))
+    slow = C * C * (inertia.i_tilt + rolling * (p * p))
+    return slow + (o * o + (w * w + steep * (along * along)))
+
+
+@simd
+def hurry_by_viscosity(hurried, state, viscous, inverse_spin):
+    """`hurry` with a force on the roll rate that grows with it by `viscous`.
+
+    The roll rate relaxes with the rate viscous * (2 T^2/alpha + ...): where nothing else is fast, Runge-Kutta follows
+    it with longer steps.
+    """
+    S, C, T, _, _, _ = state
+    steep = inverse_spin * T * S
+    return hurried + (_SHARE_OF_RELAXING * (viscous * viscous)) * (C * C + steep * steep)
+
+
+@simd
+def no_hurry_by_viscosity(hurried, state, viscous, inverse_spin):
+    """`hurry_by_viscosity` without such a force."""
+    return hurried
 
 
 @simd

@@ -24,7 +24,7 @@ def integrator(
         Whether the friction that rolling needs is held against a friction coefficient.
     """
     # the kernels themselves, which would say the name, are not imported before they are used
-    rubbing = ("" if contour else "_viscous") if damping else "_dry"
+    rubbing = ("" if contour else "_viscous") if damping else ("_dry" if contour else "_bare")
     drag = "" if air == NO_AIR else f"_{air}"
     laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
     return Kernel(_MODULE, "integrate" + "".join(laws), seconds=8.0)

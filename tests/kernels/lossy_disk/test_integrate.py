@@ -247,8 +247,8 @@ def test_names_of_variants():
     from kernels.lossy_disk import integrate
 
     assert variant(True, True, False, False, 0, False) == "integrate"
-    assert variant(False, False, True, True, 2, True) == "integrate_dry_rolling_pivoting_bildsten_slipping"
+    assert variant(False, False, True, True, 2, True) == "integrate_bare_rolling_pivoting_bildsten_slipping"
     assert variant(False, True, False, False, 1, False) == "integrate_viscous_moffatt"
-    assert len(VARIANTS) == 72
+    assert len(VARIANTS) == 96
     assert integrate.integrate_viscous is integrate.integrate_viscous
     assert not hasattr(integrate, "integrate_sticky")
