@@ -38,7 +38,9 @@ def stated_errors(ending, time, speed, peak, lost, imbalance, tolerance):
     """
     late = _SHARE_OF_TIME * time * (tolerance + imbalance / (lost + imbalance + tolerance))
     # near flat a tilt is the more uncertain the smaller its cosine
-    tilt_error = _SHARE_OF_TILT * tolerance * peak + imbalance / math.cos(peak)
+    # what friction stopped is left of a motion as large as the root of the energy that it took
+    size = max(peak, math.sqrt(lost)) if speed == 0.0 and lost > 0.0 else peak
+    tilt_error = _SHARE_OF_TILT * tolerance * size + imbalance / math.cos(peak)
     if ending != FLAT:
         tilt_error += _SHARE_OF_TIME * tolerance * time * abs(speed)
     return tilt_error, 0.0 if ending == HORIZON else late

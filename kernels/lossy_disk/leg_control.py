@@ -329,9 +329,8 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
         least, greatest = max(least, -run.flat_tilt), min(greatest, run.flat_tilt)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     lost, peak = rolled + pivoted + rubbed + damped + blown, max(abs(least), abs(greatest))
-    tilt_error, time_error = stated_errors(
-        ending, motion.time, motion.state[3], peak, lost, imbalance, run.tolerance
-    )
+    _, _, speed, _, _ = motion.state
+    tilt_error, time_error = stated_errors(ending, motion.time, speed, peak, lost, imbalance, run.tolerance)
     ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
     _write(
         cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,

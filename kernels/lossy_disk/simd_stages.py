@@ -126,8 +126,8 @@ def set_off(lane, run, lanes):
     rubbed, damped = lanes[at.LEG_RUBBED + lane], lanes[at.LEG_DAMPED + lane]
     blown = lanes[at.LEG_BLOWN + lane]
     left = MOST_STEPS - lanes[at.STEPS_KEPT + lane]
-    _, forces = changes(state, sense, inertia_of(lane, lanes), losses_of(lane, lanes))
-    half = next_half(state, forces, lane, lanes)
+    change, forces = changes(state, sense, inertia_of(lane, lanes), losses_of(lane, lanes))
+    half = next_half(state, change, forces, lane, lanes)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, T
     lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = w, o, p
     lanes[at.ROLL_SENSE + lane], lanes[at.TURN_SENSE + lane] = sense
@@ -141,13 +141,13 @@ def set_off(lane, run, lanes):
 
 
 @simd
-def next_half(state, forces, lane, lanes):
+def next_half(state, change, forces, lane, lanes):
     """Half the step that the motion asks for."""
     S, C, T, _, _, _ = state
     of_disk = inertia_of(lane, lanes)
     viscous = viscosity(forces.f, (S, C, T), losses_of(lane, lanes))
     hurried = hurry_by_viscosity(hurry(state, forces.along, of_disk), state, viscous, of_disk.inverse_spin)
-    hurried = hurry_by_rolling_friction(hurried, C, forces.slowed)
+    hurried = hurry_by_rolling_friction(hurried, state, change, forces, of_disk)
     return half_step(hurried, C, lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
 
 
@@ -306,7 +306,7 @@ def advance(lane, run, lanes):
     end, left = lanes[at.END + lane], lanes[at.STEPS_LEFT + lane]
     change, forces = changes(state, sense, of_disk, losses)
     rates = entries(state, sense, forces)
-    following = next_half(state, forces, lane, lanes)
+    following = next_half(state, change, forces, lane, lanes)
     # a turning point before the first step of a leg is none of it
     extreme = turning_sine(
         state, change[3], of_disk.i_tilt, _NEAREST * (half if state[3] * change[3] < 0.0 else last)
