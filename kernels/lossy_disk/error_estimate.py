@@ -1,10 +1,11 @@
 """What is stated as the errors of a motion with losses, from the imbalance of its energy and from its steps.
 
 The imbalance decides whether a step is short enough, and says little about how far a motion is ahead of the true one.
-So the stated errors are shares of the tolerance, which the length of the steps goes with, measured against a tenth of
-the step: of 2,400 times of random mixtures of all laws and motions one or two were beyond them;
-half of the true errors are below a thousandth of the stated ones. Beyond were motions that amplify small differences a
-thousandfold.
+So the stated errors are shares of the tolerance, which the length of the steps goes with. Of 5,200 random mixtures of
+all laws and motions (2,600 of them slow, 500 within 1e-3 rad of upright), against an integration of eighth order, every
+time was within its error and one extreme tilt was beyond, by a tenth. Half of the true errors are below a thousandth of
+the stated ones. The tilt at the end of a duration is not among them where the motion amplifies small differences
+ten-thousandfold: two of 2,600 were beyond what is stated for the extremes, by up to nine times.
 """
 
 import math

@@ -144,10 +144,10 @@ def set_off(lane, run, lanes):
 def next_half(state, change, forces, lane, lanes):
     """Half the step that the motion asks for."""
     S, C, T, _, _, _ = state
-    of_disk = inertia_of(lane, lanes)
-    viscous = viscosity(forces.f, (S, C, T), losses_of(lane, lanes))
+    of_disk, losses = inertia_of(lane, lanes), losses_of(lane, lanes)
+    viscous = viscosity(forces.f, (S, C, T), losses)
     hurried = hurry_by_viscosity(hurry(state, forces.along, of_disk), state, viscous, of_disk.inverse_spin)
-    hurried = hurry_by_rolling_friction(hurried, state, change, forces, of_disk)
+    hurried = hurry_by_rolling_friction(hurried, state, change, forces, of_disk, losses.rolling)
     return half_step(hurried, C, lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
 
 

@@ -96,7 +96,7 @@ def no_hurry_by_viscosity(hurried, state, viscous, inverse_spin):
 
 
 @simd
-def hurry_by_rolling_friction(hurried, state, change, forces, inertia):
+def hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
     """`hurry` with rolling friction, which has the direction of the horizontal turning rate (w, C f).
 
     Parameters
@@ -106,12 +106,15 @@ def hurry_by_rolling_friction(hurried, state, change, forces, inertia):
         S, C, T, w, o, p, and how they change (`kernels.lossy_disk.rk4.changes`).
     forces : kernels.lossy_disk.rk4.Forces
     inertia : kernels.lossy_disk.rk4.Inertia
+    arm : float
+        Lever arm of rolling friction over the radius.
 
     Notes
     -----
     Friction itself changes a slow rate fast. And where the tilt turns, a small C f lets the direction swing round in a
     time short against all others: a step that misses this has an error of the force that the energy, whose loss has
-    the same one, shows only in part.
+    the same one, shows only in part. Relative to the rate its whole change counts, not only that of its direction:
+    steps are to be short before the swing, whose middle comes as fast as the tilt rate vanishes.
     """
     S, C, T, w, o, _ = state
     dS, minus_S_w, dT, torque, do, dp = change
@@ -121,11 +124,11 @@ def hurry_by_rolling_friction(hurried, state, change, forces, inertia):
     changing = C * rolls + minus_S_w * f
     square = (w * w + _LEAST_SQUARE) + across * across
     swinging = swings * swings + changing * changing
-    return hurried + (fast * fast + C * C * (swinging / square))
+    return hurried + (fast * fast + C * C * (swinging / square) if arm > 0.0 else 0.0)
 
 
 @simd
-def no_hurry_by_rolling_friction(hurried, state, change, forces, inertia):
+def no_hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
     """`hurry_by_rolling_friction` without it."""
     return hurried
 

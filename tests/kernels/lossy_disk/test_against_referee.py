@@ -59,6 +59,27 @@ def test_fresh_single_motions_end_as_the_referee_says():
     assert audit.fine, "\n".join(audit.broken)
 
 
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"tilt": 2.784094815787056e-4, "tilt_rate": -0.01577547, "roll_rate": -0.161960, "alpha": 0.8381756940340419,
+         "rolling_friction": 0.05699009},
+        {"tilt": 1.0514476469396857e-4, "tilt_rate": -3.377e-4, "roll_rate": -0.0522787, "alpha": 0.7950566475214973,
+         "rolling_friction": 0.003235055, "pivoting_friction": 0.01291054},
+    ],
+)  # fmt: skip
+def test_rolling_friction_whose_direction_swings_round_is_resolved(start):
+    """Where the tilt turns while the disk hardly rolls, friction turns round in a small share of the other times.
+
+    These fall flat after many such turns, with a turning rate that all of them have made.
+    """
+    given = referee.starts(**start)
+    found, true = lossy_runner.run(given, duration=300.0), referee.run(given, duration=300.0, rtol=1e-13)
+    assert found.ending[0] == true.ending[0] == FLAT
+    assert found.end_time[0] == pytest.approx(true.end_time[0], rel=1e-8)
+    assert found.heading_turned[0] == pytest.approx(true.heading_turned[0], rel=1e-6)
+
+
 @pytest.mark.parametrize("law", lossy_wobble.LAWS)
 def test_the_wobble_takes_the_time_of_its_closed_form(law):
     """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""

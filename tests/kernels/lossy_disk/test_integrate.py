@@ -221,9 +221,10 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
 
 
 @pytest.mark.parametrize("air", lossy_runner.AIR_LAWS)
-def test_stated_errors(air):
-    """Against the referee, of fresh mixtures: beyond its stated error is next to none, and every cell is resolved."""
-    given = lossy_cells.random_cells(600, np.random.default_rng())[air]
+@pytest.mark.parametrize("kinds", [lossy_cells.KINDS, ("nearly upright", "slow")])
+def test_stated_errors(kinds, air):
+    """Against the referee, of fresh mixtures: of about 200 cells at most two are beyond, and every one is resolved."""
+    given = lossy_cells.random_cells(600, np.random.default_rng(), kinds)[air]
     found = lossy_runner.run(given, air=air)
     sharp, truth = (
         referee.run(given, air=air, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=rtol)
@@ -236,10 +237,34 @@ def test_stated_errors(air):
     assert (found.ending == truth.ending)[sure].mean() > 0.99
     sure &= found.ending == truth.ending
     assert found.energy_imbalance[sure].max() <= 1e-8
-    beyond = np.abs(found.end_time - truth.end_time) > found.time_error + 1e-9 * truth.end_time
+    beyond = np.abs(found.end_time - truth.end_time) > found.time_error
     beyond |= np.abs(found.tilt_max - truth.tilt_max) > found.tilt_error
     beyond |= np.abs(found.tilt_min - truth.tilt_min) > found.tilt_error
-    assert beyond[sure].mean() < 0.02
+    assert beyond[sure].sum() <= 2
+
+
+@pytest.mark.parametrize("tilt", [1e-5, 1e-3])
+def test_a_falling_disk_states_the_error_of_its_last_tilt(tilt):
+    """A disk without rates falls straight: its largest tilt errs by the error of the time times the tilt rate."""
+    given = referee.starts(tilt=tilt)
+    for duration in (5.0, 7.0, 8.0):
+        found = lossy_runner.run(given, duration=duration)
+        truth = referee.run(given, duration=duration, rtol=1e-13)
+        assert found.ending[0] == HORIZON
+        assert abs(found.tilt_max - truth.tilt_max)[0] <= found.tilt_error[0]
+        assert found.tilt_error[0] <= 1e-5 * truth.tilt_max[0]
+
+
+def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
+    """Small tilts that are left of larger rates: the tilt alone says little about their error."""
+    given = lossy_cells.random_cells(1800, np.random.default_rng(31), ("slow",))["moffatt"]
+    found = lossy_runner.run(given, air="moffatt")
+    truth = referee.run(given, air="moffatt", duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=1e-13)
+    rested = (found.ending == REST) & (truth.ending == REST)
+    assert rested.sum() > 100
+    for name in ("tilt_min", "tilt_max"):
+        assert (np.abs(getattr(found, name) - getattr(truth, name)) <= found.tilt_error)[rested].all()
+    assert found.tilt_error[rested].max() <= 1e-6
 
 
 def test_names_of_variants():
