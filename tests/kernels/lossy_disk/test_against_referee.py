@@ -62,8 +62,9 @@ def test_fresh_single_motions_end_as_the_referee_says():
 @pytest.mark.parametrize(
     "start",
     [
-        {"tilt": 2.784094815787056e-4, "tilt_rate": -0.01577547, "roll_rate": -0.161960, "alpha": 0.8381756940340419,
-         "rolling_friction": 0.05699009},
+        {"tilt": 2.784094815787056e-4, "tilt_rate": -0.37719069049520365, "roll_rate": -3.872406759248317,
+         "alpha": 0.8381756940340419, "radius": 0.017159493820826717, "gravity": 9.81,
+         "rolling_friction": 9.779211008928918e-4},
         {"tilt": 1.0514476469396857e-4, "tilt_rate": -3.377e-4, "roll_rate": -0.0522787, "alpha": 0.7950566475214973,
          "rolling_friction": 0.003235055, "pivoting_friction": 0.01291054},
     ],
