@@ -98,5 +98,7 @@ def elsewhere() -> Mapping[str, str]:
         for model in registry.every()
         for name in model.chosen_by
     }
-    words |= dict.fromkeys(("mass", "friction", "interval"), "it is a word of eulerdisk simulate")
+    beside = "and of a disk with losses, beside a loss such as rolling_friction=10um"
+    words |= dict.fromkeys(("mass", "friction"), f"it is a word of eulerdisk simulate, {beside}")
+    words |= {"interval": "it is a word of eulerdisk simulate"}
     return words | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}

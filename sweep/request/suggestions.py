@@ -34,7 +34,7 @@ def unknown_word(
         hint = f"Leave it out: {elsewhere[name]}."
     raise RequestError(
         f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
-        hint=hint or suggestion(name, known) or "Use one of these words.",
+        hint=hint or suggestion(name, (*known, *(elsewhere or ()))) or "Use one of these words.",
         where=shown(name),
     )
 

@@ -85,7 +85,7 @@ def test_what_the_losses_take(v):
     motion, out, h = np.array(v["motion"]), v["slopes"], 1e-5
     ahead, behind = (lossy.energy(motion + side * h * out[:4], v["alpha"]) for side in (1.0, -1.0))
     check("power", {**with_forces(v), "dE/dtau": (ahead - behind) / (2.0 * h)}, 1e-7)
-    check("power", {**with_forces(v), "dE/dtau": -out[lossy.LOSSES :].sum()}, 1e-10)
+    check("power", {**with_forces(v), "dE/dtau": -out[lossy.LOSSES : lossy.PLACE].sum()}, 1e-10)
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_the_powers_of_the_sources(si):
     found = {}
     for name, law in (("P_M", "q_M"), ("P_B", "q_B")):
         given = dict.fromkeys(COEFFICIENTS, 0.0) | {"alpha": si["alpha"], law: scaled(si)[law]}
-        power = moving(given, wobble)["slopes"][lossy.LOSSES :].sum()
+        power = moving(given, wobble)["slopes"][lossy.LOSSES : lossy.PLACE].sum()
         found[name] = power * si["m"] * si["g"] * si["R"] * math.sqrt(si["g"] / si["R"])
     for line in FORMULAS["sources"]:
         assert line.value({**si, "a": a}) == pytest.approx(found[line.first], rel=1e-4)
@@ -151,7 +151,9 @@ def test_powers_and_times(law, alpha):
     given = dict.fromkeys(COEFFICIENTS, 0.0) | {"alpha": alpha, name: coefficient}
     wobble = moving(given, (0.5 * math.pi - a, 0.0, rate, -rate * math.cos(a)))
     values = {"alpha": alpha, "c": coefficient, "k": coefficient, "q": coefficient}
-    assert power.value({**values, "a": a}) == pytest.approx(wobble["slopes"][lossy.LOSSES :].sum(), rel=1e-5)
+    assert power.value({**values, "a": a}) == pytest.approx(
+        wobble["slopes"][lossy.LOSSES : lossy.PLACE].sum(), rel=1e-5
+    )
 
     taken = mpmath.quad(lambda x: 1.5 / power.value({**values, "a": float(x)}), [0.0, 0.01, 0.1])
     assert time.value({**values, "a_0": 0.1}) == pytest.approx(float(taken), rel=1e-6)

@@ -339,3 +339,19 @@ def test_any_word_of_a_file_is_a_word(spec_file):
     for count in (2**62, 10**400):
         with pytest.raises(RequestError, match="at most 1099511627776 values"):
             SweepSpec.from_canonical(re.sub(r'"count":\d+', f'"count":{count}', held, count=1))
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("rolling_frcition", "Did you mean rolling_friction?"),
+        ("friktion", "Did you mean friction?"),
+        ("friction", "a disk with losses, beside a loss such as rolling_friction=10um"),
+        ("tillt", "Did you mean tilt?"),
+    ],
+)
+def test_words_of_other_models_are_suggested_too(word, hint):
+    """A loss that is misspelt would have chosen the disk with losses."""
+    with pytest.raises(RequestError) as caught:
+        SweepSpec(**{word: 1e-5})
+    assert hint in caught.value.hint

@@ -55,7 +55,7 @@ class LossyDisk(Model):
         "the boundary is not beyond it, since falling takes time",
         limit="without losses, in the limit of no perturbation",
         told="what losses take down to that by the end; of a vanishing perturbation the boundary is not beyond it",
-        label="upper estimate: sinks to the analytic rate by the end",
+        label="sinks to the analytic rate by the end: above it a vanishing perturbation is stable",
         bound=True,
     )
     synonyms = DISK.synonyms
