@@ -97,8 +97,9 @@ class Answers:
         return Answer(JSON, {"text": explanation(self._view(fields), self.stored, fields)})
 
     def _command(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        from sweep.explorer.commands import commands
+        from sweep.explorer.commands import motion_commands, window_commands
 
+        commands = motion_commands if "x" in fields else window_commands
         return Answer(JSON, commands(self._view(fields), fields))
 
     def _data(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:

@@ -17,15 +17,14 @@ from sweep.request.spec import SweepSpec
 from sweep.request.words import presets
 
 
-def commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
-    """Return what computes the cells of a window, or the motion of a point.
+def window_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
+    """Return what computes the cells of a window.
 
     Parameters
     ----------
     view : View
     fields : mapping
-        ``width`` and ``height`` in pixels; for a motion ``x`` and ``y``, and if they are given ``duration`` and
-        ``losses``.
+        ``width`` and ``height`` in pixels.
 
     Returns
     -------
@@ -36,17 +35,36 @@ def commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
     ------
     RequestError
     """
-    if "x" in fields:
-        words = _motion_words(view, fields)
-        return {
-            "command": shlex.join(["eulerdisk", "simulate", *_pairs(words), "-o", "motion.nc"]),
-            "python": f"import sweep\n\nmotion = sweep.simulate({_arguments(words)})\nmotion.eulerdisk.plot()\n",
-        }
     base = view.base or _preset_of(view.spec.model)
     words = _changes(base, window_spec(view, fields))
     return {
         "command": shlex.join(["eulerdisk", "run", base, *_pairs(words), "-o", "window.nc"]),
         "python": f"import sweep\n\natlas = sweep.run({base!r}, {_arguments(words)})\natlas.eulerdisk.plot()\n",
+    }
+
+
+def motion_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
+    """Return what follows the motion of a point.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``x`` and ``y``, the values of the two parameters in SI, and if they are given ``duration`` and ``losses``.
+
+    Returns
+    -------
+    dict
+        ``command`` and ``python``.
+
+    Raises
+    ------
+    RequestError
+    """
+    words = _motion_words(view, fields)
+    return {
+        "command": shlex.join(["eulerdisk", "simulate", *_pairs(words), "-o", "motion.nc"]),
+        "python": f"import sweep\n\nmotion = sweep.simulate({_arguments(words)})\nmotion.eulerdisk.plot()\n",
     }
 
 
@@ -91,13 +109,10 @@ def _preset_of(model: Model) -> str:
 
 
 def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
-    from sweep.explorer.loss_controls import loss_words
+    from sweep.explorer.motion import words_of
 
-    spec = view.spec
-    words: dict[str, Any] = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
-    words |= {name: getattr(spec, name) for name in spec.constants}
-    words |= {name: getattr(spec, name) for name in spec.model.options if name != "contact"}
-    words |= loss_words(read_object(fields.get("losses") or {}, "losses"))
+    start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+    words = words_of(view.spec, start, read_object(fields.get("losses") or {}, "losses"))
     if fields.get("duration") is not None:
         words["duration"] = read_number(fields, "duration")
     return {name: _plain(value) for name, value in words.items()}

@@ -31,7 +31,7 @@ from sweep.explorer.turns import KERNELS
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array
 from sweep.motion import disk_path, lossy_path
-from sweep.motion.disk_tables import TRAJECTORY
+from sweep.motion.disk_tables import DISK_MOTION, TRAJECTORY
 from sweep.motion.lossy_tables import LAWS, LOSSY_MOTION
 from sweep.motion.request import MotionRequest
 from sweep.motion.start import start_of
@@ -103,13 +103,9 @@ def motion(
     It calls kernels, beside the maps: those that follow one motion have one thread.
     """
     _check_start(start)
-    lost = loss_words(losses or {})
-    words = _words_of(spec, start) | lost
-    lossy = spec.model is LOSSY_MOTION.model or bool(lost)
+    words = words_of(spec, start, losses or {})
+    lossy = spec.model is LOSSY_MOTION.model or bool(loss_words(losses or {}))
     exact = {} if lossy else _exact(spec, start)
-    fall = "flat_tilt" if lossy else "fall_tilt"
-    if hasattr(spec, fall):
-        words[fall] = getattr(spec, fall)
     request = MotionRequest.read(**words, duration=_duration(start, exact, duration, lossy))
     path = lossy_path if lossy else disk_path
     times, values = path.follow(request, start_of(request))
@@ -117,6 +113,34 @@ def motion(
     head = _head(spec, request, start, values, float(times[-1]))
     head |= {"losses": controls(spec, start, losses or {}), "ledger": LAWS if lossy else None}
     return head | _potential(request, start, exact, arrays), arrays
+
+
+def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the words of a request for the motion of a cell, all but its duration.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        It has the settings: the tilt at which the disk has fallen, or is flat, among them.
+    start : mapping of str to float
+        Every parameter of its model [SI].
+    losses : mapping of str to number or text
+        As for `motion`.
+
+    Raises
+    ------
+    RequestError
+        If a name is none of a loss.
+    """
+    words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
+    lost = loss_words(losses)
+    has_losses = spec.model is LOSSY_MOTION.model
+    if has_losses:
+        words |= {name: getattr(spec, name) for name in spec.model.options}
+    fall = (LOSSY_MOTION if has_losses or lost else DISK_MOTION).largest_tilt
+    if hasattr(spec, fall):
+        words[fall] = getattr(spec, fall)
+    return words | lost
 
 
 def quantities() -> dict[str, dict[str, Any]]:
@@ -154,14 +178,6 @@ def _check_start(start: Mapping[str, float]) -> None:
             hint="Choose another place of the map.",
             where=none[0],
         )
-
-
-def _words_of(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any]:
-    """Return the words of a request for the motion of a cell."""
-    words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
-    if spec.model is LOSSY_MOTION.model:
-        words |= {name: getattr(spec, name) for name in spec.model.options}
-    return words
 
 
 def _exact(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Any
 from sweep.atomic import scratch_folder
 from sweep.engine.compute import compute
 from sweep.engine.grid import blocks, starts_of
-from sweep.explorer.commands import commands, window_spec
+from sweep.explorer.commands import window_commands, window_spec
 from sweep.explorer.fields import read_choice
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import View
@@ -54,7 +54,7 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
         for name, column in found.items():
             columns[name][span.start : span.stop] = column
     with KERNELS:
-        atlas = assemble(spec, columns, commands(view, fields)["command"])
+        atlas = assemble(spec, columns, window_commands(view, fields)["command"])
     with scratch_folder(Path(tempfile.gettempdir())) as folder:
         path = folder / FORMATS[kind]
         if kind == "netcdf":

@@ -97,6 +97,41 @@ def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
         assert np.array_equal(held["motion"]["tilt"].values, motion["tilt"].values)
 
 
+@pytest.mark.parametrize("losses", [None, {"rolling_friction": 1e-4}])
+def test_the_command_of_a_point_falls_where_the_page_says(url, losses):
+    """The tilt at which the disk has fallen is that of the page; of a disk with losses it is not a word."""
+    view = {**ROLLING, "words": {"fall_tilt": "30deg"}}
+    place = {"view": view, "x": 0.5, "y": 0.02, "losses": losses}
+    held = {}
+    exec(post(url, "command", **place)["python"].replace("motion.eulerdisk.plot()", ""), held)
+    steepest = abs(held["motion"]["tilt"].values).max()
+    if losses is None:
+        assert steepest == pytest.approx(np.radians(30.0))
+        head, arrays = post(url, "motion", **place)
+        assert held["motion"]["elapsed_time"].values[-1] == pytest.approx(arrays["time"][-1])
+        assert head["ending"].startswith("fell")
+    else:
+        assert steepest > np.radians(60.0)
+
+
+def test_the_command_of_a_toy_lies_flat_where_its_file_says(tmp_path):
+    """The tilt at which a disk with losses is flat is a word of its command, as its losses are."""
+    atlas = sweep.run(
+        "toy", tilt="20deg:60deg:3", precession_rate="5:20:3", duration="2s", criterion="aloft:1s",
+        flat_tilt="70deg",
+    )  # fmt: skip
+    with explore(atlas) as explorer:
+        about = json.loads(ask(explorer.url, "about").body)
+        view = about["bases"][0]["view"]
+        axes = {view[name]["name"]: at for name, at in (("x", 12.0), ("y", 0.6))}
+        x, y = (axes[view[name]["name"]] for name in ("x", "y"))
+        given = post(explorer.url, "command", view=view, x=x, y=y, duration=0.5)
+    words = dict(word.split("=") for word in shlex.split(given["command"]) if "=" in word)
+    assert float(words["flat_tilt"]) == pytest.approx(np.radians(70.0))
+    assert {"contour_friction", "air_law"} <= words.keys()
+    executed(given["command"], tmp_path)
+
+
 def test_the_words_of_a_point_are_those_of_explain(url):
     """A point is explained with its start, its exact numbers, the boundary in its row and the reason of its verdict."""
     found = post(url, "explain", view=ROLLING, x=3.0, y=0.01)["text"]
@@ -130,6 +165,21 @@ def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
         values = np.array(columns["peak_tilt"], float).reshape(8, 6).T
         assert set(columns["stability"]) == {"stable", "unstable"}
     assert np.allclose(values, arrays["value"].reshape(6, 8), rtol=1e-6)
+
+
+def test_the_history_of_a_window_is_that_of_the_window(url, tmp_path):
+    """A page that saves a window says which point is chosen, too: the history names the cells and no motion."""
+    asked = {"view": ROLLING, "width": 8, "height": 6, "format": "netcdf"}
+    beside = {"x": 3.0, "y": 0.01, "duration": 2.0, "losses": {"rolling_friction": 1e-4}}
+    found = []
+    for fields in (asked, asked | beside):
+        path = tmp_path / f"{len(found)}.nc"
+        path.write_bytes(ask(url, "data", json.dumps(fields).encode()).body)
+        with sweep.open_atlas(path) as atlas:
+            history = atlas.attrs["history"]
+            found.append(history[history.index("eulerdisk") :])
+    assert found[0] == found[1]
+    assert "eulerdisk run rolling roll_rate=" in found[0]
 
 
 def test_a_file_has_a_limit_and_leaves_nothing(url, tmp_path, monkeypatch):
