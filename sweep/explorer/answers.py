@@ -24,7 +24,10 @@ _MOST_NUMBER = 2**53
 
 @dataclass(frozen=True)
 class Answer:
-    """What is sent: a type, and an object for JSON or parts of bytes; `name` is that of a file to be saved."""
+    """What is sent: a type, and an object for JSON, parts of bytes, or an open file; `name` is that to save it under.
+
+    Who sends an answer closes its file.
+    """
 
     kind: str
     content: Any
@@ -106,7 +109,7 @@ class Answers:
         from sweep.explorer.window_files import window_file
 
         name, content = window_file(self._view(fields), fields, still_there(gone))
-        return Answer(BINARY, [content], name)
+        return Answer(BINARY, content, name)
 
     def _view(self, fields: Mapping[str, Any]) -> View:
         return View.read(fields.get("view"), self.given)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 _TYPES = {"f8": "<f8", "f4": "<f4", "u1": "u1", "i4": "<i4"}
 
 
-def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> list[bytes]:
+def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> list[bytes | memoryview]:
     """Return the parts of a binary answer.
 
     Parameters
@@ -24,7 +24,7 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> l
 
     Returns
     -------
-    list of bytes
+    list of bytes or memoryview
         Four bytes with the length of the head (little-endian), the head with spaces after it such that the arrays begin
         at a multiple of 8 bytes, and the arrays.
     """
@@ -32,7 +32,12 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> l
     named = [{"name": name, "type": kind, "count": arrays[name].size} for name, kind in kinds.items()]
     text = json.dumps({**head, "arrays": named}, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-(4 + len(text)) % 8)
-    parts = [len(text).to_bytes(4, "little"), text]
+    parts: list[bytes | memoryview] = [len(text).to_bytes(4, "little"), text]
     return parts + [
-        np.ascontiguousarray(arrays[name], _TYPES[kind]).tobytes() for name, kind in kinds.items()
+        _bytes_of(np.ascontiguousarray(arrays[name], _TYPES[kind])) for name, kind in kinds.items()
     ]
+
+
+def _bytes_of(array: npt.NDArray[Any]) -> memoryview:
+    """Return the bytes of an array in C order, which are not copied."""
+    return array.reshape(-1).view(np.uint8).data

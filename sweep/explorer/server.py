@@ -2,14 +2,15 @@
 
 import contextlib
 import json
-import select
+import os
+import selectors
 import socket
 import sys
 import threading
 import time
 import traceback
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -28,6 +29,9 @@ MOST_CONNECTIONS = 128
 
 #: Seconds in which a request has to arrive, and after which a connection without requests is closed.
 ARRIVAL, _IDLE = 10.0, 60.0
+
+#: Bytes of a file that are in memory at a time.
+_CHUNK = 2**18
 
 #: Sent with every answer.
 _HEADERS = {
@@ -254,12 +258,16 @@ class _Handler(BaseHTTPRequestHandler):
             self._error(500, "This is a defect of eulerdisk; what is known of it stands in the terminal.")
         else:
             content = [_json(answer.content)] if answer.kind == JSON else answer.content
-            self._send(200, answer.kind, content, name=answer.name)
+            with contextlib.nullcontext() if isinstance(content, list) else content:
+                self._send(200, answer.kind, content, name=answer.name)
 
     def _gone(self) -> bool:
         """Whether the client has closed the connection."""
         try:
-            readable = select.select([self.connection], [], [], 0.0)[0]
+            # not select.select(), which takes no descriptor from 1024 on
+            with selectors.DefaultSelector() as selector:
+                selector.register(self.connection, selectors.EVENT_READ)
+                readable = selector.select(0)
             return bool(readable) and not self.connection.recv(1, socket.MSG_PEEK)
         except (OSError, ValueError):
             return True
@@ -275,7 +283,7 @@ class _Handler(BaseHTTPRequestHandler):
         self,
         status: int,
         kind: str,
-        parts: list[bytes],
+        content: list[bytes | memoryview] | BinaryIO,
         *,
         policy: bool = False,
         name: str = "",
@@ -285,7 +293,8 @@ class _Handler(BaseHTTPRequestHandler):
         for header, value in _HEADERS.items():
             self.send_header(header, value)
         self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(sum(map(len, parts))))
+        length = sum(map(len, content)) if isinstance(content, list) else os.fstat(content.fileno()).st_size
+        self.send_header("Content-Length", str(length))
         if policy:
             self.send_header("Content-Security-Policy", self.server.policy)
         if name:
@@ -295,7 +304,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self.close_connection:
             self.send_header("Connection", "close")
         self.end_headers()
-        for part in parts:
+        for part in content if isinstance(content, list) else iter(lambda: content.read(_CHUNK), b""):
             self.wfile.write(part)
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:

@@ -17,6 +17,13 @@ _MOTIONS = threading.Lock()
 #: Seconds that a motion waits for the one before it.
 PATIENCE = 10.0
 
+#: Files with the cells of a window, and windows of more than `LARGE` pixels, that are made at a time: each takes some
+#: 100 MB, and a server would take as much memory as it is asked for at once.
+FILES, LARGE_WINDOWS, LARGE = threading.Semaphore(1), threading.Semaphore(2), 1_000_000
+
+#: Seconds after which one that waits for its turn looks whether anybody still waits for it.
+_WAIT = 0.1
+
 #: Lanes that are remembered: a page has a few, and a page that was left is never heard of again.
 _MOST_LANES = 256
 
@@ -54,6 +61,17 @@ def motion_turn() -> Iterator[None]:
         yield
     finally:
         _MOTIONS.release()
+
+
+@contextmanager
+def turn(room: threading.Semaphore, check: Callable[[], None]) -> Iterator[None]:
+    """Wait until there is room, and take it; `check` is called while it waits, and raises if that is in vain."""
+    while not room.acquire(timeout=_WAIT):
+        check()
+    try:
+        yield
+    finally:
+        room.release()
 
 
 class Lanes:

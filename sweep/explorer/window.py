@@ -1,5 +1,6 @@
 """The map of a window: every pixel a cell, computed piece by piece."""
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -11,7 +12,7 @@ from sweep.engine.compute import compute
 from sweep.explorer.fields import read_choice, read_count, refuse
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import KERNELS
+from sweep.explorer.turns import KERNELS, LARGE, LARGE_WINDOWS, turn
 from sweep.explorer.view import View
 from sweep.model.quantity import Truths
 
@@ -62,15 +63,28 @@ def window(
     width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
     if width * height > MOST_PIXELS:
         refuse("width * height", f"at most {MOST_PIXELS}", width * height)
+    with turn(LARGE_WINDOWS, check) if width * height > LARGE else contextlib.nullcontext():
+        return _window(view, stored, fields, (width, height), check)
+
+
+def _window(
+    view: View,
+    stored: Stored | None,
+    fields: Mapping[str, Any],
+    size: tuple[int, int],
+    check: Callable[[], None],
+) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    """Compute a window of a size that is allowed; see `window`."""
+    width, height = size
     begun = time.perf_counter()
     held = None
     if fields.get("stored") is True and stored is not None and stored.place(view) is not None:
         known = stored.quantities() | (shown_of(view.live) if view.is_live else {})
         name = read_choice(fields, "quantity", tuple(known))
-        held = stored.pixels(view, known[name], (width, height)) if name in stored.quantities() else None
+        held = stored.pixels(view, known[name], size) if name in stored.quantities() else None
     else:
         name = read_choice(fields, "quantity", tuple(shown_of(view.live)))
-    value, verdict, mask = _joined(view, name, (width, height), held, check)
+    value, verdict, mask = _joined(view, name, size, held, check)
     low, high = _range(value)
     if value.dtype == np.float64 and not _is_narrow(low, high):
         value = value.astype(np.float32)

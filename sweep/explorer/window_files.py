@@ -3,15 +3,16 @@
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from sweep.atomic import scratch_folder
 from sweep.engine.compute import compute
 from sweep.engine.grid import blocks, starts_of
 from sweep.explorer.commands import window_commands, window_spec
 from sweep.explorer.fields import read_choice
-from sweep.explorer.turns import KERNELS
+from sweep.explorer.turns import FILES, KERNELS, turn
 from sweep.explorer.view import View
+from sweep.request.spec import SweepSpec
 
 #: Cells of a file at most: a table of them has 200 MB.
 MOST_CELLS = 1_000_000
@@ -23,8 +24,8 @@ FORMATS = {"csv": "window.csv", "netcdf": "window.nc"}
 _PIECE = 16384
 
 
-def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> tuple[str, bytes]:
-    """Compute the cells of a window, and return the name and the bytes of a file with them.
+def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> tuple[str, BinaryIO]:
+    """Compute the cells of a window, and return a name and an open file with them, which has none on the disk.
 
     Parameters
     ----------
@@ -37,15 +38,22 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
     Raises
     ------
     RequestError
-        If there are too many pixels, or the values of neighbours are the same.
+        If there are too many pixels, or cells of the view cannot be computed.
     """
+    kind = read_choice(fields, "format", tuple(FORMATS))
+    view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
+    spec = window_spec(view, fields, MOST_CELLS)
+    command = window_commands(view, fields)["command"]
+    with turn(FILES, check):
+        return FORMATS[kind], _file(spec, kind, command, check)
+
+
+def _file(spec: SweepSpec, kind: str, command: str, check: Callable[[], None]) -> BinaryIO:
+    """Return the open file of the cells of a spec."""
     from sweep.atlas.dataset import assemble, empty_columns
     from sweep.files.export import export
     from sweep.files.netcdf import save
 
-    kind = read_choice(fields, "format", tuple(FORMATS))
-    view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
-    spec = window_spec(view, fields, MOST_CELLS)
     columns = empty_columns(spec)
     for span in blocks(spec.size, _PIECE):
         check()
@@ -53,12 +61,12 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
             found = compute(spec, starts_of(spec, span))
         for name, column in found.items():
             columns[name][span.start : span.stop] = column
-    with KERNELS:
-        atlas = assemble(spec, columns, window_commands(view, fields)["command"])
+    atlas = assemble(spec, columns, command)
     with scratch_folder(Path(tempfile.gettempdir())) as folder:
         path = folder / FORMATS[kind]
         if kind == "netcdf":
             save(atlas, path)
         else:
             export(atlas, path, kind)
-        return path.name, path.read_bytes()
+        # the folder and its names go, the file is there as long as it is open
+        return path.open("rb")

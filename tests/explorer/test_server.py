@@ -9,6 +9,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import pytest
@@ -439,3 +440,53 @@ def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
         assert refused(url, "motion", view=ROLLING, x=3.0, y=0.01)[1]["where"] == "motion"
         end.set()
         assert b"It was long." in first.result().body
+
+
+def test_two_large_windows_are_computed_at_a_time(url, monkeypatch):
+    """Of windows of more than a million pixels two are in memory at once; small ones do not wait for them."""
+    inside, most = [], []
+    pixels = window_module.pixels
+
+    def noted(*arguments):
+        inside.append(1)
+        most.append(len(inside))
+        time.sleep(0.3)
+        try:
+            return pixels(*arguments)
+        finally:
+            inside.pop()
+
+    monkeypatch.setattr(window_module, "pixels", noted)
+    monkeypatch.setattr(window_module, "LARGE", 1000)
+    with ThreadPoolExecutor(5) as pool:
+        asked = [changed(width=40, height=30, client=f"{i}") for i in range(5)]
+        large = [pool.submit(post, url, "window", **fields) for fields in asked]
+        assert all(each.result()[0]["width"] == 40 for each in large)
+        assert max(most) == 2
+        small = [pool.submit(post, url, "window", **changed(client=f"s{i}")) for i in range(5)]
+        assert all(each.result()[0]["width"] == 8 for each in small)
+    assert max(most) > 2
+
+
+def test_a_client_that_has_gone_is_seen_whatever_its_descriptor():
+    """With more than a thousand open files it is still seen whether a client waits: select.select() could not."""
+    resource = pytest.importorskip("resource")
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard != resource.RLIM_INFINITY and hard < 1200:
+        pytest.skip("this system lets nobody open as many files")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 1200), hard))
+    try:
+        with contextlib.ExitStack() as held:
+            for _ in range(1050):
+                held.enter_context(open(os.devnull))
+            here, there = map(held.enter_context, socket.socketpair())
+            assert here.fileno() >= 1024
+            handler = SimpleNamespace(connection=here)
+            assert not server_module._Handler._gone(handler)
+            there.sendall(b"x")
+            assert not server_module._Handler._gone(handler)
+            here.recv(1)
+            there.close()
+            assert server_module._Handler._gone(handler)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

@@ -1,10 +1,17 @@
 """What a page gives away: words, commands and files, each held against the command line or `sweep.run`."""
 
 import contextlib
+import io
 import json
 import shlex
+import socket
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -12,6 +19,7 @@ import xarray as xr
 from explorer_client import ROLLING, ask, post, refused
 
 import sweep
+from sweep.explorer import server, window_files
 from sweep.explorer.explorer import explore
 
 VIEWS = {
@@ -196,3 +204,50 @@ def test_a_file_has_a_limit_and_leaves_nothing(url, tmp_path, monkeypatch):
         == 200
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_sent_from_the_disk(url, monkeypatch):
+    """The server holds pieces of a file, not the file: what it writes at once is no longer than one of them."""
+    written = []
+    send = server._Handler._send
+
+    def noted(handler, status, kind, content, **words):
+        write = handler.wfile.write
+        monkeypatch.setattr(handler.wfile, "write", lambda part: written.append(len(part)) or write(part))
+        send(handler, status, kind, content, **words)
+
+    monkeypatch.setattr(server._Handler, "_send", noted)
+    asked = {"view": ROLLING, "width": 80, "height": 60, "format": "csv"}
+    answer = ask(url, "data", json.dumps(asked).encode())
+    assert len(answer.body) == int(answer.headers["Content-Length"]) > 2 * server._CHUNK
+    assert max(written) <= server._CHUNK
+    assert answer.body.count(b"\n") == 80 * 60 + 1
+
+
+def test_one_file_is_made_at_a_time(url, monkeypatch):
+    """A second file waits until the first has been made, and no longer than its page does."""
+    begun, end = threading.Event(), threading.Event()
+    made = []
+
+    def slow(spec, kind, command, check):
+        made.append(kind)
+        begun.set()
+        assert end.wait(30.0)
+        return io.BufferedReader(Path(__file__).open("rb", buffering=0))
+
+    monkeypatch.setattr(window_files, "_file", slow)
+    body = json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": "csv"}).encode()
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(ask, url, "data", body)
+        assert begun.wait(10.0)
+        place = urlsplit(url)
+        with socket.create_connection((place.hostname, place.port)) as gone:
+            head = f"POST {place.path}data HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
+            gone.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
+            time.sleep(0.3)
+        second = pool.submit(ask, url, "data", body)
+        time.sleep(0.6)
+        assert made == ["csv"]
+        end.set()
+        assert first.result().body == second.result().body == Path(__file__).read_bytes()
+    assert made == ["csv", "csv"]
