@@ -15,7 +15,7 @@ from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.turns import KERNELS, SupersededError
-from sweep.explorer.view import Side, View
+from sweep.explorer.view import View
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Range, Values
@@ -105,8 +105,10 @@ class Stored:
         place = self.place(view)
         if place is None:
             return None
-        columns, inside_x = self._cells(view.x, size[0])
-        rows, inside_y = self._cells(view.y, size[1])
+        (columns, inside_x), (rows, inside_y) = (
+            self._cells(side.name, side.values(count))
+            for side, count in zip((view.x, view.y), size, strict=True)
+        )
         needed = {name: self._plane(name, place, view, rows, columns) for name in (*shown.needs, "stability")}
         value = shown.values(self.spec, needed)
         return value, needed["stability"].astype(np.uint8), inside_y[:, None] & inside_x
@@ -114,13 +116,13 @@ class Stored:
     def cell(self, view: View, x: float, y: float) -> tuple[dict[str, float], Columns] | None:
         """Return the start and the columns, shape (1,), of the nearest cell; None if the point lies outside."""
         place = self.place(view)
-        sides = {view.x.name: x, view.y.name: y}
-        if place is None or not all(
-            is_inside(getattr(self.spec, name).array(), at) for name, at in sides.items()
-        ):
+        if place is None:
             return None
-        quantities = self.spec.quantities
-        place |= {name: nearest(getattr(self.spec, name), at, quantities[name]) for name, at in sides.items()}
+        for name, at in ((view.x.name, x), (view.y.name, y)):
+            cells, inside = self._cells(name, np.array([at]))
+            if not inside[0]:
+                return None
+            place[name] = int(cells[0])
         number = int(np.ravel_multi_index([place[name] for name in self.spec.axes], self.spec.shape))
         starts = starts_of(self.spec, Span(number, number + 1))
         with self._lock:
@@ -168,15 +170,20 @@ class Stored:
         rows, columns = (np.arange(len(getattr(self.spec, side.name))) for side in (view.y, view.x))
         return self._plane(name, place, view, rows, columns)
 
-    def _cells(self, side: Side, count: int) -> tuple[npt.NDArray[np.intp], Truths]:
-        """Return the nearest cell of each pixel along a side, and whether the pixel lies in it; shape (count,)."""
-        values, pixels = getattr(self.spec, side.name).array(), side.values(count)
-        if side.scale == "log" and values[0] > 0.0:
-            values, pixels = np.log(values), np.log(pixels)
-        borders = borders_of(values)
-        places = np.searchsorted(borders, pixels, side="right") - 1
-        inside = (pixels >= borders[0]) & (pixels <= borders[-1])
-        return np.clip(places, 0, values.size - 1), inside
+    def _cells(self, name: str, values: Array) -> tuple[npt.NDArray[np.intp], Truths]:
+        """Return the nearest cell of each value along an axis, and whether the value lies in it; shape (n,).
+
+        Between two cells the border is where the axis has its middle, however the map shows it.
+        """
+        axis = getattr(self.spec, name)
+        held = axis.array()
+        if isinstance(axis, Range) and axis.spacing == "log":
+            # whatever is not positive lies below all of its cells
+            held, values = np.log(held), np.log(np.maximum(values, np.finfo(float).tiny))
+        borders = borders_of(held)
+        places = np.searchsorted(borders, values, side="right") - 1
+        inside = (values >= borders[0]) & (values <= borders[-1])
+        return np.clip(places, 0, held.size - 1), inside
 
     def _plane(
         self,

@@ -50,7 +50,9 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
         refined = {"boundary": f"refined:{bracket_width(view)!r}"}
     spec = view.live.replace(**axes, **refined)
     with KERNELS:
-        text = explain(assemble(spec, compute(spec, whole(spec)), "explorer"), at).text
+        columns = compute(spec, whole(spec))
+    # what follows computes single cells, with one thread, as motions do beside the maps
+    text = explain(assemble(spec, columns, "explorer"), at).text
     parameters = spec.model.parameters
     where = ", ".join(f"{name} {parameters[name].spell(value)}" for name, value in at.items())
     # its first line counts the cells of the row, which nobody has asked for

@@ -117,6 +117,27 @@ def test_a_point_of_a_file_has_both_numbers(file):
         assert post(explorer.url, "point", view=view, x=5.0, y=0.02)["stored"] is None
 
 
+@pytest.mark.parametrize(("spacing", "scale"), [("log", "linear"), ("linear", "log")])
+def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen(spacing, scale):
+    """A pixel has the value of the cell that a point there tells, in every place, and is empty where there is none."""
+    tilt = "1deg:16deg:5:log" if spacing == "log" else "1deg:16deg:5"
+    atlas = sweep.run("rolling", method="exact", roll_rate="2:4:6", tilt=tilt)
+    low, high = np.radians([0.3, 25.0])
+    ends = np.log([low, high]) if scale == "log" else (low, high)
+    side = {"name": "tilt", "centre": np.mean(ends), "half": np.ptp(ends) / 2, "scale": scale}
+    with explore(atlas) as explorer:
+        view = {**about(explorer)["bases"][0]["view"], "y": side}
+        asked = {"view": view, "width": 6, "height": 60, "quantity": "peak_tilt", "stored": True}
+        _, arrays = post(explorer.url, "window", **asked)
+        x = centres(view["x"], 6)[2]
+        for row, y in enumerate(centres(side, 60)):
+            told = post(explorer.url, "point", view=view, x=x, y=y)["stored"]
+            assert (told is not None) == arrays["stored"].reshape(60, 6)[row, 2], np.degrees(y)
+            if told is not None:
+                peak = {each["name"]: each["value"] for each in told["numbers"]}["peak_tilt"]
+                assert arrays["value"].reshape(60, 6)[row, 2] == np.float32(peak), np.degrees(y)
+
+
 def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
     """Its cells and their numbers are shown; what would have to be integrated in time is refused in words."""
     with explore(losses) as explorer, sweep.open_atlas(losses) as atlas:

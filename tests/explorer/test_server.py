@@ -442,6 +442,28 @@ def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
         assert b"It was long." in first.result().body
 
 
+def test_an_explanation_that_takes_long_holds_up_no_map(url, monkeypatch):
+    """While a point is explained windows are answered: the kernels are held while they compute, and no longer."""
+    begun, end = threading.Event(), threading.Event()
+
+    def endless(*_):
+        begun.set()
+        end.wait(30.0)
+        raise sweep.RequestError("It was long.")
+
+    monkeypatch.setattr("sweep.checks.explain.explain", endless)
+    body = json.dumps({"view": ROLLING, "x": 3.0, "y": 0.01}).encode()
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(ask, url, "explain", body)
+        assert begun.wait(10.0)
+        shown = pool.submit(post, url, "window", **changed())
+        try:
+            assert shown.result(10.0)[0]["width"] == 8
+        finally:
+            end.set()
+        assert b"It was long." in first.result().body
+
+
 def test_two_large_windows_are_computed_at_a_time(url, monkeypatch):
     """Of windows of more than a million pixels two are in memory at once; small ones do not wait for them."""
     inside, most = [], []
