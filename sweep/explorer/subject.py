@@ -67,7 +67,7 @@ class Subject:
 
 def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
     """Return what is explored; see `sweep.explorer.explorer.explore`."""
-    is_file = isinstance(given, str | Path) and Path(given).suffix in _ATLASES
+    is_file = _is_atlas(given)
     if is_file or hasattr(given, "data_vars"):
         if changes:
             raise RequestError(
@@ -78,7 +78,18 @@ def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
         return Subject.of_file(Path(given)) if is_file else Subject.of_dataset(given)
     if given is None and not changes:
         return Subject()
-    spec = SweepSpec.read("rolling" if given is None else given, **changes)
+    return _subject_of_spec(SweepSpec.read("rolling" if given is None else given, **changes))
+
+
+def _subject_of_spec(spec: SweepSpec) -> Subject:
+    """Return a spec as what is explored; refuse one of which no map can be computed while one looks."""
+    if spec.model.exact is None:
+        raise RequestError(
+            f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
+            "long for a map that is computed while one looks.",
+            hint="Compute an atlas with eulerdisk run first, as in eulerdisk run toy -o toy.nc, and explore its file.",
+            where="model",
+        )
     if spec.is_list:
         raise RequestError(
             "A list of starts is no plane, and a map shows a plane of two parameters.",
@@ -95,4 +106,11 @@ def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
 
     if what is not None and "=" in what:
         words, what = [what, *words], None
+    if words and not _is_atlas(what):
+        return _subject_of_spec(SweepSpec.from_words("rolling" if what is None else what, words))
     return subject_of(what, split_changes(words, model_for(None, given_in(pairs(words)))))
+
+
+def _is_atlas(given: Any) -> bool:
+    """Return whether this is the name of the file of an atlas."""
+    return isinstance(given, str | Path) and Path(given).suffix in _ATLASES

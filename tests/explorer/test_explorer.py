@@ -9,6 +9,7 @@ from explorer_client import ask, post, refused
 import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import explore
+from sweep.explorer.subject import subject_of_words
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
 
@@ -169,6 +170,22 @@ def test_what_is_no_plane_is_refused(tmp_path, file):
         explore(tmp_path / "missing.nc")
     with pytest.raises(RequestError, match="There is no preset"):
         explore("roling")
+    with pytest.raises(RequestError, match="no exact reduction") as problem:
+        explore("toy")
+    assert "eulerdisk run toy -o toy.nc, and explore its file" in problem.value.hint
+
+
+def test_words_are_those_of_the_model_that_is_explored():
+    """Beside a preset of the disk with losses its words are known; one of no model is not."""
+    with pytest.raises(RequestError, match="no exact reduction"):
+        subject_of_words("toy", ["mass=2kg"])
+    with pytest.raises(RequestError, match="mas "):
+        subject_of_words("toy", ["mas=2kg"])
+    with pytest.raises(RequestError, match="mass"):
+        subject_of_words("rolling", ["mass=2kg"])
+    assert subject_of_words("rolling", ["alpha=1"]).spec.alpha == 1.0
+    assert subject_of_words("alpha=1", ["gravity=1.6"]).spec.gravity == 1.6
+    assert subject_of_words(None, []).spec is None
 
 
 def test_the_accessor_opens_the_explorer_of_its_atlas(file):
