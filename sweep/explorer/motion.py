@@ -47,6 +47,12 @@ _TO_THE_END = 120.0
 #: thousand samples without losses, and ten times as many on the way to a stop.
 _TURNS, _TURNS_TO_THE_END = 400.0, 4000.0
 
+#: Likewise the most units of its own time, sqrt(R/g): a coin at rest swings as often in a second as a wheel in ten.
+_UNITS, _UNITS_TO_THE_END = 4e3, 4e4
+
+#: Rates over sqrt(g/R) are smaller: the energy has their squares.
+_LARGEST = 1e100
+
 #: The least time [s] that somebody may ask for.
 _LEAST = 1e-3
 
@@ -178,6 +184,19 @@ def _check_start(start: Mapping[str, float]) -> None:
             hint="Choose another place of the map.",
             where=none[0],
         )
+    unit = _unit(start)
+    for name in _STATE:
+        if not abs(start[name]) * (1.0 if name == "tilt" else unit) < _LARGEST:
+            raise RequestError(
+                f"Here is no motion: {name} is so large that its energy is no number.",
+                hint="Choose another place of the map, or a smaller number.",
+                where=name,
+            )
+
+
+def _unit(start: Mapping[str, float]) -> float:
+    """Return the disk's own unit of time, sqrt(R/g) [s]."""
+    return math.sqrt(start["radius"]) / math.sqrt(start["gravity"])
 
 
 def _exact(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, float]:
@@ -194,6 +213,7 @@ def _duration(
 ) -> float:
     rate = sum(abs(start[name]) for name in _STATE[1:])
     most = (_TURNS_TO_THE_END if lossy else _TURNS) / rate if rate > 0.0 else math.inf
+    most = min(most, (_UNITS_TO_THE_END if lossy else _UNITS) * _unit(start))
     if asked is not None:
         return min(max(asked, _LEAST), most)
     if lossy:

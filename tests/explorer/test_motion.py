@@ -229,6 +229,30 @@ def test_a_start_without_motion_is_refused_in_words():
         motion(SPEC, start_of(tilt=0.5, roll_rate=math.nan))
 
 
+@pytest.mark.parametrize("name", ["tilt_rate", "precession_rate", "roll_rate", "radius"])
+def test_a_start_whose_energy_is_no_number_is_refused_in_words(name):
+    """Numbers whose squares are none have no motion, and the page is told so."""
+    with explore() as explorer:
+        words = {name: "1e220 m" if name == "radius" else "1e160 rad/s"}
+        axis = "alpha" if name == "roll_rate" else "roll_rate"
+        side = {"name": axis, "centre": 0.5, "half": 0.4, "scale": "linear"}
+        view = {**ROLLING, "x": side, "words": words}
+        status, error = refused(explorer.url, "motion", view=view, x=0.5, y=0.02)
+    assert status == 400
+    assert "its energy is no number" in error["error"]
+
+
+@pytest.mark.parametrize(("losses", "units"), [(None, 4e3), ({"rolling_friction": 1e-13}, 4e4)])
+def test_a_small_disk_is_followed_for_so_many_of_its_own_units(losses, units):
+    """A disk of a micrometre that turns on its edge for ever is shown for a shorter time than one of a metre."""
+    start = start_of(radius=1e-6, precession_rate=1.0)
+    unit = math.sqrt(start["radius"] / start["gravity"])
+    for duration in (None, 100.0):
+        _, arrays = motion(SPEC, start, duration, losses)
+        assert arrays["time"][-1] <= 1.000001 * units * unit
+    assert motion(SPEC, STARTS[0], 100.0)[1]["time"][-1] == 100.0
+
+
 @pytest.mark.parametrize(
     ("losses", "said"),
     [

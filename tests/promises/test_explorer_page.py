@@ -10,7 +10,7 @@ import pytest
 from explorer_client import ask
 
 import sweep
-from sweep.explorer import export, lines, server, view, window, window_files
+from sweep.explorer import export, lines, motion, server, view, window, window_files
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 PAGE = (CHECKOUT / "docs" / "explorer.md").read_text(encoding="utf-8")
@@ -60,6 +60,7 @@ def test_its_python_runs(capsys):
         ("a window at most four million pixels", window.MOST_PIXELS == 4_000_000),
         ("128 connections", server.MOST_CONNECTIONS == 128),
         ("CSV, netCDF, up to a million", window_files.MOST_CELLS == 1_000_000),
+        ("4000 of its own units of time", motion._UNITS == 4000.0),
         ("`method=exact`; up to a million", export.MOST_CELLS == 1_000_000),
         ("grid of 96 x 72 exact cells", lines.COARSE == (96, 72)),
         ("a pixel is 8 units in the last place wide", view.ULPS == 8),
