@@ -1,6 +1,8 @@
 """The map of a window: every pixel a cell, computed piece by piece."""
 
 import contextlib
+import math
+import mmap
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -87,7 +89,9 @@ def _window(
     value, verdict, mask = _joined(view, name, size, held, check)
     low, high = _range(value)
     if value.dtype == np.float64 and not _is_narrow(low, high):
-        value = value.astype(np.float32)
+        single = _empty(value.shape, np.float32)
+        np.copyto(single, value, casting="same_kind")
+        value = single
     head = {
         "width": width,
         "height": height,
@@ -124,8 +128,8 @@ def pixels(
     """Compute the values of a quantity and the verdicts at all pixels, shape (height, width)."""
     width, height = size
     columns, rows = view.x.values(width), view.y.values(height)
-    value = np.empty((height, width), np.uint8 if shown.quantity.flags else np.float64)
-    verdict = np.empty((height, width), np.uint8)
+    value = _empty((height, width), np.uint8 if shown.quantity.flags else np.float64)
+    verdict = _empty((height, width), np.uint8)
     for part in _pieces(size, _TIMED_PIECE if shown.timed else _PIECE, by_columns=view.x.name == "alpha"):
         check()
         y, x = np.meshgrid(rows[part[0]], columns[part[1]], indexing="ij")
@@ -135,6 +139,13 @@ def pixels(
         verdict[part] = found["stability"].reshape(x.shape)
     check()
     return value, verdict
+
+
+def _empty(shape: tuple[int, ...], kind: type[np.generic]) -> npt.NDArray[Any]:
+    """Return an array in memory of its own, which the system has back at once: a heap of each thread would keep it."""
+    count = math.prod(shape)
+    room = mmap.mmap(-1, count * np.dtype(kind).itemsize)
+    return np.frombuffer(room, kind, count).reshape(shape)
 
 
 def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[tuple[slice, slice]]:
@@ -148,8 +159,12 @@ def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[
 
 
 def _range(value: npt.NDArray[Any]) -> tuple[float | None, float | None]:
-    known = value[np.isfinite(value)] if value.dtype == np.float64 else value
-    return (float(known.min()), float(known.max())) if known.size else (None, None)
+    if value.dtype != np.float64:
+        return float(value.min()), float(value.max())
+    known = np.isfinite(value)
+    if not known.any():
+        return None, None
+    return float(value.min(where=known, initial=np.inf)), float(value.max(where=known, initial=-np.inf))
 
 
 def _is_narrow(low: float | None, high: float | None) -> bool:
