@@ -1,5 +1,7 @@
 """The panel of a motion in a real browser: the disk, its clock, its curves, its losses, and two of them in time."""
 
+import re
+
 import pytest
 from explorer_browser import COMPLETE, Watch
 
@@ -179,6 +181,19 @@ def test_words_explain_the_start(opened):
     page.locator("details.words summary").first.click()
     page.locator(".explanation", has_text="verdict").first.wait_for()
     assert "because" in page.locator(".explanation").first.inner_text()
+
+
+def test_verdict_and_words_follow_a_slider(opened):
+    """With another gravity the same place is another start: its verdict and its words stand beside its motion."""
+    page = opened("base=rolling&quantity=stability&a=3.7,0.02")
+    page.locator(".motion .verdict", has_text=re.compile("^stable$")).wait_for()
+    page.locator("details.words summary").first.click()
+    page.locator(".explanation", has_text="9.81").first.wait_for()
+    page.locator("#value-gravity").fill("30")
+    page.keyboard.press("Enter")
+    page.locator(".motion .verdict", has_text=re.compile("^unstable$")).wait_for()
+    page.locator(".explanation", has_text="because").first.wait_for()
+    assert "9.81" not in page.locator(".explanation").first.inner_text()
 
 
 def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):

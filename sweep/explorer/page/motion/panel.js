@@ -14,6 +14,7 @@ import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
 import { Samples } from "eulerdisk/motion/samples";
 import { Transport } from "eulerdisk/motion/transport";
+import { wordsOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
@@ -37,6 +38,8 @@ export class MotionPanel {
     this.request = null;
     /** @type {AbortController|null} */
     this.asked = null;
+    /** @type {AbortController|null} */
+    this.judged = null;
     this.timer = 0;
     this.parts = partsOf(element);
     /** @type {DiskScene|undefined} */
@@ -61,20 +64,23 @@ export class MotionPanel {
    * @param {MotionRequest} request
    */
   async show(request) {
-    const another = !this.request || this.request.x !== request.x || this.request.y !== request.y;
+    const former = this.request;
+    const another = !former || former.x !== request.x || former.y !== request.y;
     this.request = request;
-    if (another) {
+    // the same place is another start where the other words are others: what was said is not said of it
+    if (!former || another || wordsOf(former.view) !== wordsOf(request.view)) {
       this.parts.explanation.textContent = "";
       this.parts.verdict.textContent = "";
-      this.#tellVerdict(request);
+      void this.#tellVerdict(request);
     }
     await this.#ask(another);
-    this.#explain();
+    if (this.request === request) await this.#explain();
   }
 
   clear() {
     clearTimeout(this.timer);
     this.asked?.abort();
+    this.judged?.abort();
     this.samples = null;
     this.request = null;
     this.scene?.dispose();
@@ -193,9 +199,12 @@ export class MotionPanel {
   }
 
   /** @param {MotionRequest} request */
-  async #tellVerdict({ view, x, y }) {
-    const point = await this.source.point({ view, x, y }).catch(() => null);
-    if (this.request?.x !== x || this.request.y !== y || !point) return;
+  async #tellVerdict(request) {
+    const { view, x, y } = request;
+    this.judged?.abort();
+    this.judged = new AbortController();
+    const point = await this.source.point({ view, x, y }, this.judged.signal).catch(() => null);
+    if (this.request !== request || !point) return;
     this.parts.verdict.textContent = point.verdict;
     this.parts.verdict.dataset.verdict = point.verdict;
   }
