@@ -367,6 +367,16 @@ def test_page_fits_its_width(opened, width):
     assert shown(page)["width"] == plot(page)["width"] < box["width"]
 
 
+def test_words_of_a_start_fit_a_phone(opened):
+    """The long lines of an explanation are scrolled in their box: the page is not wider than the screen."""
+    page = opened(BOTH, viewport={"width": 360, "height": 740})
+    click(page, 0.3, 0.2)
+    page.wait_for_selector("#motions .slot[data-shown]")
+    page.locator("details.words summary").first.click()
+    page.locator(".explanation", has_text="because").first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+
+
 def test_sharp_screens_have_sharp_pictures(opened):
     """On a screen with two pixels for one of CSS, the picture has them."""
     page = opened(BOTH, device_scale_factor=2)
