@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.explorer.quantities import shown_of
+from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, preset
 from sweep.model.quantity import Array, Input, Quantity
@@ -59,8 +59,8 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     """
     bases = {} if given is None else {"": given}
     bases |= {name: preset(name) for name in base_names()}
-    shown = {name: each for spec in bases.values() for name, each in shown_of(_live(spec)).items()}
-    shown |= stored.quantities() if stored is not None else {}
+    by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
+    shown = {name: each for held in by_base.values() for name, each in held.items()}
     rows = {
         name: row
         for spec in bases.values()
@@ -69,7 +69,9 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     }
     return {
         "program": f"eulerdisk {__version__}",
-        "bases": [base_of(name, spec) for name, spec in bases.items()],
+        "bases": [
+            {**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()
+        ],
         "parameters": [_input(row) for row in rows.values()],
         "quantities": [{**_quantity(each.quantity), "scale": each.scale} for each in shown.values()],
         "criteria": [
@@ -85,6 +87,13 @@ def _live(spec: SweepSpec) -> SweepSpec:
     with contextlib.suppress(RequestError):
         return exact(spec) if spec.model.exact is not None else spec
     return spec
+
+
+def _shown(spec: SweepSpec, stored: Stored | None) -> dict[str, Shown]:
+    """Return what the map can show of a base: of cells that can be computed, and of those that are stored."""
+    live = _live(spec)
+    computed = shown_of(live) if stored is None or live.method == "exact" else {}
+    return computed | (stored.quantities() if stored is not None else {})
 
 
 def _atlas(stored: Stored) -> dict[str, Any]:

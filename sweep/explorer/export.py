@@ -124,7 +124,7 @@ def stored_page(stored: Stored) -> dict[str, Any]:
         If the plane has too many cells.
     """
     spec = stored.spec
-    base = {**base_of("", spec), "sliders": []}
+    base = {**base_of("", spec), "sliders": [], "quantities": list(stored.quantities())}
     view = View.read(base["view"], spec)
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:

@@ -1,6 +1,6 @@
 /** The whole state in the fragment of the address, so that it can be shared, kept and gone back to. */
 
-import { firstState } from "eulerdisk/state";
+import { firstState, quantitiesOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Axis} Axis */
@@ -65,7 +65,7 @@ export function stateOf(fragment, about) {
   const axes = x.name === y.name ? { x: first.view.x, y: first.view.y } : { x, y };
   return {
     view: { base: first.view.base, words: readWords(entries, about), ...axes },
-    quantity: known(entries.get("quantity"), about.quantities) ?? first.quantity,
+    quantity: known(entries.get("quantity"), quantitiesOf(about, first.view.base)) ?? first.quantity,
     stored: entries.get("stored") !== "no",
     hidden: (entries.get("hide") ?? "").split(",").filter(Boolean),
     range: readPair(entries.get("range")),

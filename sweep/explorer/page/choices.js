@@ -1,7 +1,7 @@
 /** The choices at the top: what to look at, and the light. */
 
 import { html } from "eulerdisk/html";
-import { firstState } from "eulerdisk/state";
+import { firstState, quantitiesOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/state").State} State */
@@ -23,7 +23,11 @@ export function baseMenu(element, about, change) {
     ),
   );
   choice.addEventListener("change", () => {
-    change(({ theme, quantity }) => ({ ...firstState(about, choice.value), theme, quantity }));
+    change(({ theme, quantity }) => {
+      const first = firstState(about, choice.value);
+      const has = quantitiesOf(about, choice.value).some(({ name }) => name === quantity);
+      return { ...first, theme, quantity: has ? quantity : first.quantity };
+    });
   });
   const title = html("p", { class: "quiet" });
   element.append(choice, title);

@@ -3,7 +3,16 @@
 import { criterionSlider, parameterSlider, textRow } from "eulerdisk/sliders";
 import { html } from "eulerdisk/html";
 import { valueAt } from "eulerdisk/axis_window";
-import { baseOf, isFixed, parametersOf, withAxis, withOtherScale, withWord, wordOf } from "eulerdisk/state";
+import {
+  baseOf,
+  isFixed,
+  parametersOf,
+  quantitiesOf,
+  withAxis,
+  withOtherScale,
+  withWord,
+  wordOf,
+} from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Line} Line */
@@ -50,8 +59,9 @@ export class Controls {
    * @param {Line[]} lines
    */
   #build(state, lines) {
+    const { base } = state.view;
     this.#follow = [];
-    const shown = html("fieldset", {}, html("legend", {}, "Shown"), this.#quantity(), this.#colours());
+    const shown = html("fieldset", {}, html("legend", {}, "Shown"), this.#quantity(base), this.#colours());
     if (lines.length) shown.append(this.#lines(lines));
     if (this.#about.atlas) shown.append(this.#stored());
     const names = parametersOf(this.#about, state.view);
@@ -68,14 +78,15 @@ export class Controls {
     if (focused) document.getElementById(focused)?.focus();
   }
 
-  #quantity() {
+  /** @param {string} base */
+  #quantity(base) {
     const choice = html(
       "select",
       {
         id: "quantity",
         change: () => this.#change((state) => ({ ...state, quantity: choice.value, range: null })),
       },
-      ...this.#about.quantities.map(({ name, label, description }) =>
+      ...quantitiesOf(this.#about, base).map(({ name, label, description }) =>
         html("option", { value: name, title: description }, label),
       ),
     );
@@ -119,7 +130,7 @@ export class Controls {
 
   #stored() {
     const { atlas } = this.#about;
-    const box = html("input", { type: "checkbox", id: "stored" });
+    const box = html("input", { type: "checkbox", id: "show-stored" });
     box.addEventListener("change", () => this.#change((state) => ({ ...state, stored: box.checked })));
     const label = html("label", { class: "check" }, box, "cells of the file where it has some");
     this.#follow.push((state) => {

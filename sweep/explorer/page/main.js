@@ -53,6 +53,7 @@ class Page {
       onAim: (aim) => this.#aim(aim),
       onReset: (double) => this.#reset(double),
       onShown: () => this.#shown(),
+      onLines: () => this.#controls.show(this.#state, this.#map.lines),
       onProblem: (problem) => this.#say(problem),
     });
     this.#controls = new Controls(part("controls"), about, change);

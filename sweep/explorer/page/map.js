@@ -1,6 +1,6 @@
 /** The map: picture, overlay and gestures of one element. It shows a state and tells what is done on it. */
 
-import { leastHalf, moved, placeOf, valueAt, zoomed } from "eulerdisk/axis_window";
+import { between, leastHalf, moved, placeOf, valueAt, zoomed } from "eulerdisk/axis_window";
 import { Gestures, inside, listenToKeys } from "eulerdisk/gestures";
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
@@ -28,13 +28,14 @@ import { svg } from "eulerdisk/svg";
 
 /**
  * What the map tells: another view; a chosen start (`second`: for the second motion); what is pointed at, null for
- * nothing; that the whole range is wanted; that new numbers are shown; that the server refused something.
+ * nothing; that the whole range is wanted; that new numbers are shown; that other lines are; that the server refused a window.
  * @typedef {object} Told
  * @property {(view: View) => void} onView
  * @property {(aim: Aim, second: boolean) => void} onChoose
  * @property {(aim: Aim|null) => void} onAim
  * @property {(double: boolean) => void} onReset
  * @property {() => void} onShown
+ * @property {() => void} onLines
  * @property {(problem: Error) => void} onProblem
  */
 
@@ -77,7 +78,11 @@ export class AtlasMap {
     this.#told = told;
     this.picture.canvas.className = "picture";
     element.append(html("div", { class: "ground" }), this.picture.canvas, this.overlay);
-    this.#refresh = new Refresh(source, (...answer) => this.#take(...answer), told.onProblem);
+    this.#refresh = new Refresh(
+      source,
+      (...answer) => this.#take(...answer),
+      (...problem) => this.#refuse(...problem),
+    );
     this.#lineRequests = new Latest((/** @type {View} */ view) => this.#askLines(source, view));
     this.#listen();
     new ResizeObserver(() => this.show(this.#state)).observe(element);
@@ -189,6 +194,35 @@ export class AtlasMap {
   }
 
   /**
+   * A window was refused: what is shown of another plane or another quantity is not left under the new axes.
+   * @param {Error} problem
+   * @param {"coarse"|"fine"} lane
+   */
+  #refuse(problem, lane) {
+    const { dataset } = this.#element;
+    if (!this.#isOfState()) {
+      this.picture.drop();
+      delete dataset.shown;
+      delete dataset.lane;
+    }
+    if (lane === "fine") this.#element.setAttribute("aria-busy", "false");
+    this.redraw();
+    this.#told.onProblem(problem);
+  }
+
+  /** Whether the picture has the plane, the words and the quantity of the state. */
+  #isOfState() {
+    const { view, quantity } = this.#state;
+    const { view: shown, quantity: colour } = this.picture;
+    if (!shown || colour?.name !== quantity) return false;
+    return (
+      wordsOf(shown) === wordsOf(view) &&
+      between(shown.x, view.x) !== null &&
+      between(shown.y, view.y) !== null
+    );
+  }
+
+  /**
    * @param {Source} source
    * @param {View} view
    */
@@ -201,7 +235,7 @@ export class AtlasMap {
       this.lines = [];
     }
     this.redraw();
-    this.#told.onShown();
+    this.#told.onLines();
   }
 
   #listen() {

@@ -33,6 +33,12 @@ export class Picture {
     this.colour(held);
   }
 
+  /** Show nothing until the next window. */
+  drop() {
+    this.view = this.answer = this.quantity = null;
+    this.range = { low: 0, high: 1, scale: "linear" };
+  }
+
   /**
    * Colour the window anew.
    * @param {[number, number]|null} held

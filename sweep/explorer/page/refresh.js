@@ -33,7 +33,7 @@ export class Refresh {
   /**
    * @param {Source} source
    * @param {(wanted: Wanted, answer: WindowAnswer, lane: "coarse"|"fine") => void} deliver
-   * @param {(problem: Error) => void} fail
+   * @param {(problem: Error, lane: "coarse"|"fine") => void} fail
    */
   constructor(source, deliver, fail) {
     this.#source = source;
@@ -71,7 +71,7 @@ export class Refresh {
       if (!signal?.aborted) this.#deliver(wanted, answer, lane);
     } catch (problem) {
       const dropped = signal?.aborted || /** @type {any} */ (problem).superseded;
-      if (!dropped && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem));
+      if (!dropped && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem), lane);
     }
   }
 }

@@ -38,7 +38,7 @@ export function firstState(about, name) {
   const base = about.bases.find((each) => each.name === name) ?? about.bases[0];
   return {
     view: { base: base.name, words: {}, x: base.view.x, y: base.view.y },
-    quantity: about.quantities[0].name,
+    quantity: quantitiesOf(about, base.name)[0].name,
     stored: true,
     hidden: [],
     range: null,
@@ -56,6 +56,17 @@ export function firstState(about, name) {
  */
 export function baseOf(about, view) {
   return about.bases.find((each) => each.name === view.base) ?? about.bases[0];
+}
+
+/**
+ * What can be shown of a base, the usual one first.
+ * @param {About} about
+ * @param {string} name  of the base
+ * @returns {Quantity[]}
+ */
+export function quantitiesOf(about, name) {
+  const base = about.bases.find((each) => each.name === name) ?? about.bases[0];
+  return base.quantities.map((each) => quantityOf(about, each));
 }
 
 /**

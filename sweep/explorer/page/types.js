@@ -60,7 +60,7 @@
 /**
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
- * `view` is the whole range of its grid.
+ * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -68,6 +68,7 @@
  * @property {Record<string, number|string>} words
  * @property {string[]} sliders  parameters that have a slider, in this order
  * @property {View} view
+ * @property {string[]} quantities
  */
 
 /**

@@ -523,11 +523,59 @@ def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas)
     assert painted == [int(verdicts[row, column]) for row, column in zip(rows, columns, strict=True)]
     page.mouse.move(*point(page, 0.3, 0.3))
     wait_for_text(page, "#readout", "stored cell")
-    page.locator("#stored").uncheck()
+    page.locator("#show-stored").uncheck()
     settled(page)
     pixels = pixels[:12]
     painted = [VERDICTS[colour] for colour in colours(page, pixels)]
     assert painted == cells(pixels, x, y, size["width"], size["height"])
+
+
+@pytest.fixture(scope="module")
+def lossy(tmp_path_factory):
+    """Return the path of an atlas with losses, 3 x 4 cells: nothing of it can be computed anew."""
+    path = tmp_path_factory.mktemp("lossy") / "toy.nc"
+    sweep.run_to_file(
+        "toy",
+        path,
+        tilt="20deg:60deg:3",
+        precession_rate="5:20:4",
+        duration="5s",
+        criterion="aloft:5s",
+        progress=False,
+    )
+    return path
+
+
+def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
+    """Disks without losses have no time at which they end: another base is shown in a quantity that it has."""
+    page = opened("quantity=end_time", url=served_with(lossy).url)
+    offered = page.locator("#quantity option")
+    assert "end time" in offered.all_text_contents()
+    assert shown(page)["quantity"] == "end_time"
+    page.locator("#base").select_option("rolling")
+    settled(page)
+    assert shown(page)["view"]["base"] == "rolling"
+    assert shown(page)["quantity"] == entries(page)["quantity"] == page.locator("#quantity").input_value()
+    assert "end time" not in offered.all_text_contents()
+    page.evaluate("location.hash = 'base=rolling&quantity=end_time'")
+    settled(page)
+    assert shown(page)["quantity"] != "end_time"
+
+
+def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
+    """Where the window of another base is refused, the words of that stay, and the old picture goes."""
+    page = opened(url=served_with(lossy).url)
+    # the page is watched for answers that are errors: this one is meant
+    page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
+    page.locator("#base").select_option("rolling")
+    page.wait_for_selector("#map:not([data-shown])[aria-busy=false]")
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    assert page.locator("#notice").text_content().strip()
+    assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
+    page.unroute("**/window")
+    page.locator("#base").select_option("")
+    settled(page)
+    assert page.locator("#notice").text_content() == ""
 
 
 def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
