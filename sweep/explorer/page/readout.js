@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
-import { parameterOf, verdictWords } from "eulerdisk/state";
+import { isFixed, parameterOf, verdictWords } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -117,7 +117,8 @@ export class Readout {
       return;
     }
     if (this.#aim !== aim) return;
-    const isStored = aim.shown?.stored === true && answer.stored !== null;
+    // where nothing can be computed the numbers are those of the cell
+    const isStored = answer.stored !== null && (aim.shown?.stored === true || isFixed(this.#about, view));
     const cell = isStored && answer.stored ? answer.stored : answer;
     const exact = /** @type {[string, string][]} */ ([
       ...[view.x.name, view.y.name].map((name) => [
