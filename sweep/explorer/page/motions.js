@@ -1,7 +1,6 @@
 /** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
 
 import { html } from "eulerdisk/html";
-import { Latest } from "eulerdisk/latest";
 import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
@@ -28,7 +27,8 @@ class Slot {
   #panel = null;
   /** @type {string|null} what is shown; null before anything is */
   #shown = null;
-  #requests = new Latest((/** @type {Place} */ request) => this.#move(request));
+  /** @type {Place|null} what is wanted; what comes for another one is too late */
+  #wanted = null;
   element;
 
   /**
@@ -62,19 +62,31 @@ class Slot {
     if (key === this.#shown) return;
     this.#shown = key;
     this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
-    if (point) this.#requests.ask({ view, ...point });
-    else if (this.#panel) void this.#panel.then((panel) => panel.clear());
+    this.#wanted = point && { view, ...point };
+    if (this.#wanted) void this.#move(this.#wanted);
+    else this.#clear();
   }
 
   /** @param {Place} request */
   async #move(request) {
     try {
       this.#panel ??= this.#make();
-      await (await this.#panel).show(request);
-      this.element.dataset.shown = JSON.stringify(request);
+      const panel = await this.#panel;
+      if (this.#wanted !== request) return;
+      // the panel drops the motion that it waits for where another one is wanted
+      await panel.show(request);
+      if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
     } catch (problem) {
-      this.#caption.textContent = /** @type {Error} */ (problem).message;
+      if (this.#wanted === request) this.#caption.textContent = /** @type {Error} */ (problem).message;
     }
+  }
+
+  #clear() {
+    delete this.element.dataset.shown;
+    void this.#panel?.then(
+      (panel) => this.#wanted ?? panel.clear(),
+      () => {},
+    );
   }
 
   /** @returns {Promise<Panel>} */

@@ -145,6 +145,26 @@ def test_two_motions_are_synchronous(opened):
     assert page.evaluate(DRAWN, 0) > 100
 
 
+def test_a_closed_slot_stays_empty(opened):
+    """A motion that is closed before its numbers have come is not shown when they come, nor does another wait for it."""
+    page = opened()
+    asked = []
+    page.route("**/motion", lambda route: asked.append(route))
+    page.locator("#map").click(position={"x": 500, "y": 300})
+    page.wait_for_selector(".motion.waiting", state="attached")
+    page.locator("#map").click(position={"x": 400, "y": 200})
+    page.wait_for_function("() => document.querySelector('#map circle.mark')")
+    page.wait_for_timeout(300)
+    assert len(asked) == 2
+    page.get_by_role("button", name="Close A").click()
+    page.wait_for_selector(".motion:not(.waiting)", state="attached")
+    page.unroute("**/motion")
+    page.wait_for_timeout(300)
+    assert page.locator(".motion.shown").count() == 0
+    choose(page)
+    assert page.locator(".motion.shown").count() == 1
+
+
 def test_losses_stop_the_disk(opened):
     """A slider of a loss makes another motion: a ledger takes the place of the potential; without losses it is back."""
     page = opened()

@@ -41,6 +41,7 @@ export class MotionPanel {
     /** @type {AbortController|null} */
     this.judged = null;
     this.timer = 0;
+    this.fresh = false;
     this.parts = partsOf(element);
     /** @type {DiskScene|undefined} */
     this.scene = undefined;
@@ -81,12 +82,15 @@ export class MotionPanel {
     clearTimeout(this.timer);
     this.asked?.abort();
     this.judged?.abort();
+    this.parts.verdict.textContent = "";
+    this.parts.problem.textContent = "";
     this.samples = null;
     this.request = null;
+    this.fresh = false;
     this.scene?.dispose();
     this.scene = undefined;
     clock.leave(this);
-    this.element.classList.remove("shown");
+    this.element.classList.remove("shown", "waiting");
   }
 
   dispose() {
@@ -110,11 +114,14 @@ export class MotionPanel {
     const asked = new AbortController();
     this.asked = asked;
     this.element.classList.add("waiting");
+    // another start whose motion was dropped for one with other words begins anew all the same
+    this.fresh ||= fromStart;
     try {
       const request = { ...this.request, losses: this.losses.losses };
       const answer = await this.source.motion(request, asked.signal);
       if (asked.signal.aborted) return;
-      this.#show(new Samples(answer), fromStart);
+      this.#show(new Samples(answer), this.fresh);
+      this.fresh = false;
       this.parts.problem.textContent = "";
     } catch (problem) {
       if (asked.signal.aborted) return;
@@ -150,7 +157,8 @@ export class MotionPanel {
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     try {
       this.scene ??= new DiskScene(this.parts.stage);
-    } catch {
+    } catch (problem) {
+      if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
       this.parts.stage.textContent = NO_WEBGL;
       return;
     }
