@@ -69,9 +69,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     }
     return {
         "program": f"eulerdisk {__version__}",
-        "bases": [
-            {**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()
-        ],
+        "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
         "parameters": [_input(row) for row in rows.values()],
         "quantities": [{**_quantity(each.quantity), "scale": each.scale} for each in shown.values()],
         "criteria": [

@@ -146,7 +146,7 @@ def test_two_motions_are_synchronous(opened):
 
 
 def test_a_closed_slot_stays_empty(opened):
-    """A motion that is closed before its numbers have come is not shown when they come, nor does another wait for it."""
+    """A motion that is closed before its numbers have come stays away, and no other waits for it."""
     page = opened()
     asked = []
     page.route("**/motion", lambda route: asked.append(route))
