@@ -71,13 +71,15 @@ class Page {
       change((state) => ({ ...state, compare: !state.compare })),
     );
     part("whole").addEventListener("click", () => this.#reset(false));
-    addMenus(part("menus"), {
+    const followMenus = addMenus(part("menus"), about, {
       state: () => this.#state,
       address: () => location.href.replace(/#.*/, "") + "#" + fragmentOf(this.#state),
       map: this.#map,
+      motions: this.#motions,
       source,
       say: (words) => this.#tell(words),
     });
+    this.#choices.push(followMenus);
     window.addEventListener("hashchange", () => this.#restore());
     this.#show(this.#state);
     const [first] = this.#state.points;

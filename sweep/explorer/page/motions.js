@@ -13,7 +13,11 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 
 /**
  * What shows one motion (`MotionPanel` of eulerdisk/motion/panel).
- * @typedef {{show: (request: Place) => Promise<void>, clear: () => void, dispose: () => void}} Panel
+ * @typedef {object} Panel
+ * @property {(request: Place) => Promise<void>} show
+ * @property {() => void} clear
+ * @property {() => void} dispose
+ * @property {{losses: Record<string, number|string>}} losses  what is set of them
  */
 
 /** One place for a motion: its heading and its panel. */
@@ -65,6 +69,13 @@ class Slot {
     this.#wanted = point && { view, ...point };
     if (this.#wanted) void this.#move(this.#wanted);
     else this.#clear();
+  }
+
+  /** What makes the motion of this slot again, with the losses that are set in its panel; null without one. */
+  async request() {
+    if (!this.#wanted) return null;
+    const panel = await this.#panel;
+    return { ...this.#wanted, losses: panel?.losses.losses ?? {} };
   }
 
   /** @param {Place} request */
@@ -123,6 +134,14 @@ export class Motions {
   constructor(element, about, source, close) {
     this.#slots = ["A", "B"].map((letter, slot) => new Slot(letter, about, source, () => close(slot)));
     element.append(...this.#slots.map((slot) => slot.element));
+  }
+
+  /**
+   * What makes a motion again; null where none is shown.
+   * @param {number} slot
+   */
+  request(slot) {
+    return this.#slots[slot].request();
   }
 
   /** @param {State} state */

@@ -13,7 +13,7 @@ import { Latest } from "eulerdisk/latest";
 
 /** Pixels of a coarse picture, and the most of a fine one. */
 const COARSE = 256 * 192;
-const FINE = 2.5e6;
+export const FINE = 2.5e6;
 
 /** Milliseconds without a change after which the fine picture is asked for. */
 const REST = 90;
@@ -84,5 +84,5 @@ export class Refresh {
  */
 export function pixels({ width, height }, most) {
   const shrink = Math.min(1, Math.sqrt(most / (width * height)));
-  return [Math.max(1, Math.round(width * shrink)), Math.max(1, Math.round(height * shrink))];
+  return [Math.max(1, Math.floor(width * shrink)), Math.max(1, Math.floor(height * shrink))];
 }

@@ -492,8 +492,21 @@ def test_window_is_copied_as_command(opened, explorer):
     size = shown(page)
     asked = {"view": size["view"], "width": size["width"], "height": size["height"]}
     answer = post(explorer.url, "command", **asked)
-    assert copied("as command") == answer["command"]
-    assert copied("as Python") == answer["python"]
+    assert copied("window as command") == answer["command"]
+    assert copied("window as Python") == answer["python"]
+    item = page.get_by_role("button", name="motion A as command", include_hidden=True)
+    assert item.evaluate("each => each.hidden")
+    click(page, 0.3, 0.2)
+    page.wait_for_selector("#motions .slot[data-shown]")
+    settled(page)
+    page.locator("details.laws summary").first.click()
+    page.get_by_role("slider", name="contour friction").press("PageUp")
+    page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
+    # a point that is chosen changes nothing of the window, and the losses of its panel belong to its motion
+    assert copied("window as command") == answer["command"]
+    motion = copied("motion A as command")
+    assert motion.startswith("eulerdisk simulate ")
+    assert "contour_friction=" in motion
 
 
 @pytest.fixture(scope="module")
@@ -565,6 +578,7 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
 def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
     """Where the window of another base is refused, the words of that stay, and the old picture goes."""
     page = opened(url=served_with(lossy).url)
+    assert page.get_by_role("button", name="data, CSV", include_hidden=True).evaluate("each => each.hidden")
     # the page is watched for answers that are errors: this one is meant
     page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
     page.locator("#base").select_option("rolling")
