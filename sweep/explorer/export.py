@@ -135,11 +135,8 @@ def stored_page(stored: Stored) -> dict[str, Any]:
         )
     known = about(spec, stored)
     quantities = stored.quantities()
-    cells = {name: shown.values(spec, _Columns(stored, view)) for name, shown in quantities.items()}
-    cells = {
-        name: values.astype(np.uint8 if values.dtype.kind in "iu" else np.float32)
-        for name, values in cells.items()
-    }
+    columns = _Columns(stored, view)
+    cells = {name: _narrowed(shown.values(spec, columns)) for name, shown in quantities.items()}
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
     fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
