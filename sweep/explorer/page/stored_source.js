@@ -15,6 +15,10 @@ import { readable } from "eulerdisk/ticks";
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
+/** Digits of numbers that are told, and as many as an array in single precision has. */
+const DIGITS = 8;
+const SINGLE_DIGITS = 7;
+
 /** @implements {Source} */
 export class StoredSource {
   live = false;
@@ -105,12 +109,12 @@ export class StoredSource {
     // rates that every cell computed for itself
     for (const { name } of parameters) if (name in this.#cells) start[name] = this.#cells[name][index];
     const known = parameters.filter(({ name }) => name in start);
-    const told = known.map(({ name, factor, unit }) => [name, toldNumber(start[name], factor, unit)]);
+    const told = known.map(({ name, factor, unit }) => [name, toldNumber(start[name], factor, unit, DIGITS)]);
     const numbers = quantities
       .filter(({ name }) => name in this.#cells && name !== "stability")
       .map((quantity) => ({
         ...described(quantity),
-        ...toldValue(quantity, this.#cells[quantity.name][index]),
+        ...toldValue(quantity, this.#cells[quantity.name], index),
       }));
     const verdict = verdictWords(this.#page.about, this.#cells.verdict[index]);
     return { start: Object.fromEntries(told), numbers, verdict, stored: null };
@@ -176,16 +180,21 @@ function described({ name, label, description }) {
  * @param {number} value
  * @param {number} factor
  * @param {string} unit
+ * @param {number} digits
  */
-function toldNumber(value, factor, unit) {
-  return { value, text: `${readable(value * factor, 8)} ${unit}`.trim() };
+function toldNumber(value, factor, unit, digits) {
+  return { value, text: `${readable(value * factor, digits)} ${unit}`.trim() };
 }
 
 /**
+ * What a cell holds, with no more digits than its array has.
  * @param {Quantity} quantity
- * @param {number} value
+ * @param {Values} values  of all cells
+ * @param {number} index
  */
-function toldValue({ flags, factor, unit }, value) {
+function toldValue({ flags, factor, unit }, values, index) {
+  const value = values[index];
   if (flags) return { value, text: flags[String(value)] ?? String(value) };
-  return Number.isFinite(value) ? toldNumber(value, factor, unit) : { value: null, text: "none" };
+  const digits = values instanceof Float32Array ? SINGLE_DIGITS : DIGITS;
+  return Number.isFinite(value) ? toldNumber(value, factor, unit, digits) : { value: null, text: "none" };
 }
