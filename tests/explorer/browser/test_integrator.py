@@ -25,8 +25,8 @@ SAMPLES = 200
 INTEGRATE = """async ([starts, times, fall]) => {
   const { integrate } = await import("eulerdisk/motion/integrator");
   return starts.map((start) => {
-    const { fell, arrays } = integrate(start, times, fall);
-    return { fell, arrays: Object.fromEntries(Object.entries(arrays).map(([k, v]) => [k, Array.from(v, (x) => x)])) };
+    const { ended, arrays } = integrate(start, times, fall);
+    return { ended, arrays: Object.fromEntries(Object.entries(arrays).map(([k, v]) => [k, Array.from(v, (x) => x)])) };
   });
 }"""
 
@@ -77,7 +77,7 @@ def test_motions_are_those_of_the_kernels(page, radius, duration, count):
 def compare(found, expected, start):
     """Hold a motion of the page against one of the kernels, in units of the radius and sqrt(radius/gravity)."""
     unit, weight = math.sqrt(start["radius"] / start["gravity"]), start["gravity"]
-    assert found["fell"] == bool(np.isfinite(expected["fall_time"])), start
+    assert found["ended"] == ("fell" if np.isfinite(expected["fall_time"]) else ""), start
     arrays = {name: np.array(values) for name, values in found["arrays"].items()}
     assert arrays["time"].size == expected["elapsed_time"].size, start
     np.testing.assert_allclose(arrays["time"], expected["elapsed_time"], atol=1e-7 * unit, err_msg=str(start))
@@ -123,6 +123,73 @@ def test_a_stored_motion_is_what_the_server_shows(page):
             )
         if told["period"] is not None and head["period"] is not None:
             assert head["period"] == pytest.approx(told["period"], rel=1e-3), start
+
+
+@pytest.mark.parametrize("radius", [0.005, 0.011, 0.05, 0.5])
+def test_turning_points_of_a_stored_motion_are_those_of_the_server(page, radius):
+    """Of small and large disks an exported page tells the same turning points, period and ending as the server."""
+    spec, unit = SweepSpec.preset("rolling"), math.sqrt(radius / 9.81)
+    rest = {"tilt_rate": 0.0, "precession_rate": 0.0, "alpha": 0.5, "radius": radius, "gravity": 9.81}
+    # from rest it swings nearly to flat and back
+    near_flat = [{**rest, "tilt": 0.4, "roll_rate": roll} for roll in (0.3, 2.0)]
+    for start in [*random_starts(12, radius), *near_flat]:
+        told, _ = motion(spec, start)
+        found = page.evaluate(STORED, [start, stored_motions(spec)])
+        head = found["head"]
+        assert head["ended"] == told["ended"], start
+        assert head["ending"].split()[0] == told["ending"].split()[0], start
+        assert [turn for turn, _ in head["turns"]] == pytest.approx(
+            [turn for turn, _ in told["turns"]], rel=0, abs=1e-6
+        ), start
+        if told["turns"]:
+            assert head["period"] == pytest.approx(told["period"], rel=1e-4), start
+            assert found["arrays"]["time"][-1] == pytest.approx(
+                motion(spec, start)[1]["time"][-1], rel=1e-4
+            ), start
+        # close enough to be drawn: neither time nor the turn between two samples is long
+        arrays = {name: np.array(values, float) for name, values in found["arrays"].items()}
+        assert np.diff(arrays["time"]).max() < 0.16 * unit, start
+        turned = sum(np.abs(np.diff(arrays[name])) for name in ("tilt", "heading", "roll_angle"))
+        assert told["ended"] or turned.max() < 0.8, start
+
+
+def test_words_of_turning_points_are_those_of_the_server(page):
+    """A tilt is written in the same digits."""
+    spec = SweepSpec.preset("rolling")
+    start = {"tilt": 0.02, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 3.0, "alpha": 0.5}
+    start |= {"radius": 0.5, "gravity": 9.81}
+    found = page.evaluate(STORED, [start, stored_motions(spec)])
+    assert [words for _, words in found["head"]["turns"]] == [
+        words for _, words in motion(spec, start)[0]["turns"]
+    ]
+
+
+def test_a_tilt_that_never_changes_has_one_turning_point(page):
+    """A disk that rolls upright, and one that circles, stay at their tilt."""
+    spec = SweepSpec.preset("rolling")
+    upright = {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 4.0, "alpha": 0.5}
+    # the roll rate of a steady circle at this tilt and precession rate
+    sin, cos, turning, gravity = math.sin(0.2), math.cos(0.2), 4.0, 9.81
+    roll = -(2 * gravity * sin + 2.5 * 0.5 * turning**2 * sin * cos) / (3.0 * 0.5 * turning * cos)
+    circling = {**upright, "tilt": 0.2, "precession_rate": turning, "roll_rate": roll}
+    for start in (upright, circling):
+        head = page.evaluate(STORED, [{**start, "radius": 0.5, "gravity": gravity}, stored_motions(spec)])[
+            "head"
+        ]
+        assert [turn for turn, _ in head["turns"]] == pytest.approx([start["tilt"]] * 2, abs=1e-9)
+        assert not head["ended"]
+
+
+def test_a_motion_that_is_given_up_has_not_fallen(page):
+    """A disk that would need too many steps ends where it was followed to, by its name."""
+    start = {"tilt": 0.1, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 1e5, "alpha": 0.5}
+    start |= {"radius": 0.5, "gravity": 9.81}
+    (found,) = page.evaluate(INTEGRATE, [[start], [0.0, 0.01, 10.0], SweepSpec.preset("rolling").fall_tilt])
+    assert found["ended"] == "given up"
+    times = found["arrays"]["time"]
+    assert times[:2] == [0.0, 0.01]
+    assert 0.01 < times[2] < 10.0
+    assert max(found["arrays"]["tilt"]) < 0.2
 
 
 def test_the_disk_is_drawn_as_in_figures(page):

@@ -12,53 +12,181 @@
 /** Step times the fastest frequency of the state. */
 const RELATIVE_STEP = 0.006;
 
-/** Steps after which a motion is given up. */
+/** Steps after which a motion is given up, and those that are made to find its turning points. */
 const MOST_STEPS = 2e6;
+const STEPS_TO_TURNS = 4e5;
+
+/** Between two samples: angle that the disk turns, time in units of sqrt(R/g), and the share of the whole time. */
+const TURN = 0.1;
+const PART = 0.1;
+const LEAST_SHARE = 1 / 50_000;
+const MOST_SHARE = 1 / 1000;
 
 /** Numbers of the state: S, C, T, w, o, s, heading, roll angle, x and y of the contact point over the radius. */
 const SIZE = 10;
+
+/** @typedef {""|"fell"|"given up"} Ended  empty while a motion goes on */
+
+/** @typedef {{ended: Ended, arrays: Record<string, Float64Array>}} Samples */
+
+/** @typedef {{time: number, tilt: number}} Turn  in seconds and radians */
+
+/** A motion under way: its state, and the time since its start in units of sqrt(R/g). */
+class Motion {
+  now = 0;
+  steps = 0;
+  /** @type {Ended} */
+  ended = "";
+  #alpha;
+  #least;
+  /** @type {Float64Array} */
+  #next;
+
+  /**
+   * @param {Start} start
+   * @param {number} fallTilt
+   */
+  constructor(start, fallTilt) {
+    this.unit = Math.sqrt(start.radius / start.gravity);
+    /** @type {Float64Array} */
+    this.state = stateOf(start, this.unit);
+    this.#next = this.state.slice();
+    this.#alpha = start.alpha;
+    this.#least = Math.cos(fallTilt);
+  }
+
+  /** Time since the start in seconds. */
+  get time() {
+    return this.unit * this.now;
+  }
+
+  get suitableStep() {
+    return suitableStep(this.state, this.#alpha);
+  }
+
+  /**
+   * One step. A disk that falls within it ends where it falls; one whose numbers end stays where it is.
+   * @param {number} h
+   */
+  advance(h) {
+    const next = step(this.state, this.#alpha, h, this.#next);
+    this.steps += 1;
+    if (next[1] <= this.#least) {
+      const part = fallWithin(this.state, this.#alpha, h, this.#least);
+      step(this.state, this.#alpha, part, next);
+      this.ended = "fell";
+      this.now += part;
+    } else if (next[1] > this.#least && this.steps <= MOST_STEPS) {
+      this.now += h;
+    } else {
+      this.ended = "given up";
+      return;
+    }
+    [this.state, this.#next] = [next, this.state];
+  }
+
+  /**
+   * To a time in seconds, or to the end.
+   * @param {number} time
+   */
+  follow(time) {
+    const end = time / this.unit;
+    while (this.now < end && !this.ended) {
+      const parts = Math.max(1, Math.ceil((end - this.now) / this.suitableStep - 1e-9));
+      this.advance((end - this.now) / parts);
+      if (parts === 1 && !this.ended) this.now = end;
+    }
+  }
+
+  /**
+   * One step, and the turning point of the tilt that lies within it.
+   * @returns {Turn|null}
+   */
+  advanceToTurn() {
+    const [h, begun] = [this.suitableStep, this.now];
+    const before = this.state.slice();
+    const side = Math.sign(before[3]);
+    this.advance(h);
+    if (this.ended || side === 0 || Math.sign(this.state[3]) === side) return null;
+    const part = partWithin(h, (middle) => Math.sign(step(before, this.#alpha, middle, LANDED)[3]) === side);
+    const [S, C] = step(before, this.#alpha, part, LANDED);
+    return { time: this.unit * (begun + part), tilt: Math.atan2(S, C) };
+  }
+}
 
 /**
  * Samples of a motion at given times [s], increasing from 0.
  *
  * A disk whose tilt reaches `fallTilt` has fallen: the samples end there, with the moment of the fall as the last time.
+ * Those of one that needs too many steps end where it was given up.
  * @param {Start} start  in SI units
  * @param {ArrayLike<number>} times
  * @param {number} fallTilt  in radians
- * @returns {{fell: boolean, arrays: Record<string, Float64Array>}}
+ * @returns {Samples}
  */
 export function integrate(start, times, fallTilt) {
-  const unit = Math.sqrt(start.radius / start.gravity);
-  const least = Math.cos(fallTilt);
-  /** @type {Float64Array} */
-  let state = stateOf(start, unit);
-  /** @type {Float64Array} */
-  let next = state.slice();
-  const kept = [state.slice()];
+  let i = 0;
+  return sampled(start, fallTilt, () => times[(i += 1)]);
+}
+
+/**
+ * Samples of a motion to a time [s], as close as it turns at each moment.
+ * @param {Start} start  in SI units
+ * @param {number} duration
+ * @param {number} fallTilt  in radians
+ * @returns {Samples}
+ */
+export function integrateClosely(start, duration, fallTilt) {
+  return sampled(start, fallTilt, ({ state, unit }, time) => {
+    if (time >= duration) return undefined;
+    const [, C, T, w, o, s] = state;
+    const rate = Math.abs(w) + Math.abs(o / C) + Math.abs(s - o * T);
+    const wanted = unit * Math.min(PART, TURN / rate);
+    const interval = Math.max(Math.min(wanted, MOST_SHARE * duration), LEAST_SHARE * duration);
+    // no interval that is much shorter than the others stands at the end
+    return time + 1.5 * interval < duration ? time + interval : duration;
+  });
+}
+
+/**
+ * @param {Start} start
+ * @param {number} fallTilt
+ * @param {(motion: Motion, time: number) => number|undefined} following  time of the next sample, none after the last
+ * @returns {Samples}
+ */
+function sampled(start, fallTilt, following) {
+  const motion = new Motion(start, fallTilt);
+  const kept = [motion.state.slice()];
   const moments = [0];
-  let steps = 0;
-  for (let i = 1; i < times.length; i += 1) {
-    const end = times[i] / unit;
-    let now = times[i - 1] / unit;
-    while (now < end) {
-      const parts = Math.max(1, Math.ceil((end - now) / suitableStep(state, start.alpha) - 1e-9));
-      const h = (end - now) / parts;
-      step(state, start.alpha, h, next);
-      steps += 1;
-      // a disk that cannot be followed ends as one that fell: where it was last
-      if (!(next[1] > least) || steps > MOST_STEPS) {
-        const part = fallWithin(state, start.alpha, h, least);
-        kept.push(step(state, start.alpha, part, next).slice());
-        moments.push(unit * (now + part));
-        return { fell: true, arrays: arraysOf(kept, moments, start, unit) };
-      }
-      [state, next] = [next, state];
-      now = parts === 1 ? end : now + h;
-    }
-    kept.push(state.slice());
-    moments.push(times[i]);
+  for (let last = 0; !motion.ended; last = moments[moments.length - 1]) {
+    const time = following(motion, last);
+    if (time === undefined) break;
+    motion.follow(time);
+    const moment = motion.ended ? motion.time : time;
+    if (motion.ended && !(moment > last)) break;
+    kept.push(motion.state.slice());
+    moments.push(moment);
   }
-  return { fell: false, arrays: arraysOf(kept, moments, start, unit) };
+  return { ended: motion.ended, arrays: arraysOf(kept, moments, start, motion.unit) };
+}
+
+/**
+ * The first two turning points of the tilt, between which it swings for ever; a start at rest is one. A tilt that never
+ * changes has the same one twice. None are known of a disk that falls before, or is too slow to turn.
+ * @param {Start} start  in SI units
+ * @param {number} fallTilt  in radians
+ * @returns {{ended: Ended, turns: Turn[]}}
+ */
+export function turnsOf(start, fallTilt) {
+  const motion = new Motion(start, fallTilt);
+  const turns = motion.state[3] === 0 ? [{ time: 0, tilt: start.tilt }] : [];
+  while (turns.length < 2 && !motion.ended && motion.steps < STEPS_TO_TURNS) {
+    const turn = motion.advanceToTurn();
+    if (turn) turns.push(turn);
+    // neither a rate nor what would change it
+    if (motion.steps === 1 && motion.state[3] === 0) turns.push({ time: 0, tilt: start.tilt });
+  }
+  return { ended: motion.ended, turns: turns.length > 1 ? turns : [] };
 }
 
 /**
@@ -134,17 +262,26 @@ function suitableStep(state, alpha) {
 }
 
 /**
- * Part of a step after which cos(tilt) is down to `least`, by bisection.
+ * Part of a step after which cos(tilt) is down to `least`.
  * @param {Float64Array} state
  * @param {number} alpha
  * @param {number} h
  * @param {number} least
  */
 function fallWithin(state, alpha, h, least) {
+  return partWithin(h, (middle) => step(state, alpha, middle, LANDED)[1] > least);
+}
+
+/**
+ * Largest part of a step for which something holds, by bisection.
+ * @param {number} h
+ * @param {(part: number) => boolean} holds
+ */
+function partWithin(h, holds) {
   let [low, high] = [0, h];
   for (let i = 0; i < 50; i += 1) {
     const middle = (low + high) / 2;
-    if (step(state, alpha, middle, LANDED)[1] > least) low = middle;
+    if (holds(middle)) low = middle;
     else high = middle;
   }
   return low;

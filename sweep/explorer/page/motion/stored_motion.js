@@ -1,21 +1,20 @@
 /** Motions of an exported page: integrated in the page, in the form in which a server answers. */
 
-import { integrate } from "eulerdisk/motion/integrator";
+import { integrateClosely, turnsOf } from "eulerdisk/motion/integrator";
 import { potentialOf } from "eulerdisk/motion/stored_potential";
 
 /** @typedef {import("eulerdisk/motion/integrator").Start} Start */
 /** @typedef {import("eulerdisk/motion/types").MotionAnswer} MotionAnswer */
 /** @typedef {import("eulerdisk/motion/types").StoredMotions} StoredMotions */
 
-/** Swings that a motion is followed, the shortest and the longest time in seconds, and the angle that it turns in all. */
-const SWINGS = 3;
+/** Periods that a motion is followed, the shortest and the longest time in seconds, and the angle that it turns in all. */
+const PERIODS = 3;
 const SHORTEST = 6;
 const LONGEST = 60;
 const TURNS = 400;
 
-/** Angle that the disk turns between two samples at the rates of its start, and the fewest samples. */
-const TURN = 0.1;
-const FEWEST = 1000;
+/** Swing in radians below which a tilt does not change but by rounding: it has no period that could be measured. */
+const NO_SWING = 1e-9;
 
 /**
  * @param {Start} start  in SI units
@@ -23,70 +22,63 @@ const FEWEST = 1000;
  * @returns {MotionAnswer}
  */
 export function storedMotion(start, stored) {
-  const rates = ["tilt_rate", "precession_rate", "roll_rate"];
-  const rate = rates.reduce((sum, name) => sum + Math.abs(start[/** @type {"tilt_rate"} */ (name)]), 0);
-  const longest = Math.min(LONGEST, rate > 0 ? TURNS / rate : LONGEST);
-  const count = Math.max(FEWEST, Math.ceil((longest * rate) / TURN));
-  const times = Float64Array.from({ length: count + 1 }, (_, i) => (longest * i) / count);
-  const { fell, arrays } = integrate(start, times, stored.fall_tilt);
-  const turns = turningTimes(arrays.time, arrays.tilt_rate);
-  // every second turn is on the same side
-  const period = turns.length > 2 ? turns[turns.length - 1 - (turns.length % 2 ? 0 : 1)] - turns[0] : NaN;
-  const swings = Math.floor((turns.length - 1) / 2);
-  const wanted = fell ? Infinity : Math.min(Math.max((SWINGS * period) / swings || 0, SHORTEST), longest);
-  const kept = arrays.time.filter((time) => time <= wanted).length;
-  const cut = Object.fromEntries(
-    Object.entries(arrays).map(([name, values]) => [name, values.slice(0, kept)]),
-  );
+  const { ended: endedBefore, turns } = turnsOf(start, stored.fall_tilt);
+  const tilts = turns.map(({ tilt }) => tilt).sort((a, b) => a - b);
+  // a swing back takes as long as the swing there
+  const period = tilts[1] - tilts[0] > NO_SWING ? 2 * (turns[1].time - turns[0].time) : null;
+  const duration = durationOf(start, endedBefore === "fell" ? LONGEST : PERIODS * (period ?? 0));
+  const { ended, arrays } = integrateClosely(start, duration, stored.fall_tilt);
   const potential = potentialOf(start, stored.fall_tilt);
-  const last = cut.time[kept - 1];
+  const last = arrays.time[arrays.time.length - 1];
   const digits = (/** @type {number} */ value) => Number(value.toPrecision(3));
-  const needed = cut.friction_needed.reduce((most, value) => Math.max(most, value), 0);
+  const needed = arrays.friction_needed.reduce((most, value) => Math.max(most, value), 0);
   const head = {
     title: "",
-    ending: fell ? `fell at ${digits(last)} s` : `followed for ${digits(last)} s`,
+    ending: endingOf(ended, digits(last)),
     note: Number.isNaN(needed) ? stored.words.lifts_off : `${stored.words.needs} ${digits(needed)}.`,
-    ended: fell,
+    ended: ended === "fell",
     lossy: false,
     start: { ...start },
     alpha: start.alpha,
     radius: start.radius,
     gravity: start.gravity,
-    turns: turns.length > 1 ? extremesOf(cut.tilt, stored) : [],
-    period: Number.isFinite(period) ? period / swings : null,
+    turns: tilts.map((tilt) => toldTilt(tilt, stored)),
+    period,
     wells: potential.wells,
     barriers: potential.barriers,
     losses: [],
     ledger: null,
     quantities: stored.quantities,
   };
-  return { head, arrays: { ...cut, potential_tilt: potential.tilt, potential: potential.excess } };
+  return { head, arrays: { ...arrays, potential_tilt: potential.tilt, potential: potential.excess } };
 }
 
 /**
- * Times at which a rate changes its sign, by the line between two samples.
- * @param {Float64Array} times
- * @param {Float64Array} rates
+ * Time in seconds that a motion is followed.
+ * @param {Start} start
+ * @param {number} wanted
  */
-function turningTimes(times, rates) {
-  const found = [];
-  for (let i = 1; i < rates.length; i += 1) {
-    const [before, after] = [rates[i - 1], rates[i]];
-    if (before * after < 0) {
-      found.push(times[i - 1] + ((times[i] - times[i - 1]) * before) / (before - after));
-    }
-  }
-  return found;
+function durationOf({ tilt_rate: tilting, precession_rate: turning, roll_rate: rolling }, wanted) {
+  const most = TURNS / (Math.abs(tilting) + Math.abs(turning) + Math.abs(rolling));
+  return Math.min(Math.max(wanted, SHORTEST), LONGEST, most);
 }
 
 /**
- * Least and greatest tilt with their words.
- * @param {Float64Array} tilts
+ * @param {import("eulerdisk/motion/integrator").Ended} ended
+ * @param {number} last  in seconds
+ */
+function endingOf(ended, last) {
+  if (ended === "fell") return `fell at ${last} s`;
+  return ended === "given up" ? `followed to ${last} s: too fast from there on` : `followed for ${last} s`;
+}
+
+/**
+ * A tilt with its words.
+ * @param {number} tilt
  * @param {StoredMotions} stored
- * @returns {[number, string][]}
+ * @returns {[number, string]}
  */
-function extremesOf(tilts, { quantities }) {
+function toldTilt(tilt, { quantities }) {
   const { factor, unit } = quantities.tilt;
-  const ends = [tilts.reduce((a, b) => Math.min(a, b)), tilts.reduce((a, b) => Math.max(a, b))];
-  return ends.map((tilt) => [tilt, `${Number((tilt * factor).toPrecision(5))} ${unit}`]);
+  return [tilt, `${Number((tilt * factor).toPrecision(6))} ${unit}`];
 }
