@@ -61,6 +61,7 @@ EXCEPTED = {
     "dask worker tcp://scheduler:8786 &": "a server",
     "eulerdisk run rolling -o atlas.nc --dask tcp://scheduler:8786": "asks that server",
     "pip install 'eulerdisk[dask]'": "installs; tests/promises/test_packaging.py",
+    "pip install jupyterlab": "installs what is not ours",
     "pip install .": "installs; tests/promises/test_packaging.py",
     "source .venv/bin/activate": "changes a shell",
     "cp tonight/hoop.nc trusted/": "test_the_page_on_batches does it",
