@@ -2,8 +2,11 @@
 
 import json
 import math
+import random
 from decimal import Decimal
 from urllib.parse import parse_qsl, urlsplit
+
+import sweep
 
 COMPLETE = "#map[data-lane=fine][aria-busy=false]"
 
@@ -112,3 +115,21 @@ def _scale(title):
         "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b", "0123456789-"
     )
     return Decimal(offset.replace("\u2212", "-")), int(digits.translate(superscripts) or 1)
+
+
+def cells(pixels, x, y, width, height, **words):
+    """Return the verdicts of the exact reduction at pixels of a window."""
+    starts = {
+        x[0]: [value_at(x, (2 * column + 1) / width - 1) for column, _ in pixels],
+        y[0]: [value_at(y, (2 * row + 1) / height - 1) for _, row in pixels],
+    }
+    found = [
+        sweep.run("rolling", roll_rate=roll, tilt=[tilt], method="exact", progress=False, **words)
+        for roll, tilt in zip(starts["roll_rate"], starts["tilt"], strict=True)
+    ]
+    return [int(each.stability.values.ravel()[0]) for each in found]
+
+
+def random_pixels(width, height, count):
+    """Return pixels of a picture, others each time."""
+    return [[random.randrange(width), random.randrange(height)] for _ in range(count)]

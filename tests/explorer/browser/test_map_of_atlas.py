@@ -1,0 +1,138 @@
+"""The map of an atlas in a real browser: its cells beside computed ones, what it can show, and its exported page."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import sweep
+from tests.explorer.browser.map_page import (
+    VERDICTS,
+    axis,
+    cells,
+    colours,
+    entries,
+    point,
+    random_pixels,
+    settled,
+    shown,
+    value_at,
+    wait_for_text,
+)
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory):
+    """Return the path of an atlas of 24 x 16 cells."""
+    path = tmp_path_factory.mktemp("map") / "atlas.nc"
+    sweep.run_to_file(
+        "rolling", path, roll_rate="2.3:3.1:24", tilt="0.2deg:4deg:16:log", method="exact", progress=False
+    )
+    return path
+
+
+def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas):
+    """Within the grid a pixel has the verdict of its cell, and says so; beyond it that of its own start."""
+    served = served_with(atlas)
+    page = opened("quantity=stability", url=served.url)
+    settled(page)
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    stored = sweep.open_atlas(atlas)
+    pixels = random_pixels(size["width"], size["height"], 60)
+    rolls = [value_at(x, (2 * column + 1) / size["width"] - 1) for column, _ in pixels]
+    tilts = [value_at(y, (2 * row + 1) / size["height"] - 1) for _, row in pixels]
+    verdicts = stored.stability.transpose("tilt", "roll_rate").values
+    rows = [int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin()) for tilt in tilts]
+    columns = [int(np.abs(stored.roll_rate.values - roll).argmin()) for roll in rolls]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == [int(verdicts[row, column]) for row, column in zip(rows, columns, strict=True)]
+    page.mouse.move(*point(page, 0.3, 0.3))
+    wait_for_text(page, "#readout", "stored cell")
+    page.locator("#show-stored").uncheck()
+    settled(page)
+    pixels = pixels[:12]
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, x, y, size["width"], size["height"])
+
+
+@pytest.fixture(scope="module")
+def lossy(tmp_path_factory):
+    """Return the path of an atlas with losses, 3 x 4 cells: nothing of it can be computed anew."""
+    path = tmp_path_factory.mktemp("lossy") / "toy.nc"
+    sweep.run_to_file(
+        "toy",
+        path,
+        tilt="20deg:60deg:3",
+        precession_rate="5:20:4",
+        duration="5s",
+        criterion="aloft:5s",
+        progress=False,
+    )
+    return path
+
+
+def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
+    """Disks without losses have no time at which they end: another base is shown in a quantity that it has."""
+    page = opened("quantity=end_time", url=served_with(lossy).url)
+    offered = page.locator("#quantity option")
+    assert "end time" in offered.all_text_contents()
+    assert shown(page)["quantity"] == "end_time"
+    page.locator("#base").select_option("rolling")
+    settled(page)
+    assert shown(page)["view"]["base"] == "rolling"
+    assert shown(page)["quantity"] == entries(page)["quantity"] == page.locator("#quantity").input_value()
+    assert "end time" not in offered.all_text_contents()
+    page.evaluate("location.hash = 'base=rolling&quantity=end_time'")
+    settled(page)
+    assert shown(page)["quantity"] != "end_time"
+
+
+def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
+    """Where the window of another base is refused, the words of that stay, and the old picture goes."""
+    page = opened(url=served_with(lossy).url)
+    assert page.get_by_role("button", name="data, CSV", include_hidden=True).evaluate("each => each.hidden")
+    # the page is watched for answers that are errors: this one is meant
+    page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
+    page.locator("#base").select_option("rolling")
+    page.wait_for_selector("#map:not([data-shown])[aria-busy=false]")
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    assert page.locator("#notice").text_content().strip()
+    assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
+    page.unroute("**/window")
+    page.locator("#base").select_option("")
+    settled(page)
+    assert page.locator("#notice").text_content() == ""
+
+
+def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
+    """An exported page shows the cells of its atlas without a server, and says where its resolution ends."""
+    target = tmp_path / "page.html"
+    command = [sys.executable, "-m", "sweep", "explore", str(atlas), "--export", str(target)]
+    subprocess.run(command, check=True, capture_output=True)
+    page = opened("quantity=stability", url=target.as_uri())
+    stored = sweep.open_atlas(atlas)
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    pixels = random_pixels(size["width"], size["height"], 60)
+    verdicts = stored.stability.transpose("tilt", "roll_rate").values
+    expected = []
+    for column, row in pixels:
+        roll = value_at(x, (2 * column + 1) / size["width"] - 1)
+        tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
+        across = int(np.abs(stored.roll_rate.values - roll).argmin())
+        up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
+        expected.append(int(verdicts[up, across]))
+    assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
+    page.mouse.move(*point(page, 0.3, 0.3))
+    wait_for_text(page, "#readout", "peak tilt")
+    page.mouse.wheel(0, -1200)
+    settled(page)
+    assert "24 x 16 cells" in page.locator("#notice").text_content()
+    page.locator("#whole").click()
+    settled(page)
+    # beyond its cells it knows nothing, and shows nothing
+    page.mouse.move(*point(page, 0.0, 0.0))
+    page.mouse.wheel(0, 400)
+    settled(page)
+    assert colours(page, [[1, 1], [shown(page)["width"] // 2, shown(page)["height"] // 2]])[0] is None
