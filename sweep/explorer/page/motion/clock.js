@@ -13,8 +13,10 @@ export class Clock {
   time = 0;
   playing = false;
   speed = 1;
-  /** Whether somebody has chosen the speed; else it follows from the length of the motions. */
-  #chosen = false;
+  /** @type {number|null} the speed that somebody has chosen; null: it follows from the length of the motions */
+  chosen = null;
+  /** @type {number|null} where the clock stands although motions begin, until somebody moves it */
+  #held = null;
   /** @type {Map<object, number>} length of the motion of each panel */
   #lengths = new Map();
   /** @type {Set<() => void>} */
@@ -52,7 +54,34 @@ export class Clock {
     this.#settle();
   }
 
+  /** The time at which somebody has put the clock to rest; null while it runs, and where it begins or ends. */
+  get standing() {
+    const within = !this.playing && this.time > 0 && this.time < this.length;
+    return this.#held ?? (within ? this.time : null);
+  }
+
+  /**
+   * Stand at a time, also when motions begin that are not shown yet; null: they begin at their beginning.
+   * @param {number|null} time
+   */
+  hold(time) {
+    this.#held = time;
+    if (time === null) return;
+    this.pause();
+    this.#stand(time);
+  }
+
+  /**
+   * A motion begins: at its beginning, or where the clock is held.
+   * @param {boolean} plays
+   */
+  begin(plays) {
+    this.#stand(this.#held ?? 0);
+    if (plays && this.#held === null) this.play();
+  }
+
   play() {
+    this.#held = null;
     if (this.playing || this.length === 0) return;
     if (this.time >= this.length) this.time = 0;
     this.playing = true;
@@ -70,15 +99,20 @@ export class Clock {
 
   /** @param {number} time */
   seek(time) {
+    this.#held = null;
+    this.#stand(time);
+  }
+
+  /** @param {number} time */
+  #stand(time) {
     this.time = Math.min(Math.max(time, 0), this.length);
     this.#tell();
   }
 
-  /** @param {number} speed */
+  /** @param {number|null} speed  null: one that suits the length of the motions */
   setSpeed(speed) {
-    this.speed = speed;
-    this.#chosen = true;
-    this.#tell();
+    this.chosen = speed;
+    this.#settle();
   }
 
   #settle() {
@@ -86,11 +120,11 @@ export class Clock {
       this.playing = false;
       cancelAnimationFrame(this.#frame);
       this.time = 0;
-    } else if (!this.#chosen) {
+    } else {
       const wanted = Math.log(this.length / SHOWN);
       const nearer = (/** @type {number} */ a, /** @type {number} */ b) =>
         Math.abs(Math.log(a) - wanted) <= Math.abs(Math.log(b) - wanted) ? a : b;
-      this.speed = SPEEDS.reduce(nearer);
+      this.speed = this.chosen ?? SPEEDS.reduce(nearer);
     }
     this.time = Math.min(this.time, this.length);
     this.#tell();

@@ -28,6 +28,11 @@ import { poseOf } from "eulerdisk/motion/pose";
  * @typedef {{ground: string, grid: string, trail: string, force: string}} SceneColours
  */
 
+/**
+ * Where the camera stands about the disk: azimuth and elevation in radians, and its distance in radii.
+ * @typedef {[number, number, number]} Standpoint
+ */
+
 /** Where the camera stands at first: behind the disk to its right, over the table, and how far, in radii. */
 const AZIMUTH = (-58 * Math.PI) / 180;
 const ELEVATION = (22 * Math.PI) / 180;
@@ -38,6 +43,9 @@ const LOOK_AT = 0.8;
 
 /** Angle by which a key turns the camera. */
 const TURN = (6 * Math.PI) / 180;
+
+/** Least and greatest elevation of the camera: over the table, and not quite overhead. */
+const [LOWEST, HIGHEST] = [0.02, 1.55];
 
 /** Side of the squares of the table over the radius, at most. */
 const SQUARE = 1.0;
@@ -53,9 +61,10 @@ const WEIGHT = 0.9;
 export class DiskScene {
   /**
    * @param {HTMLElement} element  is filled with the picture
+   * @param {(standpoint: Standpoint) => void} [turned]  is told where a person has put the camera
    * @throws if the browser has no WebGL
    */
-  constructor(element) {
+  constructor(element, turned = () => {}) {
     this.element = element;
     this.renderer = new WebGLRenderer({ antialias: true });
     this.renderer.shadowMap.enabled = true;
@@ -68,6 +77,12 @@ export class DiskScene {
     this.controls.enablePan = false;
     this.controls.maxPolarAngle = 0.495 * Math.PI;
     this.controls.addEventListener("change", () => this.draw());
+    let before = "";
+    this.controls.addEventListener("start", () => (before = String(this.standpoint)));
+    this.controls.addEventListener("end", () => {
+      if (String(this.standpoint) !== before) turned(this.standpoint);
+    });
+    this.turned = turned;
     /** @type {Samples|null} */
     this.samples = null;
     this.time = 0;
@@ -92,8 +107,9 @@ export class DiskScene {
    * Show a motion; the camera stays where it is about the disk, unless another disk has another size.
    * @param {Samples} samples
    * @param {SceneColours} colours
+   * @param {Standpoint|null} [standpoint]  where the camera stands about a disk of another size; null behind it
    */
-  show(samples, colours) {
+  show(samples, colours, standpoint = null) {
     const { radius, alpha } = samples.head;
     const look = JSON.stringify([radius, alpha, colours]);
     const first = this.samples === null || this.samples.head.radius !== radius;
@@ -101,7 +117,10 @@ export class DiskScene {
     if (look !== this.look) this.#furnish(radius, alpha, colours);
     this.look = look;
     this.#layTrail(samples, colours.trail);
-    if (first) this.#standBehind(radius);
+    if (first) {
+      this.#adjust(radius);
+      this.standpoint = standpoint ?? this.behind();
+    }
     this.setTime(this.time);
   }
 
@@ -230,21 +249,48 @@ export class DiskScene {
     this.table?.position.set(square * Math.round(x / square), square * Math.round(y / square), 0);
   }
 
-  /** @param {number} radius */
-  #standBehind(radius) {
+  /**
+   * Behind the disk.
+   * @returns {Standpoint}
+   */
+  behind() {
     const samples = /** @type {Samples} */ (this.samples);
     const backwards = samples.head.start.roll_rate < 0 ? Math.PI : 0;
     // the track of heading 0 is the y axis
-    const azimuth = samples.at("heading", 0) - Math.PI / 2 + AZIMUTH + backwards;
-    const ray = [
-      Math.cos(ELEVATION) * Math.cos(azimuth),
-      Math.cos(ELEVATION) * Math.sin(azimuth),
-      Math.sin(ELEVATION),
-    ];
+    return [samples.at("heading", 0) - Math.PI / 2 + AZIMUTH + backwards, ELEVATION, DISTANCE];
+  }
+
+  /**
+   * Where the camera stands about the disk.
+   * @returns {Standpoint}
+   */
+  get standpoint() {
+    const { x, y, z } = this.camera.position.clone().sub(this.controls.target);
+    const distance = Math.hypot(x, y, z);
+    const { radius } = /** @type {Samples} */ (this.samples).head;
+    return [Math.atan2(y, x), Math.asin(z / distance), distance / radius];
+  }
+
+  set standpoint([azimuth, elevation, distance]) {
+    const { radius } = /** @type {Samples} */ (this.samples).head;
+    const { minDistance, maxDistance } = this.controls;
+    const far = Math.min(Math.max(distance * radius, minDistance), maxDistance);
+    const up = Math.min(Math.max(elevation, LOWEST), HIGHEST);
     this.camera.position.set(
-      .../** @type {[number, number, number]} */ (ray.map((part) => DISTANCE * radius * part)),
+      far * Math.cos(up) * Math.cos(azimuth),
+      far * Math.cos(up) * Math.sin(azimuth),
+      far * Math.sin(up),
     );
     this.camera.position.add(this.controls.target);
+    this.controls.update();
+    this.draw();
+  }
+
+  /**
+   * Set how near and how far things are seen, for a disk of some size.
+   * @param {number} radius
+   */
+  #adjust(radius) {
     this.camera.near = 0.05 * radius;
     this.camera.far = 80 * radius;
     this.controls.minDistance = 1.6 * radius;
@@ -265,21 +311,9 @@ export class DiskScene {
     const turn = turns[/** @type {"+"} */ (event.key)];
     if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    const distance = Math.min(
-      Math.max(offset.length() * turn[2], this.controls.minDistance),
-      this.controls.maxDistance,
-    );
-    const azimuth = Math.atan2(offset.y, offset.x) + turn[0] * TURN;
-    const elevation = Math.min(Math.max(Math.asin(offset.z / offset.length()) + turn[1] * TURN, 0.02), 1.55);
-    offset.set(
-      Math.cos(elevation) * Math.cos(azimuth),
-      Math.cos(elevation) * Math.sin(azimuth),
-      Math.sin(elevation),
-    );
-    this.camera.position.copy(this.controls.target).addScaledVector(offset, distance);
-    this.controls.update();
-    this.draw();
+    const [azimuth, elevation, distance] = this.standpoint;
+    this.standpoint = [azimuth + turn[0] * TURN, elevation + turn[1] * TURN, distance * turn[2]];
+    this.turned(this.standpoint);
   }
 
   #fit() {

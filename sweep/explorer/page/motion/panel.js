@@ -18,6 +18,7 @@ import { wordsOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
+/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
@@ -28,10 +29,14 @@ export class MotionPanel {
   /**
    * @param {HTMLElement} element
    * @param {Source} source
+   * @param {() => void} [told]  is called when a person has changed what `settings` holds
    */
-  constructor(element, source) {
+  constructor(element, source, told = () => {}) {
     this.element = element;
     this.source = source;
+    this.told = told;
+    /** @type {import("eulerdisk/motion/disk_scene").Standpoint|null} where the camera was put */
+    this.standpoint = null;
     /** @type {Samples|null} */
     this.samples = null;
     /** @type {MotionRequest|null} */
@@ -46,12 +51,16 @@ export class MotionPanel {
     /** @type {DiskScene|undefined} */
     this.scene = undefined;
     this.parts.words.addEventListener("toggle", () => this.#explain());
+    for (const part of [this.parts.laws, this.parts.words]) part.addEventListener("toggle", told);
     const seek = (/** @type {number} */ time) => clock.seek(time);
     this.tilt = new Plot(this.parts.tilt, seek);
     this.potential = new Plot(this.parts.potential);
     this.forces = new Plot(this.parts.forces, seek);
     this.transport = new Transport(this.parts.transport, clock);
-    this.losses = new LossSliders(this.parts.losses, () => this.#askSoon());
+    this.losses = new LossSliders(this.parts.losses, () => {
+      this.#askSoon();
+      told();
+    });
     this.unlisten = clock.listen(() => this.#follow());
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.repaint = () => this.#showScene();
@@ -76,6 +85,25 @@ export class MotionPanel {
     }
     await this.#ask(another);
     if (this.request === request) await this.#explain();
+  }
+
+  /**
+   * What a person has set of this motion.
+   * @returns {MotionSettings}
+   */
+  get settings() {
+    const { laws, words } = this.parts;
+    const open = Object.entries({ laws, words }).filter(([, part]) => part.open);
+    return { losses: this.losses.losses, camera: this.standpoint, open: open.map(([name]) => name) };
+  }
+
+  /** Losses that are set here act on the motion that is shown next. */
+  set settings({ losses, camera, open }) {
+    this.losses.losses = losses;
+    this.parts.laws.open = open.includes("laws");
+    this.parts.words.open = open.includes("words");
+    this.standpoint = camera;
+    if (this.scene?.samples) this.scene.standpoint = camera ?? this.scene.behind();
   }
 
   clear() {
@@ -145,10 +173,9 @@ export class MotionPanel {
     this.parts.laws.hidden = head.losses.length === 0;
     this.losses.show(head.losses);
     this.#showScene();
-    if (fromStart) clock.seek(0);
     // the clock tells all panels: those beside this one draw their curves over the new time
     clock.enter(this, samples.length);
-    if (fromStart && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
+    if (fromStart) clock.begin(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
 
   #showScene() {
@@ -156,7 +183,10 @@ export class MotionPanel {
     const style = getComputedStyle(this.element);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     try {
-      this.scene ??= new DiskScene(this.parts.stage);
+      this.scene ??= new DiskScene(this.parts.stage, (standpoint) => {
+        this.standpoint = standpoint;
+        this.told();
+      });
     } catch (problem) {
       if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
       this.parts.stage.textContent = NO_WEBGL;
@@ -168,7 +198,7 @@ export class MotionPanel {
       trail: colour("--motion-trail"),
       force: colour("--motion-force"),
     };
-    this.scene.show(this.samples, colours);
+    this.scene.show(this.samples, colours, this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
       `the disk, ${this.samples.head.title}; arrow keys turn the camera`,

@@ -15,6 +15,15 @@
  */
 
 /**
+ * What a person sets of a motion: its losses, in SI units; where the camera stands, null where it stood at first; and
+ * which parts of its panel are open, "laws" and "words".
+ * @typedef {object} MotionSettings
+ * @property {Record<string, number|string>} losses
+ * @property {import("eulerdisk/motion/disk_scene").Standpoint|null} camera
+ * @property {string[]} open
+ */
+
+/**
  * Label, unit and factor from SI units of an array.
  * @typedef {{label: string, unit: string, factor: number}} Described
  */
