@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
+from sweep.explorer.loss_words import LOSS_WORDS
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, preset
@@ -54,7 +55,8 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     Returns
     -------
     dict
-        ``program``; ``bases``, of which the first is shown; ``parameters``, ``quantities``, ``criteria``, ``atlas``.
+        ``program``; ``bases``, of which the first is shown; ``parameters``, ``quantities``, ``criteria``, ``losses``,
+        ``atlas``.
         The page's types.js says what each of them holds.
     """
     bases = {} if given is None else {"": given}
@@ -76,6 +78,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
             for word, (description, unit, low, high) in _CRITERIA.items()
         ],
+        "losses": list(LOSS_WORDS),
         "atlas": None if stored is None else _atlas(stored),
     }
 

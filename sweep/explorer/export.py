@@ -148,6 +148,7 @@ def stored_page(stored: Stored) -> dict[str, Any]:
             "bases": [base],
             "quantities": [each for each in known["quantities"] if each["name"] in quantities],
             "criteria": [],
+            "losses": [],
             "atlas": {**known["atlas"], "live": False, "note": note},
         },
         "x": _packed(x),

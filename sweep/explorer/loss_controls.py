@@ -3,13 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from sweep.errors import RequestError, shown
+from sweep.explorer.loss_words import LOSS_WORDS, MASS, needs_mass
 from sweep.model.lossy_disk.tables import (
     AIR_LAWS,
     ARMS,
-    BILDSTEN,
-    LOSS_PARAMETERS,
-    NO_AIR,
     OPTIONS,
     PARAMETERS,
     UNKNOWN,
@@ -26,60 +23,6 @@ _DAMPING = (1e-6, 0.1)
 
 #: Masses [kg] and friction coefficients between which a slider moves.
 _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
-
-#: Air at room temperature: viscosity [Pa s], density [kg/m3].
-_AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
-
-#: The mass [kg] where none is given and a law needs one.
-_MASS = 1.0
-
-_KNOWN = (*LOSS_PARAMETERS, "mass", "friction", "air_law")
-
-
-def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the words of a request for a motion with losses.
-
-    Parameters
-    ----------
-    given : mapping of str to number or text
-        What the controls ask for, in SI. Air at room temperature and a mass of 1 kg are added where a law needs them;
-        a mass alone is no loss.
-
-    Raises
-    ------
-    RequestError
-        If a name is none of a loss.
-    """
-    for name in given:
-        if name not in _KNOWN:
-            raise RequestError(
-                f"{shown(name)} is no loss; losses are {', '.join(_KNOWN)}.",
-                hint="Leave it out.",
-                where="losses",
-            )
-        if isinstance(given[name], bool) or not isinstance(given[name], int | float | str):
-            raise RequestError(
-                f"{name} must be a number or a word; got {shown(given[name])}.",
-                hint="Leave it out.",
-                where=name,
-            )
-    if {*given} <= {"mass"}:
-        return {}
-    # the word that says that the disk is one with losses, if only the friction coefficient is given
-    words = {"air_law": NO_AIR} | dict(given)
-    law = words["air_law"]
-    if law != NO_AIR:
-        words = {"air_viscosity": _AIR["air_viscosity"]} | words
-        if law == BILDSTEN:
-            words = {"air_density": _AIR["air_density"]} | words
-    if needs_mass(words):
-        words = {"mass": _MASS} | words
-    return words
-
-
-def needs_mass(words: Mapping[str, Any]) -> bool:
-    """Return whether a law of some words depends on the mass of the disk."""
-    return words.get("air_law", NO_AIR) != NO_AIR or bool(words.get("contour_damping"))
 
 
 def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -103,8 +46,8 @@ def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, An
     """
     held = _held(spec) | dict(given)
     radius, unit = start["radius"], (start["radius"] / start["gravity"]) ** 0.5
-    mass = held.get("mass", _MASS)
-    heavy = (mass if isinstance(mass, int | float) else _MASS) * radius**2 / unit
+    mass = held.get("mass", MASS)
+    heavy = (mass if isinstance(mass, int | float) else MASS) * radius**2 / unit
     arms = (_ARMS[0] * radius, _ARMS[1] * radius)
     law = OPTIONS["air_law"]
     return [
@@ -123,7 +66,7 @@ def _held(spec: SweepSpec) -> dict[str, Any]:
     """Return the losses of the spec itself."""
     if spec.model is not LOSSY_MOTION.model:
         return {}
-    return {name: value for name in _KNOWN if isinstance(value := getattr(spec, name), float | str)}
+    return {name: value for name in LOSS_WORDS if isinstance(value := getattr(spec, name), float | str)}
 
 
 def _slider(

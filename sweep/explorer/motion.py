@@ -25,7 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError
-from sweep.explorer.loss_controls import controls, loss_words
+from sweep.explorer.loss_controls import controls
+from sweep.explorer.loss_words import loss_words
 from sweep.explorer.potential import potential_of
 from sweep.explorer.turns import KERNELS
 from sweep.model.disk.model import DISK

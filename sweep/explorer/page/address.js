@@ -1,5 +1,7 @@
 /** The whole state in the fragment of the address, so that it can be shared, kept and gone back to. */
 
+import { motionEntries, readMotion } from "eulerdisk/address_motion";
+import { SPEEDS } from "eulerdisk/motion/clock";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -7,8 +9,21 @@ import { firstState, quantitiesOf } from "eulerdisk/state";
 /** @typedef {import("eulerdisk/state").State} State */
 /** @typedef {import("eulerdisk/state").Point} Point */
 
+/** Characters of an address at most: one that a page writes has some hundred. */
+const MOST = 16_384;
+
+/** Digits of a time that is kept: finer than a picture of a motion. */
+const TIME_DIGITS = 6;
+
 /** Words of a view have this before their names, so that none is taken for an entry of the page. */
 const WORD = "with.";
+
+/** Characters of a word of a view at most. */
+const MOST_TEXT = 200;
+
+/** The two chosen points, and the lines that can be hidden. */
+const LETTERS = ["a", "b"];
+const LINES = ["analytic", "predicted", "measured"];
 
 /**
  * Fragment of a state, without "#". Numbers are written so that they are read back to the bit.
@@ -23,9 +38,13 @@ export function fragmentOf(state) {
   ];
   for (const [name, value] of Object.entries(view.words)) entries.push([WORD + name, String(value)]);
   entries.push(["quantity", state.quantity]);
-  const [first, second] = state.points;
-  if (first) entries.push(["a", pointText(first)]);
-  if (second) entries.push(["b", pointText(second)]);
+  state.points.forEach((point, slot) => {
+    if (!point) return;
+    const letter = LETTERS[slot];
+    entries.push([letter, pointText(point)], ...motionEntries(letter, state.motions[slot]));
+  });
+  if (state.time !== null) entries.push(["time", String(Number(state.time.toPrecision(TIME_DIGITS)))]);
+  if (state.speed !== null) entries.push(["speed", String(state.speed)]);
   if (state.compare) entries.push(["compare", "yes"]);
   if (!state.stored) entries.push(["stored", "no"]);
   if (state.hidden.length) entries.push(["hide", state.hidden.join(",")]);
@@ -56,7 +75,8 @@ function pointText({ x, y }) {
  * @returns {State}
  */
 export function stateOf(fragment, about) {
-  const entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
+  const text = fragment.length > MOST ? "" : fragment.replace(/^#/, "").replaceAll("+", "%2B");
+  const entries = new URLSearchParams(text);
   const first = firstState(about, entries.get("base") ?? undefined);
   const theme = entries.get("theme");
   const x = readAxis(entries.get("x"), about) ?? first.view.x;
@@ -67,10 +87,13 @@ export function stateOf(fragment, about) {
     view: { base: first.view.base, words: readWords(entries, about), ...axes },
     quantity: known(entries.get("quantity"), quantitiesOf(about, first.view.base)) ?? first.quantity,
     stored: entries.get("stored") !== "no",
-    hidden: (entries.get("hide") ?? "").split(",").filter(Boolean),
+    hidden: LINES.filter((name) => (entries.get("hide") ?? "").split(",").includes(name)),
     range: readPair(entries.get("range")),
-    points: [readPoint(entries.get("a")), readPoint(entries.get("b"))],
+    points: [readPoint(entries.get(LETTERS[0])), readPoint(entries.get(LETTERS[1]))],
     compare: entries.get("compare") === "yes",
+    motions: [readMotion(entries, LETTERS[0], about), readMotion(entries, LETTERS[1], about)],
+    time: readPositive(entries.get("time")),
+    speed: SPEEDS.find((speed) => String(speed) === entries.get("speed")) ?? null,
     theme: theme === "light" || theme === "dark" ? theme : "",
   };
 }
@@ -106,7 +129,7 @@ function readWords(entries, about) {
   const words = {};
   for (const [key, text] of entries) {
     const name = key.slice(WORD.length);
-    if (!key.startsWith(WORD) || text === "") continue;
+    if (!key.startsWith(WORD) || text === "" || text.length > MOST_TEXT) continue;
     if (name !== "criterion" && !known(name, about.parameters)) continue;
     words[name] = Number.isFinite(Number(text)) ? Number(text) : text;
   }
@@ -120,6 +143,15 @@ function readWords(entries, about) {
 function readPair(text) {
   const [low, high] = (text ?? "").split(",").map(Number);
   return Number.isFinite(low) && Number.isFinite(high) && text ? [low, high] : null;
+}
+
+/**
+ * @param {string|null} text
+ * @returns {number|null}
+ */
+function readPositive(text) {
+  const value = Number(text ?? "");
+  return Number.isFinite(value) && value > 0 ? value : null;
 }
 
 /**

@@ -1,10 +1,12 @@
 /** The page: one state, shown by all its parts and kept in the address. */
 
 import { fragmentOf, stateOf } from "eulerdisk/address";
+import { UNSET } from "eulerdisk/address_motion";
 import { baseMenu, themeButton } from "eulerdisk/choices";
 import { Controls } from "eulerdisk/controls";
 import { AtlasMap } from "eulerdisk/map";
 import { addMenus } from "eulerdisk/menus";
+import { clock } from "eulerdisk/motion/clock";
 import { loadMotions, Motions } from "eulerdisk/motions";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
@@ -65,7 +67,12 @@ class Page {
       }));
     });
     this.#readout = new Readout(part("readout"), part("spoken"), about, source);
-    this.#motions = new Motions(part("motions"), about, source, (slot) => this.#close(slot));
+    this.#motions = new Motions(part("motions"), about, source, {
+      close: (slot) => this.#close(slot),
+      set: (slot, settings) =>
+        change((state) => ({ ...state, motions: withSlot(state.motions, slot, settings) })),
+    });
+    clock.listen(() => this.#hearClock());
     this.#choices = [baseMenu(part("bases"), about, change), themeButton(part("theme"), change)];
     part("compare").addEventListener("click", () =>
       change((state) => ({ ...state, compare: !state.compare })),
@@ -102,8 +109,22 @@ class Page {
     for (const follow of this.#choices) follow(state);
     this.#map.show(state);
     this.#controls.show(state, this.#map.lines);
+    if (clock.chosen !== state.speed) clock.setSpeed(state.speed);
+    if (clock.standing !== state.time) clock.hold(state.time);
     this.#motions.show(state);
     if (words !== before) this.#readout.follow(state.view);
+    this.#keepSoon();
+  }
+
+  /** Note where the clock of the motions was put. */
+  #hearClock() {
+    const { standing: time, chosen: speed } = clock;
+    if (time === this.#state.time && speed === this.#state.speed) return;
+    this.#state = { ...this.#state, time, speed };
+    this.#keepSoon();
+  }
+
+  #keepSoon() {
     clearTimeout(this.#timer);
     this.#timer = window.setTimeout(() => this.#keep(), REST);
   }
@@ -139,16 +160,17 @@ class Page {
     const slot = second || (compare && points[0] && !points[1]) ? 1 : 0;
     /** @type {[Point|null, Point|null]} */
     const chosen = slot ? [points[0], point] : [point, points[1]];
-    this.#show({ ...this.#state, points: chosen, compare: compare || slot === 1 });
+    this.#show({ ...this.#state, points: chosen, compare: compare || slot === 1, time: null });
   }
 
   /** @param {number} slot */
   #close(slot) {
-    const { points, compare } = this.#state;
+    const { points, motions, compare } = this.#state;
     // the second one takes the place of the first
-    if (slot === 0) {
-      this.#show({ ...this.#state, points: [compare ? points[1] : null, null], compare: false });
-    } else this.#show({ ...this.#state, points: [points[0], null], compare: false });
+    const left = slot === 0 ? 1 : 0;
+    const point = slot === 1 || compare ? points[left] : null;
+    const settings = point ? motions[left] : UNSET;
+    this.#show({ ...this.#state, points: [point, null], motions: [settings, UNSET], compare: false });
   }
 
   /** @param {boolean} double  whether by a double click: its first click chose a start that was not meant */
@@ -178,6 +200,18 @@ class Page {
   #tell(words) {
     part("notice").textContent = words;
   }
+}
+
+/**
+ * Settings of both motions with others for one of them.
+ * @template Settings
+ * @param {[Settings, Settings]} both
+ * @param {number} slot
+ * @param {Settings} settings
+ * @returns {[Settings, Settings]}
+ */
+function withSlot(both, slot, settings) {
+  return slot === 0 ? [settings, both[1]] : [both[0], settings];
 }
 
 async function begin() {

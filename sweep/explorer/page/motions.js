@@ -10,6 +10,14 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** @typedef {import("eulerdisk/types").View} View */
 /** @typedef {import("eulerdisk/state").State} State */
 /** @typedef {import("eulerdisk/state").Point} Point */
+/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
+
+/**
+ * What a slot tells: that it is closed; what a person has set of its motion.
+ * @typedef {object} Told
+ * @property {(slot: number) => void} close
+ * @property {(slot: number, settings: MotionSettings) => void} set
+ */
 
 /**
  * What shows one motion (`MotionPanel` of eulerdisk/motion/panel).
@@ -17,7 +25,7 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @property {(request: Place) => Promise<void>} show
  * @property {() => void} clear
  * @property {() => void} dispose
- * @property {{losses: Record<string, number|string>}} losses  what is set of them
+ * @property {MotionSettings} settings  what a person has set
  */
 
 /** One place for a motion: its heading and its panel. */
@@ -25,6 +33,7 @@ class Slot {
   #about;
   #source;
   #letter;
+  #set;
   #caption = html("p", { class: "quiet" });
   #body = html("div", { class: "motion" });
   /** @type {Promise<Panel>|null} */
@@ -33,6 +42,8 @@ class Slot {
   #shown = null;
   /** @type {Place|null} what is wanted; what comes for another one is too late */
   #wanted = null;
+  /** What is set, as text: what the panel has else is changed to this. */
+  #settings = "";
   element;
 
   /**
@@ -40,11 +51,13 @@ class Slot {
    * @param {About} about
    * @param {Source} source
    * @param {() => void} close
+   * @param {(settings: MotionSettings) => void} set
    */
-  constructor(letter, about, source, close) {
+  constructor(letter, about, source, close, set) {
     this.#about = about;
     this.#source = source;
     this.#letter = letter;
+    this.#set = set;
     const button = html(
       "button",
       { type: "button", class: "plain", "aria-label": `Close ${letter}`, click: close },
@@ -59,12 +72,15 @@ class Slot {
    * Show the motion of a start, or that none is chosen.
    * @param {View} view
    * @param {Point|null} point
+   * @param {MotionSettings} settings
    */
-  show(view, point) {
+  show(view, point, settings) {
     this.element.classList.toggle("empty", point === null);
     const key = point ? JSON.stringify(point) + wordsOf(view) : "";
-    if (key === this.#shown) return;
+    const wanted = JSON.stringify(settings);
+    if (key === this.#shown && wanted === this.#settings) return;
     this.#shown = key;
+    this.#settings = wanted;
     this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
     this.#wanted = point && { view, ...point };
     if (this.#wanted) void this.#move(this.#wanted);
@@ -75,7 +91,7 @@ class Slot {
   async request() {
     if (!this.#wanted) return null;
     const panel = await this.#panel;
-    return { ...this.#wanted, losses: panel?.losses.losses ?? {} };
+    return { ...this.#wanted, losses: panel?.settings.losses ?? {} };
   }
 
   /** @param {Place} request */
@@ -84,6 +100,7 @@ class Slot {
       this.#panel ??= this.#make();
       const panel = await this.#panel;
       if (this.#wanted !== request) return;
+      this.#setPanel(panel);
       // the panel drops the motion that it waits for where another one is wanted
       await panel.show(request);
       if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
@@ -95,15 +112,31 @@ class Slot {
   #clear() {
     delete this.element.dataset.shown;
     void this.#panel?.then(
-      (panel) => this.#wanted ?? panel.clear(),
+      (panel) => {
+        if (this.#wanted) return;
+        panel.clear();
+        this.#setPanel(panel);
+      },
       () => {},
     );
+  }
+
+  /** @param {Panel} panel */
+  #setPanel(panel) {
+    if (JSON.stringify(panel.settings) !== this.#settings) panel.settings = JSON.parse(this.#settings);
   }
 
   /** @returns {Promise<Panel>} */
   async #make() {
     const { MotionPanel } = await import("eulerdisk/motion/panel");
-    return new MotionPanel(this.#body, this.#source);
+    /** @type {Panel} */
+    const panel = new MotionPanel(this.#body, this.#source, () => {
+      const settings = JSON.stringify(panel.settings);
+      if (settings === this.#settings) return;
+      this.#settings = settings;
+      this.#set(panel.settings);
+    });
+    return panel;
   }
 
   /**
@@ -129,10 +162,13 @@ export class Motions {
    * @param {HTMLElement} element
    * @param {About} about
    * @param {Source} source
-   * @param {(slot: number) => void} close
+   * @param {Told} told
    */
-  constructor(element, about, source, close) {
-    this.#slots = ["A", "B"].map((letter, slot) => new Slot(letter, about, source, () => close(slot)));
+  constructor(element, about, source, told) {
+    this.#slots = ["A", "B"].map((letter, slot) => {
+      const set = (/** @type {MotionSettings} */ settings) => told.set(slot, settings);
+      return new Slot(letter, about, source, () => told.close(slot), set);
+    });
     element.append(...this.#slots.map((slot) => slot.element));
   }
 
@@ -145,9 +181,9 @@ export class Motions {
   }
 
   /** @param {State} state */
-  show({ view, points, compare }) {
-    this.#slots[0].show(view, points[0]);
-    this.#slots[1].show(view, compare ? points[1] : null);
+  show({ view, points, compare, motions }) {
+    this.#slots[0].show(view, points[0], motions[0]);
+    this.#slots[1].show(view, compare ? points[1] : null, motions[1]);
     this.#slots[1].element.hidden = !compare;
   }
 }

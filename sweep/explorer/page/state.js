@@ -1,5 +1,6 @@
 /** What the page shows, as one plain object, and the changes that can be made to it. Nothing here is changed in place. */
 
+import { UNSET } from "eulerdisk/address_motion";
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -8,6 +9,7 @@ import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 /** @typedef {import("eulerdisk/types").Parameter} Parameter */
 /** @typedef {import("eulerdisk/types").Quantity} Quantity */
 /** @typedef {import("eulerdisk/types").View} View */
+/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
 
 /**
  * A chosen point: the values along both axes.
@@ -16,7 +18,9 @@ import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
 /**
  * `stored` shows the cells of a file where there are some; `hidden` names lines that are not drawn; `range` holds the ends
- * of the colours, null fits them to the window; `points` are the two chosen ones, the second one is shown if `compare`.
+ * of the colours, null fits them to the window; `points` are the two chosen ones, the second one is shown if `compare`,
+ * and `motions` what is set of the motion of each. `time` is where their clock was put to rest in seconds, null if it was
+ * not, `speed` the one that was chosen for it.
  * @typedef {object} State
  * @property {View} view
  * @property {string} quantity
@@ -25,6 +29,9 @@ import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
  * @property {[number, number]|null} range
  * @property {[Point|null, Point|null]} points
  * @property {boolean} compare
+ * @property {[MotionSettings, MotionSettings]} motions
+ * @property {number|null} time
+ * @property {number|null} speed
  * @property {""|"light"|"dark"} theme  empty for that of the system
  */
 
@@ -44,6 +51,9 @@ export function firstState(about, name) {
     range: null,
     points: [null, null],
     compare: false,
+    motions: [UNSET, UNSET],
+    time: null,
+    speed: null,
     theme: "",
   };
 }

@@ -91,6 +91,7 @@
  * @property {Parameter[]} parameters
  * @property {Quantity[]} quantities
  * @property {Criterion[]} criteria
+ * @property {string[]} losses  words of losses that a motion can be given; none of an exported page
  * @property {StoredAtlas|null} atlas
  */
 

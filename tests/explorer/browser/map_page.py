@@ -10,6 +10,9 @@ import sweep
 
 COMPLETE = "#map[data-lane=fine][aria-busy=false]"
 
+#: A window of the rolling disk with both verdicts in it.
+BOTH = "base=rolling&x=roll_rate,2.7,0.5,linear&y=tilt,-4.5,1.5,log&quantity=stability"
+
 #: Colours of the verdicts undecided, stable and unstable, as the page paints them.
 VERDICTS = {(154, 154, 154): 0, (59, 118, 175): 1, (238, 138, 46): 2}
 

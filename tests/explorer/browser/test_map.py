@@ -12,6 +12,7 @@ import pytest
 from explorer_client import post
 
 from tests.explorer.browser.map_page import (
+    BOTH,
     VERDICTS,
     axis,
     cells,
@@ -28,9 +29,6 @@ from tests.explorer.browser.map_page import (
     value_at,
     wait_for_text,
 )
-
-#: A window of the rolling disk with both verdicts in it.
-BOTH = "base=rolling&x=roll_rate,2.7,0.5,linear&y=tilt,-4.5,1.5,log&quantity=stability"
 
 
 def test_picture_shows_the_verdicts_of_the_exact_reduction(opened):
@@ -360,50 +358,6 @@ def test_sharp_screens_have_sharp_pictures(opened):
     """On a screen with two pixels for one of CSS, the picture has them."""
     page = opened(BOTH, device_scale_factor=2)
     assert shown(page)["width"] == 2 * plot(page)["width"]
-
-
-def test_address_holds_all(opened):
-    """A page that is opened with the address of another one shows the same, and has the same address."""
-    fragment = (
-        "base=circling&x=precession_rate,2.5,0.7000000000000001,linear&y=tilt,0.3,0.1,linear&with.alpha=0.8"
-        "&with.criterion=amplification:20&quantity=amplification&a=2.4,0.31&b=2.6,0.29&compare=yes&hide=predicted"
-        "&range=1,50&theme=dark"
-    )
-    page = opened(fragment, reduced_motion="reduce")
-    settled(page)
-    assert urlfragment(page) == fragment
-    assert page.locator("#base").input_value() == "circling"
-    assert page.locator("#quantity").input_value() == "amplification"
-    assert page.locator("#criterion-kind").input_value() == "amplification"
-    assert not page.locator("#line-predicted").is_checked()
-    assert page.locator("#hold-colours").is_checked()
-    assert page.locator("#map circle.mark").count() == 2
-    page.evaluate("fragment => { location.hash = fragment }", BOTH)
-    settled(page)
-    assert shown(page)["view"]["base"] == "rolling"
-    assert shown(page)["quantity"] == "stability"
-
-
-def urlfragment(page):
-    """Return the fragment of the address."""
-    return page.url.split("#")[1]
-
-
-@pytest.mark.parametrize(
-    "fragment",
-    [
-        "x=roll_rate,nan,1,linear",
-        "x=tilt,1,1&y=tilt,1,1",
-        "base=x&quantity=y&a=1&range=&with.alpha=",
-        "&&==&%zz=%",
-    ],
-)
-def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
-    """What cannot be read of an address is as at the start."""
-    page = opened(fragment)
-    settled(page)
-    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
-    assert not {"a", "range", "with.alpha"} & entries(page).keys()
 
 
 def test_refusal_is_told_in_words(opened):

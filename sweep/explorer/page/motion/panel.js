@@ -153,7 +153,16 @@ export class MotionPanel {
       this.parts.problem.textContent = "";
     } catch (problem) {
       if (asked.signal.aborted) return;
-      const { message, hint } = /** @type {{message: string, hint?: string}} */ (problem);
+      const { message, hint, status } = /** @type {{message: string, hint?: string, status?: number}} */ (
+        problem
+      );
+      if (status === 400 && !this.samples && Object.keys(this.losses.losses).length) {
+        // losses of an address may leave no motion: without them there are sliders to set them with
+        this.losses.losses = {};
+        this.told();
+        await this.#ask(fromStart);
+        if (this.asked?.signal.aborted) return;
+      }
       this.parts.problem.textContent = hint ? `${message} ${hint}` : message;
     }
     this.element.classList.remove("waiting");

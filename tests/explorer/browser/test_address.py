@@ -1,0 +1,132 @@
+"""The address of the page holds what a person has set of the map and of the motions, and nothing in it does harm."""
+
+import io
+
+import numpy as np
+import pytest
+from explorer_browser import COMPLETE
+from PIL import Image
+
+from tests.explorer.browser.map_page import BOTH, axis, click, entries, settled, shown
+
+#: A panel whose motion is shown.
+SHOWN = "#motions .slot[data-shown] .motion.shown:not(.waiting)"
+
+CLOCK = """async () => {
+  const { clock } = await import("eulerdisk/motion/clock");
+  return [clock.time, clock.playing, clock.speed];
+}"""
+
+
+def fragment_of(page):
+    """Return the fragment of the address."""
+    return page.url.split("#")[1]
+
+
+def stage(page):
+    """Return the picture of the first disk, colours from 0 to 255."""
+    return np.asarray(Image.open(io.BytesIO(page.locator(".stage canvas").first.screenshot())), float)
+
+
+def test_address_holds_all(opened):
+    """A page that is opened with the address of another one shows the same, and has the same address."""
+    fragment = (
+        "base=circling&x=precession_rate,2.5,0.7000000000000001,linear&y=tilt,0.3,0.1,linear&with.alpha=0.8"
+        "&with.criterion=amplification:20&quantity=amplification"
+        "&a=2.4,0.31&a.loss.contour_friction=0.002&a.camera=0.5,0.9,8&a.open=laws"
+        "&b=2.6,0.29&b.open=words&time=1.25&speed=0.2&compare=yes&hide=predicted&range=1,50&theme=dark"
+    )
+    # a motion that is given a time stands there, however much the system likes motion
+    page = opened(fragment, reduced_motion="no-preference")
+    page.locator(SHOWN).nth(1).wait_for()
+    settled(page)
+    assert fragment_of(page) == fragment
+    assert page.locator("#base").input_value() == "circling"
+    assert page.locator("#quantity").input_value() == "amplification"
+    assert page.locator("#criterion-kind").input_value() == "amplification"
+    assert not page.locator("#line-predicted").is_checked()
+    assert page.locator("#hold-colours").is_checked()
+    assert page.locator("#map circle.mark").count() == 2
+    assert page.evaluate(CLOCK) == [1.25, False, 0.2]
+    first, second = page.locator(".motion").nth(0), page.locator(".motion").nth(1)
+    assert first.evaluate("each => each.classList.contains('lossy')")
+    assert not second.evaluate("each => each.classList.contains('lossy')")
+    assert first.get_by_role("slider", name="contour friction").get_attribute("aria-valuetext") == "2 mm"
+    assert second.locator("details.words").evaluate("each => each.open")
+    page.evaluate("fragment => { location.hash = fragment }", BOTH)
+    settled(page)
+    assert shown(page)["view"]["base"] == "rolling"
+    assert shown(page)["quantity"] == "stability"
+
+
+def test_what_is_set_of_a_motion_is_shared(opened):
+    """Losses, camera, time, speed and open words that hands have set are in the address, and shown by who opens it."""
+    page = opened(BOTH)
+    click(page, 0.3, 0.2)
+    page.locator(SHOWN).wait_for()
+    behind = stage(page)
+    page.locator("details.laws summary").click()
+    page.get_by_role("slider", name="contour friction").press("PageUp")
+    page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
+    canvas = page.locator(".stage canvas")
+    canvas.focus()
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowUp", "+"):
+        canvas.press(key)
+    page.locator("select[aria-label=speed]").select_option("0.5")
+    page.locator("input.time").fill("300")
+    settled(page)
+    held = entries(page)
+    assert held["a.open"] == "laws"
+    assert float(held["a.loss.contour_friction"]) > 0.0
+    assert (held["speed"], float(held["time"]) > 0.0) == ("0.5", True)
+    _, elevation, distance = map(float, held["a.camera"].split(","))
+    assert elevation == pytest.approx(np.radians(22 + 6), rel=1e-5)
+    assert distance == pytest.approx(0.9 * 5.8, rel=1e-5)
+    # on a screen of the same size it is the same picture but for rounding, and another one than at first
+    again = opened(fragment_of(page))
+    again.locator(SHOWN).wait_for()
+    settled(again)
+    again.wait_for_timeout(600)
+    assert np.abs(stage(again) - stage(page)).mean() < 0.5 < 5.0 < np.abs(stage(page) - behind).mean()
+    assert fragment_of(again) == fragment_of(page)
+    # what stands in the place of another motion comes with what was set of it
+    again.get_by_role("button", name="Close A").click()
+    settled(again)
+    assert not {"a", "a.open", "a.camera", "a.loss.contour_friction"} & entries(again).keys()
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "x=roll_rate,nan,1,linear",
+        "x=tilt,1,1&y=tilt,1,1",
+        "base=x&quantity=y&a=1&range=&with.alpha=",
+        "a=1&a.camera=1,2&a.open=all&a.loss.nothing=1&time=-1&speed=3&hide=<b>,x",
+        "a.camera=nan,0,0&time=NaN&speed=Infinity&a.loss.friction=" + "9" * 50,
+        "&&==&%zz=%",
+        "with.alpha=1&junk=" + "x" * 20_000,
+    ],
+)
+def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
+    """What cannot be read of an address is as at the start; one that no page has written is not read."""
+    page = opened(fragment)
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    assert entries(page).keys() == {"base", "x", "y", "quantity"}
+
+
+def test_losses_that_are_not_possible_are_told_and_left_out(browser, explorer):
+    """Where the losses of an address leave no motion the page says so, and shows the one without them."""
+    # not watched: that the server refuses them is what is meant
+    context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02&a.loss.air_law=fog&a.loss.friction=-1")
+    page.wait_for_selector(COMPLETE)
+    page.locator(SHOWN).wait_for()
+    settled(page)
+    assert (
+        "friction" in page.locator(".problem").inner_text() or "air" in page.locator(".problem").inner_text()
+    )
+    assert not page.locator(".motion").first.evaluate("each => each.classList.contains('lossy')")
+    assert not [name for name in entries(page) if name.startswith("a.")]
+    context.close()
