@@ -1,6 +1,8 @@
 """How Sphinx builds the site; `scripts/build_site.py` runs it. Sources are the pages of docs/ and those beside it."""
 
+import re
 from importlib.resources import files
+from pathlib import Path
 
 from numpydoc.xref import DEFAULT_LINKS
 from pygments.lexers.special import TextLexer
@@ -54,6 +56,11 @@ numpydoc_xref_aliases = {name: f"sweep.{name}" for name in sweep.__all__ if name
 DEFAULT_LINKS.clear()
 numpydoc_xref_ignore = "all"
 
+# A how-to page is one screen: a list of its sections beside it would only make it longer.
+howto = re.findall(
+    r"^\| .* \[.*\]\((\w.*)\.md\) \|$", Path(__file__).with_name("howto.md").read_text("utf-8"), re.M
+)
+
 html_theme = "pydata_sphinx_theme"
 html_title = "eulerdisk"
 # The font of the formulas comes with the package ziamath.
@@ -69,6 +76,7 @@ html_theme_options = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 8,
+    "secondary_sidebar_items": {"**": ["page-toc"]} | {f"docs/{page}": [] for page in howto},
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],

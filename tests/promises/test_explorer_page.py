@@ -1,4 +1,4 @@
-"""docs/explorer.md: its commands and its Python run, and its limits are those of the code."""
+"""docs/explore.md: its commands and its Python run; docs/explorer.md: its limits are those of the code."""
 
 import re
 import shlex
@@ -13,14 +13,16 @@ import sweep
 from sweep.explorer import export, lines, motion, server, view, window, window_files
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE = (CHECKOUT / "docs" / "explorer.md").read_text(encoding="utf-8")
+HOWTO, PAGE = (
+    (CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("explore.md", "explorer.md")
+)
 
 pytestmark = pytest.mark.compiled
 
 
 def blocks(language):
     """Return the blocks of the page in a language."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```$", HOWTO, flags=re.MULTILINE | re.DOTALL)
 
 
 def test_its_commands_run(tmp_path):
@@ -28,7 +30,7 @@ def test_its_commands_run(tmp_path):
     sweep.run_to_file("rolling", tmp_path / "hoop.nc", alpha=1, roll_rate="1:4:9", tilt="1deg:5deg:8")
     (block,) = blocks("bash")
     for line in block.splitlines():
-        program, *words = shlex.split(line)
+        program, *words = shlex.split(line, comments=True)
         assert program == "eulerdisk"
         command = [sys.executable, "-m", "sweep", *words]
         if "--export" in words:
@@ -47,7 +49,7 @@ def test_its_commands_run(tmp_path):
 def test_its_python_runs(capsys):
     """The example prints the address of a page, which is answered no more after the block."""
     (block,) = blocks("python")
-    exec(compile(block, "docs/explorer.md", "exec"), {})
+    exec(compile(block, "docs/explore.md", "exec"), {})
     (url,) = capsys.readouterr().out.split()
     with pytest.raises(ConnectionError):
         ask(url)

@@ -29,8 +29,8 @@ BLOCKS_RUN_BY = {
     ("batch.md", "bash"): "tests/promises/test_pages.py::test_the_page_on_batches",
     ("commands.md", "bash"): "tests/promises/test_commands_page.py::test_commands",
     ("commands.md", "toml"): "tests/promises/test_commands_page.py::test_spec_file",
-    ("explorer.md", "bash"): "tests/promises/test_explorer_page.py::test_its_commands_run",
-    ("explorer.md", "python"): "tests/promises/test_explorer_page.py::test_its_python_runs",
+    ("explore.md", "bash"): "tests/promises/test_explorer_page.py::test_its_commands_run",
+    ("explore.md", "python"): "tests/promises/test_explorer_page.py::test_its_python_runs",
     ("extend.md", "bash"): "tests/promises/test_extend_page.py::test_its_commands_run_in_the_fork",
     ("extend.md", "diff"): "tests/promises/test_extend_page.py::test_its_commands_run_in_the_fork",
     ("extend.md", "python"): "tests/promises/test_extend_page.py::test_its_tests_pass_in_the_fork",
@@ -45,14 +45,19 @@ BLOCKS_RUN_BY = {
     ): "tests/promises/test_motion_page.py::test_its_commands_are_requests_that_can_be_met",
     ("motions.md", "python"): "tests/promises/test_motion_page.py::test_its_python_runs",
     ("python.md", "python"): "tests/promises/test_public_names.py::test_its_python_runs",
+    ("interruption.md", "python"): "tests/promises/test_public_names.py::test_its_interruption_runs",
     ("names.md", "text"): "tests/promises/test_public_names.py::test_every_public_name_is_listed",
     ("starts.md", "bash"): "tests/promises/test_starts_page.py::test_commands_of_the_page",
     ("tables.md", "bash"): "tests/promises/test_starts_page.py::test_commands_of_the_page",
     ("tables.md", "csv"): "tests/promises/test_starts_page.py::test_commands_of_the_page",
     ("tables.md", "python"): "tests/promises/test_starts_page.py::test_python_of_the_page",
     ("words.md", "bash"): "tests/promises/test_words_page.py::test_its_commands_run",
-    ("words.md", "text"): "tests/promises/test_words_page.py::test_its_refusal_is_the_one_of_the_program",
-    ("words.md", "python"): "tests/promises/test_words_page.py::test_its_python_runs",
+    ("another-disk.md", "bash"): "tests/promises/test_words_page.py::test_its_commands_run",
+    (
+        "another-disk.md",
+        "text",
+    ): "tests/promises/test_words_page.py::test_its_refusal_is_the_one_of_the_program",
+    ("another-disk.md", "python"): "tests/promises/test_words_page.py::test_its_python_runs",
 }
 
 #: Commands that no test runs as they stand -> why, or the test that runs them otherwise.

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
-from shutil import which
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from explorer_browser import find_browser, launched
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
@@ -32,6 +32,9 @@ print("before")
 assert 1 + 1 == 3
 ```
 """
+#: How high the text of a how-to page may be in a window of 1440 x 900: a screen, and a tenth for other fonts.
+SCREEN = {"width": 1440, "height": 900}
+HIGHEST = 1000
 TUTORIALS = sorted((CHECKOUT / "docs" / "tutorials").glob("*.md"))
 #: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
 LOADING = {
@@ -173,7 +176,7 @@ def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: P
 @pytest.mark.parametrize("asked", ["separatrix", "wobble", "reclassify"])
 def test_it_is_searched_from_disk(site: Path, asked: str) -> None:
     """In a browser, without a server: a word leads to pages that have it, and nothing is an error."""
-    browser = next(filter(None, map(which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    browser = find_browser()
     if browser is None:
         pytest.skip("no chromium and no Chrome on the path")
     words = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
@@ -187,6 +190,25 @@ def test_it_is_searched_from_disk(site: Path, asked: str) -> None:
     assert len(results) >= 3
     assert all(asked in (site / result).read_text(encoding="utf-8").lower() for result in results)
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line and "[PST]" not in line] == []
+
+
+def test_a_howto_page_is_one_screen(site: Path) -> None:
+    """Each page of the list is about as high as a window, and every page of its table is in it; a reference is not."""
+    pytest.importorskip("playwright")
+    browser = find_browser()
+    if browser is None:
+        pytest.skip("no chromium and no Chrome on the path")
+    text = (CHECKOUT / "docs" / "howto.md").read_text(encoding="utf-8")
+    names = re.findall(r"\]\((\S+)\.md\) \|$", text, re.M)
+    assert names == text.partition(":hidden:")[2].replace("```", "").split()
+    heights = {}
+    with launched(browser) as running:
+        page = running.new_page(viewport=SCREEN)
+        for name in [*names, "atlas"]:
+            page.goto((site / "docs" / f"{name}.html").as_uri())
+            heights[name] = page.locator("article.bd-article").bounding_box()["height"]
+    assert heights.pop("atlas") > 3 * HIGHEST
+    assert {name: height for name, height in heights.items() if height > HIGHEST} == {}
 
 
 def notebooks(site: Path) -> dict[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""docs/words.md is runnable: its commands, its refusal and its Python are executed here."""
+"""docs/words.md and another-disk.md are runnable: commands, the refusal and the Python are executed here."""
 
 import os
 import re
@@ -12,11 +12,13 @@ import pytest
 from sweep.model.disk.model import DISK
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE = (CHECKOUT / "docs" / "words.md").read_text(encoding="utf-8")
+PAGE = "".join(
+    (CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("another-disk.md", "words.md")
+)
 
 
 def blocks(language):
-    """Return the blocks of the page in a language."""
+    """Return the blocks of both pages in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
 
 
