@@ -14,6 +14,9 @@ from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
 
+#: Said of a place where nothing is stored and nothing can be computed.
+_NO_CELL = "No cell here."
+
 #: Columns that say how a cell was computed, or that the exact reduction does not know.
 _LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
 
@@ -33,7 +36,7 @@ def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[
     dict
         ``start``, ``numbers`` and ``verdict``: every number with its value in SI (None if there is none) and as text.
         ``stored`` is the same of the nearest cell of the file, None where it has none. Where cells cannot be computed
-        the numbers are those of that cell.
+        the numbers are those of that cell; beyond them there are none, and ``note`` says so.
 
     Raises
     ------
@@ -45,18 +48,23 @@ def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[
     if told is not None and not view.is_live:
         return {**told, "stored": told}
     starts = view.starts(x, y)
+    start = {name: float(values[0]) for name, values in starts.items()}
+    if stored is not None and stored.place(view) is not None and not view.is_live:
+        # beyond the grid of an atlas whose cells take long
+        return {
+            "start": _start(view.spec, start), "numbers": [], "verdict": "", "stored": None, "note": _NO_CELL
+        }  # fmt: skip
     with KERNELS:
         columns = compute(view.live, starts)
-    start = {name: float(values[0]) for name, values in starts.items()}
     return {**_cell(view.live, start, columns), "stored": told}
 
 
 def _cell(spec: SweepSpec, start: Mapping[str, float], columns: Columns) -> dict[str, Any]:
-    parameters = spec.model.parameters
-    return {
-        "start": {name: _told(parameters[name], value) for name, value in start.items()},
-        **numbers_of(spec, columns),
-    }
+    return {"start": _start(spec, start), **numbers_of(spec, columns)}
+
+
+def _start(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any]:
+    return {name: _told(spec.model.parameters[name], value) for name, value in start.items()}
 
 
 def place(fields: Mapping[str, Any]) -> tuple[Array, Array]:

@@ -28,6 +28,10 @@ _PIECE, _TIMED_PIECE = 32768, 12288
 #: Values, verdicts, and which pixels have them.
 Held = tuple[npt.NDArray[Any], npt.NDArray[np.uint8], Truths]
 
+#: Where the cell of a pixel comes from, and the code of a quantity where there is no cell.
+_COMPUTED, _STORED, _NO_CELL = np.uint8(0), np.uint8(1), np.uint8(2)
+_NO_CODE = 255
+
 #: Below this share of its largest value the range of a quantity has too few steps in single precision.
 _NARROW = 1e-3
 
@@ -55,7 +59,7 @@ def window(
     arrays : dict of str to array, shape (height, width)
         ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
         the bottom up. NaN (or the code 255) where there is no number. ``verdict``, uint8. If the file has cells there,
-        ``stored``, uint8: 1 where a value is one of them.
+        ``stored``, uint8: 1 where a value is one of them, 0 where it was computed, 2 where there is none of either.
 
     Raises
     ------
@@ -116,10 +120,11 @@ def _joined(
         beyond = None
         if view.is_live and name in shown_of(view.live):
             beyond = pixels(view, shown_of(view.live)[name], size, check)
-        missing = 255 if value.dtype == np.uint8 else np.nan
+        missing = _NO_CODE if value.dtype == np.uint8 else np.nan
         value = np.where(inside, value, missing if beyond is None else beyond[0]).astype(value.dtype)
         verdict = np.where(inside, verdict, 0 if beyond is None else beyond[1]).astype(np.uint8)
-    return value, verdict, inside.astype(np.uint8)
+        return value, verdict, np.where(inside, _STORED, _NO_CELL if beyond is None else _COMPUTED)
+    return value, verdict, np.full(inside.shape, _STORED)
 
 
 def pixels(
@@ -159,12 +164,12 @@ def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[
 
 
 def _range(value: npt.NDArray[Any]) -> tuple[float | None, float | None]:
-    if value.dtype != np.float64:
-        return float(value.min()), float(value.max())
-    known = np.isfinite(value)
+    known = value != _NO_CODE if value.dtype == np.uint8 else np.isfinite(value)
     if not known.any():
         return None, None
-    return float(value.min(where=known, initial=np.inf)), float(value.max(where=known, initial=-np.inf))
+    # without a copy of the values
+    lowest, highest = (255, 0) if value.dtype == np.uint8 else (np.inf, -np.inf)
+    return float(value.min(where=known, initial=lowest)), float(value.max(where=known, initial=highest))
 
 
 def _is_narrow(low: float | None, high: float | None) -> bool:

@@ -158,6 +158,25 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
         assert found["numbers"] == found["stored"]["numbers"]
 
 
+def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
+    """Where there is no cell a window has neither number nor code, says so of each pixel, and a point is refused."""
+    with explore(losses) as explorer:
+        view = about(explorer)["bases"][0]["view"]
+        wide = {**view, "x": {**view["x"], "half": 4.0 * view["x"]["half"]}}
+        asked = {"view": wide, "width": 9, "height": 5, "stored": True}
+        for quantity in ("end_time", "stability"):
+            head, arrays = post(explorer.url, "window", quantity=quantity, **asked)
+            value, origin = arrays["value"].reshape(5, 9), arrays["stored"].reshape(5, 9)
+            assert np.array_equal(origin[2], [2, 2, 2, 1, 1, 1, 2, 2, 2])
+            empty = value[origin == 2]
+            assert (np.isnan(empty) if quantity == "end_time" else empty == 255).all()
+            assert head["high"] == np.nanmax(value[origin == 1])
+        x, y = wide["x"]["centre"] + 0.9 * wide["x"]["half"], view["y"]["centre"]
+        found = post(explorer.url, "point", view=view, x=x, y=y)
+        assert (found["note"], found["numbers"], found["verdict"]) == ("No cell here.", [], "")
+        assert found["start"]["precession_rate"]["value"] == x
+
+
 def test_what_is_no_plane_is_refused(tmp_path, file):
     """A list of starts, an atlas of one axis, and words beside a file are refused in a sentence."""
     with pytest.raises(RequestError, match="A list of starts is no plane"):

@@ -143,7 +143,8 @@ function flagColours(quantity) {
   return (value) => {
     let found = table.get(value);
     if (found === undefined) {
-      found = packed(channels(flagColour(quantity, value)));
+      // a code without words is that of no cell
+      found = String(value) in (quantity.flags ?? {}) ? packed(channels(flagColour(quantity, value))) : 0;
       table.set(value, found);
     }
     return found;

@@ -23,7 +23,7 @@ import { svg } from "eulerdisk/svg";
 
 /**
  * A start that is pointed at, and what the picture shows there.
- * @typedef {{point: Point, shown: {value: number, verdict: number, stored: boolean}|null, keys: boolean}} Aim
+ * @typedef {{point: Point, shown: import("eulerdisk/picture").Seen|null, keys: boolean}} Aim
  */
 
 /**

@@ -8,6 +8,14 @@ import { paint, rangeFor } from "eulerdisk/colours";
 /** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
 /** @typedef {import("eulerdisk/colours").Range} Range */
 
+/**
+ * What the picture shows at a place; of the origin "none" there is neither value nor verdict.
+ * @typedef {{value: number, verdict: number, origin: "computed"|"stored"|"none"}} Seen
+ */
+
+/** @type {Seen["origin"][]} by the codes of a window */
+const ORIGINS = ["computed", "stored", "none"];
+
 export class Picture {
   /** The element that shows it; its size is in pixels of the device. */
   canvas = document.createElement("canvas");
@@ -86,6 +94,7 @@ export class Picture {
    * @param {View} view
    * @param {number} across  place along x
    * @param {number} up  place along y
+   * @returns {Seen|null}
    */
   at(view, across, up) {
     if (!this.answer || !this.view) return null;
@@ -97,7 +106,11 @@ export class Picture {
     const row = Math.floor(((y[1] + y[0] * up + 1) / 2) * height);
     if (column < 0 || row < 0 || column >= width || row >= height) return null;
     const index = row * width + column;
-    return { value: value[index], verdict: verdict[index], stored: stored !== null && stored[index] === 1 };
+    return {
+      value: value[index],
+      verdict: verdict[index],
+      origin: stored === null ? "computed" : ORIGINS[stored[index]],
+    };
   }
 
   /** Whether the window holds stored cells, and computed ones. */

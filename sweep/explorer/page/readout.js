@@ -15,12 +15,17 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** Milliseconds that the pointer rests before its numbers are asked for. */
 const REST = 60;
 
+/** Said of a place outside the grid of an atlas whose cells cannot be computed. */
+const NO_CELL = "No cell here.";
+
 export class Readout {
   #element;
   #spoken;
   #about;
   #requests;
   #timer = 0;
+  /** @type {[string, string][]} what is known of the last point without asking */
+  #rows = [];
   /** @type {string[]} names of the numbers of the last point, in their order */
   #names = [];
   #plane = "";
@@ -53,6 +58,11 @@ export class Readout {
     clearTimeout(this.#timer);
     this.#requests.forget();
     const known = this.#rough(aim, view, quantity);
+    this.#rows = known;
+    if (aim.shown?.origin === "none" && isFixed(this.#about, view)) {
+      this.#tell(NO_CELL, aim);
+      return;
+    }
     // numbers that are still to come keep their places
     const others = this.#names.filter((name) => !known.some((row) => row[0] === name));
     this.#fill([...known, ...others.map((name) => /** @type {[string, string]} */ ([name, "\u2026"]))], "");
@@ -93,7 +103,7 @@ export class Readout {
       const { label, factor, unit } = parameterOf(this.#about, view[which].name);
       return [label, `${readable(point[which] * factor, 6)} ${unit}`.trim()];
     });
-    if (!shown) return rows;
+    if (!shown || shown.origin === "none") return rows;
     const { value } = shown;
     const words =
       quantity.flags?.[String(value)] ?? `${readable(value * quantity.factor, 4)} ${quantity.unit}`.trim();
@@ -112,13 +122,17 @@ export class Readout {
     let answer;
     try {
       answer = await source.point({ view, ...aim.point });
-    } catch {
-      // the window has told what is wrong with the view; the numbers of the picture stay
+    } catch (problem) {
+      if (this.#aim === aim) this.#tell(/** @type {Error} */ (problem).message, aim);
       return;
     }
     if (this.#aim !== aim) return;
+    if (answer.note) {
+      this.#tell(answer.note, aim);
+      return;
+    }
     // where nothing can be computed the numbers are those of the cell
-    const isStored = answer.stored !== null && (aim.shown?.stored === true || isFixed(this.#about, view));
+    const isStored = answer.stored !== null && (aim.shown?.origin === "stored" || isFixed(this.#about, view));
     const cell = isStored && answer.stored ? answer.stored : answer;
     const exact = /** @type {[string, string][]} */ ([
       ...[view.x.name, view.y.name].map((name) => [
@@ -132,6 +146,17 @@ export class Readout {
     this.#names = exact.map(([name]) => name);
     this.#fill(exact, origin);
     if (aim.keys) this.#spoken.textContent = exact.map((row) => row.join(" ")).join(", ");
+  }
+
+  /**
+   * Show what is known of a point that has no numbers, and say why.
+   * @param {string} words
+   * @param {Aim} aim
+   */
+  #tell(words, aim) {
+    this.#fill(this.#rows, "");
+    this.#element.append(html("p", { class: "quiet" }, words));
+    if (aim.keys) this.#spoken.textContent = [...this.#rows.map((row) => row.join(" ")), words].join(", ");
   }
 
   /**

@@ -19,6 +19,9 @@ import { readable } from "eulerdisk/ticks";
 const DIGITS = 8;
 const SINGLE_DIGITS = 7;
 
+/** Said of a place that the page has no cell for. */
+const NO_CELL = "No cell here.";
+
 /** @implements {Source} */
 export class StoredSource {
   live = false;
@@ -69,7 +72,9 @@ export class StoredSource {
   async window({ view, width, height, quantity }) {
     const begun = performance.now();
     const { columns, rows } = this.#indices(view, width, height);
-    const [value, verdict] = [new Float32Array(width * height).fill(NaN), new Uint8Array(width * height)];
+    const count = width * height;
+    const [value, verdict] = [new Float32Array(count).fill(NaN), new Uint8Array(count)];
+    const stored = new Uint8Array(count).fill(2);
     const [cells, verdicts] = [this.#cells[quantity], this.#cells.verdict];
     let [low, high] = [Infinity, -Infinity];
     for (let row = 0; row < height; row += 1) {
@@ -80,6 +85,7 @@ export class StoredSource {
         const found = cells[from];
         value[row * width + column] = found;
         verdict[row * width + column] = verdicts[from];
+        stored[row * width + column] = 1;
         if (found < low) low = found;
         if (found > high) high = found;
       }
@@ -87,7 +93,7 @@ export class StoredSource {
     const seconds = (performance.now() - begun) / 1000;
     const range = low <= high ? { low, high } : { low: null, high: null };
     const head = { ...range, seconds, end: false, note: this.#resolution(columns, rows) };
-    return { head, width, height, value, verdict, stored: new Uint8Array(width * height).fill(1) };
+    return { head, width, height, value, verdict, stored };
   }
 
   /** @returns {Promise<import("eulerdisk/types").Line[]>} */
@@ -102,7 +108,7 @@ export class StoredSource {
   async point({ view, x, y }) {
     const { atlas, quantities, parameters } = this.#page.about;
     const [column, row] = [nearestTo(this.#x, x, atlas?.x.scale), nearestTo(this.#y, y, atlas?.y.scale)];
-    if (column < 0 || row < 0) throw new Error("The file has no cell there.");
+    if (column < 0 || row < 0) return { start: {}, numbers: [], verdict: "", stored: null, note: NO_CELL };
     const index = row * this.#x.length + column;
     /** @type {Record<string, number>} */
     const start = { ...this.#page.starts, [view.x.name]: this.#x[column], [view.y.name]: this.#y[row] };
@@ -128,7 +134,8 @@ export class StoredSource {
   async motion(place) {
     const { motions } = this.#page;
     if (!motions) throw new Error("An exported page integrates disks without losses alone.");
-    const { start } = await this.point(place);
+    const { start, note } = await this.point(place);
+    if (note) throw new Error(note);
     const values = Object.fromEntries(Object.entries(start).map(([name, { value }]) => [name, value]));
     return storedMotion(/** @type {any} */ (values), motions);
   }

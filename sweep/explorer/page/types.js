@@ -110,7 +110,8 @@
 
 /**
  * Values in rows from the bottom upward, x fastest; NaN where there is none. `verdict`: 0 undecided, 1 stable,
- * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed; missing if all were computed.
+ * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed, 2 where there is neither;
+ * missing if all were computed.
  * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low` and `high` are null without values.
  * @typedef {object} WindowAnswer
  * @property {{low: number|null, high: number|null, seconds: number, end: boolean, note?: string}} head
@@ -135,6 +136,7 @@
  * @property {ShownNumber[]} numbers
  * @property {string} verdict
  * @property {PointAnswer|null} stored  the same of the nearest stored cell
+ * @property {string} [note]  why there are no numbers
  */
 
 /**

@@ -106,6 +106,37 @@ def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with
     assert page.locator("#notice").text_content() == ""
 
 
+def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, lossy):
+    """Beside the cells of an atlas with losses there is no colour, no number and no verdict, in one plain line."""
+    page = opened("quantity=stability", url=served_with(lossy).url)
+    box = page.locator("#map .picture").bounding_box()
+    page.mouse.move(*point(page, 0.0, 0.0))
+    wait_for_text(page, "#readout", "verdict")
+    for _ in range(2):
+        page.mouse.wheel(0, 800)
+    settled(page)
+    width = shown(page)["width"]
+    assert set(colours(page, [[column, 3] for column in range(0, width, 20)])) == {None}
+    page.mouse.move(*point(page, 0.9, -0.9))
+    wait_for_text(page, "#readout", "No cell here.")
+    told = page.locator("#readout").inner_text()
+    assert not [word for word in ("verdict", "undecided", "end time", "\u2026") if word in told]
+    assert box["width"] == page.locator("#map .picture").bounding_box()["width"]
+    # a click shows a motion, which has losses everywhere, and says what it is not
+    page.mouse.click(*point(page, 0.9, -0.9))
+    page.wait_for_selector("#motions .slot[data-shown] .motion.shown:not(.waiting)")
+    wait_for_text(page, ".motion .verdict", "No cell here.")
+    assert "No cell here." in page.locator("#readout").inner_text()
+    page.locator("#map").focus()
+    for _ in range(2):
+        page.keyboard.press("Shift+ArrowRight")
+    wait_for_text(page, "#spoken", "No cell here.")
+    # the window has gone as far as tilts go: the cells lie in its upper half
+    page.mouse.move(*point(page, 0.0, 0.44))
+    wait_for_text(page, "#readout", "verdict")
+    assert "No cell here." not in page.locator("#readout").inner_text()
+
+
 def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     """An exported page shows the cells of its atlas without a server, and says where its resolution ends."""
     target = tmp_path / "page.html"
@@ -136,3 +167,8 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     page.mouse.wheel(0, 400)
     settled(page)
     assert colours(page, [[1, 1], [shown(page)["width"] // 2, shown(page)["height"] // 2]])[0] is None
+    page.mouse.move(*point(page, -0.98, -0.98))
+    wait_for_text(page, "#readout", "No cell here.")
+    assert "verdict" not in page.locator("#readout").inner_text()
+    page.mouse.click(*point(page, -0.98, -0.98))
+    wait_for_text(page, "#motions .problem", "No cell here.")

@@ -252,7 +252,8 @@ export class MotionPanel {
     this.judged = new AbortController();
     const point = await this.source.point({ view, x, y }, this.judged.signal).catch(() => null);
     if (this.request !== request || !point) return;
-    this.parts.verdict.textContent = point.verdict;
+    // the motion of a start that is no cell of an atlas is shown, and has no verdict
+    this.parts.verdict.textContent = point.verdict || (point.note ?? "");
     this.parts.verdict.dataset.verdict = point.verdict;
   }
 
