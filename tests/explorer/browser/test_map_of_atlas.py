@@ -133,7 +133,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     wait_for_text(page, "#spoken", "No cell here.")
     # the window has gone as far as tilts go: the cells lie in its upper half
     page.mouse.move(*point(page, 0.0, 0.44))
-    wait_for_text(page, "#readout", "verdict")
+    wait_for_text(page, "#readout", "stored cell")
     assert "No cell here." not in page.locator("#readout").inner_text()
 
 
