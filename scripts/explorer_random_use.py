@@ -5,25 +5,25 @@
 
 It zooms, drags, clicks, types, moves sliders, presses buttons, changes the address, the size and the colours. Every
 so often it lets the page rest and compares the picture with one that is asked for anew for the address. Every half a
-minute it goes back to where it began and measures the memory. It ends with 1 at the first problem, and says what it
-did before.
+minute it goes back to where it began, collects garbage and measures what is held (`explorer_memory.py`). It ends with 1
+at the first problem, and says what it did before; what grows is told at the end.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
-import statistics
 import sys
 import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from explorer_browser import COMPLETE, Served, Watch, find_browser, launched, served
+from explorer_memory import COUNT_GRAPHICS, LeakError, Memory
 from explorer_visitor import ProblemError, Visitor
 
 if TYPE_CHECKING:
-    from playwright.sync_api import BrowserContext, CDPSession, Page
+    from playwright.sync_api import BrowserContext, Page
 
 #: Milliseconds in which a picture has to be complete, and after which the address is that of the picture.
 PATIENCE, REST = 20_000, 400
@@ -34,24 +34,21 @@ LOOK = 12
 #: Seconds between two measurements of memory.
 MEASURE = 30.0
 
-#: What may grow between the first and the last third of the measurements, and the most of it at any time.
-GROWTH = {"heap": 20.0, "nodes": 3000, "listeners": 600, "server": 80.0}
-MOST = {"contexts": 2, "server": 600.0}
+#: Size of the window at first, and whenever something is measured.
+SIZE: Any = {"width": 1280, "height": 800}
 
-#: Keeps account of the contexts of WebGL; those that were collected or lost are gone.
-COUNT_CONTEXTS = """
-    window.contextsOfWebGL = [];
-    const ordinary = HTMLCanvasElement.prototype.getContext;
-    HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-      const context = ordinary.call(this, kind, ...rest);
-      const known = window.contextsOfWebGL.some((each) => each.deref() === context);
-      if (context && kind.startsWith("webgl") && !known) window.contextsOfWebGL.push(new WeakRef(context));
-      return context;
-    };
+#: Fragment of a page that shows two motions, both well within what is seen first; and of one that shows none.
+TWO_MOTIONS = """
+async () => {
+  const [{ ServerSource }, { fragmentOf }, { firstState }, { valueAt }] = await Promise.all(
+    ["server_source", "address", "state", "axis_window"].map((name) => import(`eulerdisk/${name}`)));
+  const first = firstState(await new ServerSource().about());
+  const { x, y } = first.view;
+  const point = (place) => ({ x: valueAt(x, place), y: valueAt(y, place) });
+  const two = { ...first, points: [point(-0.3), point(0.4)], compare: true };
+  return { none: fragmentOf(first), two: fragmentOf(two) };
+}
 """
-LIVING_CONTEXTS = (
-    "window.contextsOfWebGL.filter((each) => each.deref() && !each.deref().isContextLost()).length"
-)
 
 #: How many pixels differ between the picture and one that is asked for anew for the address.
 COMPARE = """
@@ -78,12 +75,34 @@ async () => {
 }
 """
 
+#: Asks for all that a server is asked for seldom: what it loads for that is no growth. A refusal is an answer, too.
+ASK_FOR_ALL = """
+async () => {
+  const [{ ServerSource }, { firstState }, { valueAt }] = await Promise.all(
+    ["server_source", "state", "axis_window"].map((name) => import(`eulerdisk/${name}`)));
+  const source = new ServerSource();
+  const { view } = firstState(await source.about());
+  const place = { view, x: valueAt(view.x, 0), y: valueAt(view.y, 0) };
+  const size = { width: 8, height: 8 };
+  const { head } = await source.motion(place);
+  const losses = Object.fromEntries(head.losses.filter(({ low }) => low).map(({ name, low }) => [name, low]));
+  const asked = [
+    () => source.motion({ ...place, losses }),
+    () => source.explain(place),
+    () => source.command({ view, ...size }),
+    () => source.command(place),
+    ...["csv", "netcdf"].map((format) => () => source.data({ view, ...size, format })),
+  ];
+  for (const ask of asked) await ask().catch(() => null);
+}
+"""
+
 
 def new_page(context: BrowserContext, url: str) -> tuple[Page, Watch]:
     """Open the explorer in a context; its contexts of WebGL are counted and its problems noted."""
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = context.new_page()
-    page.add_init_script(COUNT_CONTEXTS)
+    page.add_init_script(COUNT_GRAPHICS)
     watch = Watch(page, (url,))
     page.goto(url)
     settle(page)
@@ -109,35 +128,18 @@ def look(page: Page) -> None:
         raise ProblemError(f"the picture is not that of its address: {differing} pixels differ")
 
 
-def measure(page: Page, devtools: CDPSession, server: Served, beginning: str) -> dict[str, float]:
-    """Go back to the beginning and return what the page and the server hold: heap [MB], nodes, and so on."""
-    page.evaluate("fragment => { location.hash = fragment; }", beginning)
+def measure(page: Page, memory: Memory, actions: int) -> Mapping[str, float]:
+    """Measure in a state that is always the same: first two motions, then none, as after the page was opened."""
+    page.set_viewport_size(SIZE)
+    fragments = page.evaluate(TWO_MOTIONS)
+    go = "fragment => { location.hash = fragment; }"
+    page.evaluate(go, fragments["two"])
+    page.locator(".motion.shown:not(.waiting)").nth(1).wait_for(timeout=PATIENCE)
     settle(page)
-    devtools.send("HeapProfiler.collectGarbage")
-    metrics = {each["name"]: each["value"] for each in devtools.send("Performance.getMetrics")["metrics"]}
-    measured = {
-        "heap": metrics["JSHeapUsedSize"] / 1e6,
-        "nodes": metrics["Nodes"],
-        "listeners": metrics["JSEventListeners"],
-        "contexts": page.evaluate(LIVING_CONTEXTS),
-        "server": server.memory,
-    }
-    for name, most in MOST.items():
-        if measured[name] > most:
-            raise ProblemError(f"{name}: {measured[name]:g}, at most {most:g} are allowed")
-    return measured
-
-
-def compare_measurements(measured: list[dict[str, float]]) -> None:
-    """Compare the first third of the measurements with the last one; the very first is left out."""
-    third = (len(measured) - 1) // 3
-    if third < 1:
-        return
-    for name, most in GROWTH.items():
-        values = [each[name] for each in measured[1:]]
-        growth = statistics.median(values[-third:]) - statistics.median(values[:third])
-        if growth > most:
-            raise ProblemError(f"{name} has grown by {growth:g}, at most {most:g} are allowed")
+    graphics = memory.graphics()
+    page.evaluate(go, fragments["none"])
+    settle(page)
+    return memory.take(actions, graphics)
 
 
 def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
@@ -148,9 +150,6 @@ def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
         if watch.problems:
             raise ProblemError("\n".join(watch.problems))
     look(page)
-    contexts = page.evaluate(LIVING_CONTEXTS)
-    if contexts > MOST["contexts"]:
-        raise ProblemError(f"{contexts} contexts of WebGL for two motions")
     if watch.problems:
         raise ProblemError("\n".join(watch.problems))
 
@@ -158,20 +157,21 @@ def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
 def spend(context: BrowserContext, server: Served, seconds: float, seed: int) -> None:
     """Use the page for some time, and look for leaks."""
     page, watch = new_page(context, server.url)
-    devtools = context.new_cdp_session(page)
-    devtools.send("Performance.enable")
+    memory = Memory(page, context.new_cdp_session(page), server)
     visitor = Visitor(page, random.Random(seed))
-    beginning = page.evaluate("location.hash")
+    page.evaluate(ASK_FOR_ALL)
+    # what is refused of an atlas is told in the console
+    watch.problems.clear()
     began = time.monotonic()
-    count, measured = 0, [measure(page, devtools, server, beginning)]
+    count = 0
     try:
+        measure(page, memory, count)
         while time.monotonic() < began + seconds:
             use(page, watch, visitor, LOOK)
             count += LOOK
-            if time.monotonic() > began + MEASURE * len(measured):
-                measured.append(measure(page, devtools, server, beginning))
-                report(time.monotonic() - began, count, measured[-1])
-        compare_measurements(measured)
+            if time.monotonic() > began + MEASURE * len(memory.measured):
+                report(time.monotonic() - began, count, measure(page, memory, count))
+        memory.check()
     except Exception:
         print(
             f"After {count} actions, seed {seed}; the last ones:",
@@ -181,13 +181,23 @@ def spend(context: BrowserContext, server: Served, seconds: float, seed: int) ->
         )
         print(f"    {page.url}", file=sys.stderr)
         raise
-    print(f"{count} actions, {count // LOOK} pictures compared, {len(measured)} measurements: no problem.")
+    finally:
+        report_growth(memory)
+    print(
+        f"{count} actions, {count // LOOK} pictures compared, {len(memory.measured)} measurements: no problem."
+    )
 
 
 def report(seconds: float, count: int, measured: Mapping[str, float]) -> None:
     """Print a line with what was measured."""
     values = ", ".join(f"{name} {value:.4g}" for name, value in measured.items())
     print(f"{seconds:5.0f} s, {count} actions: {values}", flush=True)
+
+
+def report_growth(memory: Memory) -> None:
+    """Print a line with the trends."""
+    if grown := memory.growth():
+        print("in a thousand actions:", ", ".join(f"{name} {value:+.3g}" for name, value in grown.items()))
 
 
 def main() -> None:
@@ -204,10 +214,10 @@ def main() -> None:
         raise SystemExit("No Chromium is installed: scripts/test --readers installs it.")
     with served(*arguments.words) as server, launched(executable) as browser:
         # a frame of a disk takes 0.1 s without a graphics card: motions stand until they are played
-        context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+        context = browser.new_context(viewport=SIZE, reduced_motion="reduce")
         try:
             spend(context, server, 60.0 * arguments.minutes, arguments.seed)
-        except ProblemError as problem:
+        except (ProblemError, LeakError) as problem:
             raise SystemExit(f"Problem: {problem}") from None
 
 

@@ -113,8 +113,11 @@ export function moved(axis, by) {
   return { ...axis, centre: axis.centre + axis.half * by };
 }
 
+/** Largest number of a linear axis, and largest logarithm of a logarithmic one: beyond them lies no number. */
+const LARGEST = { linear: 1e300, log: 690 };
+
 /**
- * Axis within the values that are allowed: moved, and if it is too wide for them narrowed.
+ * Axis within the values that are allowed, and those that are numbers: moved, and if it is too wide for them narrowed.
  * @param {Axis} axis
  * @param {number|null} least  null if there is no end
  * @param {number|null} most
@@ -122,8 +125,9 @@ export function moved(axis, by) {
  */
 export function within(axis, least, most) {
   const at = (/** @type {number} */ value) => (axis.scale === "log" ? Math.log(Math.max(value, 0)) : value);
-  const low = least === null ? -Infinity : at(least);
-  const high = most === null ? Infinity : at(most);
+  const largest = LARGEST[axis.scale];
+  const low = Math.max(least === null ? -Infinity : at(least), -largest);
+  const high = Math.min(most === null ? Infinity : at(most), largest);
   const half = Math.min(axis.half, (high - low) / 2);
   return { ...axis, centre: Math.min(Math.max(axis.centre, low + half), high - half), half };
 }

@@ -8,7 +8,7 @@ import { legendHeight } from "eulerdisk/legend";
 import { drawOverlay } from "eulerdisk/overlay";
 import { Picture } from "eulerdisk/picture";
 import { Refresh } from "eulerdisk/refresh";
-import { baseOf, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
+import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
 import { svg } from "eulerdisk/svg";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -310,10 +310,8 @@ export class AtlasMap {
    */
   #limits(which, pixels) {
     const axis = this.#state.view[which];
-    const base = baseOf(this.#about, this.#state.view).view;
-    const first =
-      [base.x, base.y].find((each) => each.name === axis.name && each.scale === axis.scale) ?? axis;
-    return { least: leastHalf(axis, pixels), most: BEYOND * first.half };
+    const most = BEYOND * halfOfRange(this.#about, this.#state.view, which);
+    return { least: leastHalf(axis, pixels), most };
   }
 
   /**

@@ -24,7 +24,6 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @typedef {object} Panel
  * @property {(request: Place) => Promise<void>} show
  * @property {() => void} clear
- * @property {() => void} dispose
  * @property {MotionSettings} settings  what a person has set
  */
 

@@ -178,6 +178,18 @@ export function withOtherScale(view, which) {
 }
 
 /**
+ * Half of the width of a side that shows all of its range, in the scale that it has.
+ * @param {About} about
+ * @param {View} view
+ * @param {"x"|"y"} which
+ */
+export function halfOfRange(about, view, which) {
+  const { name, scale } = view[which];
+  const whole = { ...view, [which]: firstAxis(about, view, name) };
+  return (whole[which].scale === scale ? whole : withOtherScale(whole, which))[which].half;
+}
+
+/**
  * View of starts that exist: no axis goes beyond what its parameter may be, and a number that it may not be is left out.
  * @param {About} about
  * @param {View} view

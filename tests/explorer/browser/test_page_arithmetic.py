@@ -81,6 +81,42 @@ def test_zoom_keeps_the_value_at_its_place(quiet):
         assert found[0] + found[1] * place == pytest.approx(centre + place, rel=0, abs=1e-11 * 2 / 1000 * 10)
 
 
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_windows_end_where_numbers_do(quiet, scale):
+    """Wherever an address leads, both ends of a side are numbers, and of a logarithmic one not zero."""
+    found = quiet.evaluate(
+        """async ([scale, numbers]) => {
+            const [{ withinDomain, firstState }, { ends }] = await Promise.all([
+                import("eulerdisk/state"), import("eulerdisk/axis_window")]);
+            const about = await (await fetch("./about")).json();
+            const { view } = firstState(about);
+            return numbers.map(([centre, half]) => {
+                const x = { name: "gravity", centre, half, scale };
+                return ends(withinDomain(about, { ...view, x }).x);
+            });
+        }""",
+        [scale, [[0.0, 1e4], [1e5, 3.0], [-1e5, 3.0], [386.6, 513.5], [1e305, 1.7e308], [-9.9, 1e308]]],
+    )
+    assert all(math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high for low, high in found)
+    if scale == "log":
+        assert all(low > 0.0 for low, _ in found)
+
+
+def test_zoom_out_ends(quiet):
+    """How far one can zoom out is told by the slider, where the parameter is none of the base's axes."""
+    half = quiet.evaluate(
+        """async () => {
+            const { halfOfRange, firstState } = await import("eulerdisk/state");
+            const about = await (await fetch("./about")).json();
+            const { view } = firstState(about);
+            const wide = { ...view, x: { name: "gravity", centre: 0, half: 500, scale: "log" } };
+            return halfOfRange(about, wide, "x");
+        }"""
+    )
+    # the slider of gravity reaches from 0.1 to 30
+    assert half == pytest.approx(math.log(300.0) / 2.0)
+
+
 def inside(point, box):
     """Return whether a point lies in a box, to rounding."""
     return box[0] - 1e-9 <= point[0] <= box[2] + 1e-9 and box[1] - 1e-9 <= point[1] <= box[3] + 1e-9

@@ -5,15 +5,45 @@ import random
 import explorer_random_use as script
 import pytest
 from explorer_browser import Watch
+from explorer_memory import GROWTH, LeakError, Memory
 from explorer_visitor import ProblemError, Visitor
+
+#: Keeps things that nobody needs: 100 motions as objects and as buffers, elements with listeners, a page, textures.
+LEAK = """async () => {
+  const elements = Array.from({ length: 2000 }, () => document.createElement("p"));
+  for (const each of elements.slice(0, 300)) each.addEventListener("click", () => each.remove());
+  const objects = Array.from({ length: 100000 }, (_, i) => ({ number: i + 0.5, name: `${i}` }));
+  const buffers = Array.from({ length: 100 }, () => new Float64Array(20000).fill(1));
+  const pages = Array.from({ length: 20 }, () => document.implementation.createHTMLDocument(""));
+  const context = window.contextsOfWebGL[0].deref();
+  const textures = Array.from({ length: 40 }, () => context.createTexture());
+  window.leak = { elements, objects, buffers, pages, textures };
+}"""
 
 
 def test_a_short_random_use_has_no_problem(browser, explorer):
-    """A few dozen actions leave no message, no stale picture and no context of WebGL too many."""
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    """A few dozen actions leave no message, no stale picture and no context of WebGL; what is kept then is measured."""
+    context = browser.new_context(viewport=script.SIZE, reduced_motion="reduce")
     page, watch = script.new_page(context, explorer.url)
     script.use(page, watch, Visitor(page, random.Random(3)), 30)
+    memory = Memory(page, context.new_cdp_session(page), explorer)
+    before = script.measure(page, memory, 0)
+    empty = memory.graphics()
+    # two tables, disks, arrows and paths, and next to nothing without them
+    assert before["graphics"] > 100.0 > 4.0 * empty
+    page.evaluate(LEAK)
+    after = memory.take(0, memory.graphics())
+    page.evaluate("leak.more = document.createElement('canvas').getContext('webgl2')")
+    with pytest.raises(LeakError, match="contexts: 3, at most 2"):
+        memory.take(0, 0.0)
     context.close()
+    grown = {name: after[name] - before[name] for name in before}
+    assert grown["heap"] > 4.0
+    assert grown["buffers"] >= 16.0
+    assert grown["nodes"] >= 2000.0
+    assert grown["listeners"] >= 300.0
+    assert grown["documents"] >= 20.0
+    assert after["graphics"] == empty + 40.0
 
 
 def test_a_stale_picture_is_seen(opened):
@@ -25,13 +55,30 @@ def test_a_stale_picture_is_seen(opened):
         script.look(page)
 
 
-def test_growth_is_seen():
-    """Memory that grows from the first third of the measurements to the last is told; what comes and goes is not."""
-    steady = {"heap": 5.0, "nodes": 1000.0, "listeners": 100.0, "server": 150.0}
-    measured = [{**steady, "heap": 5.0 + (number % 2)} for number in range(10)]
-    script.compare_measurements(measured)
-    with pytest.raises(ProblemError, match="nodes has grown by"):
-        script.compare_measurements([{**steady, "nodes": 1000.0 * number} for number in range(10)])
+STEADY = dict.fromkeys(GROWTH, 100.0)
+
+
+def memory_of(values):
+    """Return the measurements of a page that was used for 50 actions between any two of them."""
+    memory = object.__new__(Memory)
+    memory.measured = [(50 * number, {**STEADY, **value}) for number, value in enumerate(values)]
+    return memory
+
+
+@pytest.mark.parametrize("name", GROWTH)
+def test_growth_is_seen(name):
+    """What grows by a little more than it may is told by its name; a growth below the limit is none."""
+    limit = GROWTH[name][1] / 1000.0
+    memory_of({name: 40.0 + 0.9 * limit * 50 * number} for number in range(20)).check()
+    with pytest.raises(LeakError, match=f"^{name} grows by"):
+        memory_of({name: 40.0 + 1.1 * limit * 50 * number} for number in range(20)).check()
+
+
+def test_what_fills_at_first_or_comes_and_goes_is_no_growth():
+    """Caches that fill, and peaks, are told from a leak; too few measurements have no trend."""
+    memory_of({"heap": min(5.0 + number, 9.0)} for number in range(12)).check()
+    memory_of({"heap": 50.0 if number == 10 else 5.0} for number in range(12)).check()
+    assert memory_of({"heap": 5.0 + number} for number in range(4)).growth() == {}
 
 
 def test_what_the_watch_notes_ends_the_use(opened):

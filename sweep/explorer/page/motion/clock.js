@@ -19,8 +19,8 @@ export class Clock {
   #held = null;
   /** @type {Map<object, number>} length of the motion of each panel */
   #lengths = new Map();
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
+  /** @type {(() => void)[]} */
+  #listeners = [];
   #frame = 0;
   #last = 0;
 
@@ -30,12 +30,11 @@ export class Clock {
   }
 
   /**
-   * Call a function after every change; the answer ends that.
+   * Call a function after every change.
    * @param {() => void} listener
    */
   listen(listener) {
-    this.#listeners.add(listener);
-    return () => this.#listeners.delete(listener);
+    this.#listeners.push(listener);
   }
 
   /**

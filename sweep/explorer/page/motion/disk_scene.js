@@ -80,7 +80,7 @@ export class DiskScene {
     let before = "";
     this.controls.addEventListener("start", () => (before = String(this.standpoint)));
     this.controls.addEventListener("end", () => {
-      if (String(this.standpoint) !== before) turned(this.standpoint);
+      if (this.samples && String(this.standpoint) !== before) turned(this.standpoint);
     });
     this.turned = turned;
     /** @type {Samples|null} */
@@ -95,12 +95,10 @@ export class DiskScene {
     this.look = "";
     /** @type {Trail|undefined} */
     this.trail = undefined;
-    element.append(this.canvas);
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
     this.canvas.addEventListener("keydown", (event) => this.#turnBy(event));
-    this.observer = new ResizeObserver(() => this.#fit());
-    this.observer.observe(element);
+    new ResizeObserver(() => this.#fit()).observe(element);
   }
 
   /**
@@ -114,6 +112,7 @@ export class DiskScene {
     const look = JSON.stringify([radius, alpha, colours]);
     const first = this.samples === null || this.samples.head.radius !== radius;
     this.samples = samples;
+    if (!this.canvas.isConnected) this.element.append(this.canvas);
     if (look !== this.look) this.#furnish(radius, alpha, colours);
     this.look = look;
     this.#layTrail(samples, colours.trail);
@@ -131,9 +130,7 @@ export class DiskScene {
    * @param {SceneColours} colours
    */
   #furnish(radius, alpha, colours) {
-    free(this.scene);
-    this.scene.clear();
-    this.trail = undefined;
+    this.#empty();
     this.square = niceLength(SQUARE * radius);
     this.disk = diskBody(radius, alpha);
     this.force = new Arrow(radius, colours.force);
@@ -194,6 +191,7 @@ export class DiskScene {
 
   /** Draw in the next frame, once, however much changes before it. */
   draw() {
+    if (!this.samples) return;
     this.frame ||= requestAnimationFrame((now) => {
       this.frame = 0;
       this.#keepPace(now);
@@ -219,16 +217,24 @@ export class DiskScene {
     this.#fit();
   }
 
-  dispose() {
-    this.observer.disconnect();
+  /**
+   * Show nothing, and free all that the motion had. The context of WebGL stays for the next one: textures that three.js
+   * shares between contexts keep every one that was ever made.
+   */
+  clear() {
     cancelAnimationFrame(this.frame);
     clearTimeout(this.timer);
-    free(this.scene);
-    this.controls.dispose();
-    this.renderer.dispose();
-    // browsers keep few contexts: the next motion needs one
-    this.renderer.forceContextLoss();
+    this.frame = 0;
+    this.samples = null;
+    this.#empty();
     this.canvas.remove();
+  }
+
+  #empty() {
+    free(this.scene);
+    this.scene.clear();
+    this.trail = this.disk = this.force = this.table = this.shadow = this.light = undefined;
+    this.look = "";
   }
 
   /**

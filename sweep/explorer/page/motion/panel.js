@@ -61,12 +61,9 @@ export class MotionPanel {
       this.#askSoon();
       told();
     });
-    this.unlisten = clock.listen(() => this.#follow());
-    this.dark = matchMedia("(prefers-color-scheme: dark)");
-    this.repaint = () => this.#showScene();
-    this.dark.addEventListener("change", this.repaint);
-    this.themes = new MutationObserver(this.repaint);
-    this.themes.observe(document.documentElement, { attributeFilter: ["class", "data-theme", "style"] });
+    clock.listen(() => this.#follow());
+    const themes = new MutationObserver(() => this.#showScene());
+    themes.observe(document.documentElement, { attributeFilter: ["data-theme"] });
   }
 
   /**
@@ -115,19 +112,9 @@ export class MotionPanel {
     this.samples = null;
     this.request = null;
     this.fresh = false;
-    this.scene?.dispose();
-    this.scene = undefined;
+    this.scene?.clear();
     clock.leave(this);
     this.element.classList.remove("shown", "waiting");
-  }
-
-  dispose() {
-    this.clear();
-    this.unlisten();
-    this.themes.disconnect();
-    this.dark.removeEventListener("change", this.repaint);
-    for (const plot of [this.tilt, this.potential, this.forces]) plot.dispose();
-    this.element.replaceChildren();
   }
 
   #askSoon() {

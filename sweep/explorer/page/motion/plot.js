@@ -69,8 +69,7 @@ export class Plot {
     this.root = svg("svg", { role: "img" });
     this.mark = svg("g", { class: "cursor" });
     element.append(this.root);
-    this.observer = new ResizeObserver(() => this.#draw());
-    this.observer.observe(element);
+    new ResizeObserver(() => this.#draw()).observe(element);
     if (seek) this.#followPointer(seek);
   }
 
@@ -93,11 +92,6 @@ export class Plot {
     const parts =
       y === undefined ? [svg("line", line)] : [svg("circle", { cx: place, cy: this.#up(y), r: 5 })];
     this.mark.replaceChildren(...(Number.isFinite(place) ? parts : []));
-  }
-
-  dispose() {
-    this.observer.disconnect();
-    this.root.remove();
   }
 
   #draw() {
