@@ -39,6 +39,7 @@ FRAGMENTS = (
     "base=nowhere&x=&y=1",
     "x=roll_rate,3,1e-9,linear",
     "a=3,0.02&b=2,0.02",
+    "a=3,0.02&a.loss.rolling_friction=1e-3&a.open=laws,words&a.camera=1,0.5,4&compare=yes",
 )
 
 
