@@ -1,7 +1,6 @@
 """Lines on the map: the boundary of theory, the one predicted for the criterion, and the measured one."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -12,13 +11,10 @@ from sweep.atlas.scratch import Scratch
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, whole
 from sweep.explorer.stored import Stored
+from sweep.explorer.theory_lines import theory
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import Side, View
-from sweep.model.quantity import Array
 from sweep.request.axes import Values
-
-#: Points of a line of theory.
-_POINTS = 256
 
 #: Cells along both sides among which the measured boundary is looked for.
 COARSE = 96, 72
@@ -49,7 +45,7 @@ def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
     if x is None or y is None:
         return []
     view = replace(view, x=x, y=y)
-    found = _theory(view)
+    found = theory(view)
     if view.is_live:
         found.append({"name": "measured", "label": "measured, exact cells", "points": measured(view)})
     elif stored is not None:
@@ -57,52 +53,6 @@ def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
             {"name": "measured", "label": f"measured, {stored.label}", "points": stored.boundary(view)}
         )
     return [line for line in found if line["points"]]
-
-
-def _theory(view: View) -> list[dict[str, Any]]:
-    spec, model = view.spec, view.spec.model
-    controls = model.controls([view.x.name, view.y.name])
-    if not controls:
-        return []
-    along = view.x if view.x.name == controls[0] else view.y
-    across = view.y if along is view.x else view.x
-    rows = across.values(_POINTS)
-    starts = view.starts(*(rows if side is across else np.ones_like(rows) for side in (view.x, view.y)))
-    with np.errstate(all="ignore"):
-        edges = model.lines(view.spec_along(along), along.name, starts)
-    labels = {
-        "analytic": "analytic, no perturbation",
-        "predicted": model.line_words.label.format(spec.criterion.label(model)),
-    }
-    known = labels if spec.criterion.predictable else ("analytic",)
-    return [
-        {
-            "name": name,
-            "label": labels[name],
-            "points": [
-                _pairs(part, along is view.x)
-                for edge in edges.values()
-                for part in _inside(np.stack((edge[number], rows)), along)
-            ],
-        }
-        for number, name in enumerate(known)
-    ]
-
-
-def _inside(points: Array, along: Side) -> Iterable[Array]:
-    """Yield the stretches of a line, shape (2, n), that lie in the window or no further out than its width."""
-    low, high = along.centre - 3.0 * along.half, along.centre + 3.0 * along.half
-    with np.errstate(invalid="ignore", divide="ignore"):
-        place = np.log(points[0]) if along.scale == "log" else points[0]
-        inside = (place >= low) & (place <= high)
-    for part in np.split(np.arange(inside.size), np.flatnonzero(np.diff(inside)) + 1):
-        if inside[part[0]] and part.size > 1:
-            yield points[:, part]
-
-
-def _pairs(points: Array, along_x: bool) -> list[list[float]]:
-    pairs: list[list[float]] = (points if along_x else points[::-1]).T.tolist()
-    return pairs
 
 
 def measured(view: View) -> list[list[list[float]]]:

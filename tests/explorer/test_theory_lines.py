@@ -1,0 +1,151 @@
+"""Lines of theory of the circling disk, whose two edges meet: they are whole, and lie where the closed form says."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from sweep.explorer.about import base_of
+from sweep.explorer.theory_lines import theory
+from sweep.explorer.view import View, preset
+
+GRAVITY, RADIUS = 9.81, 0.5
+
+
+def polynomial(tilt, alpha, kick_over_limit):
+    """Return A, B, D of A P^2 + B P + D = 0 for the squared precession rate P at the edge.
+
+    The condition that a steady motion oscillates with the square of the frequency (kick/limit)^2, in docs/theory.md.
+    """
+    cos, sin = np.cos(tilt), np.sin(tilt)
+    a = GRAVITY * sin / ((1 + alpha) * RADIUS * cos)
+    b = (2 + alpha) * sin / (2 * (1 + alpha))
+    squared = (2 + alpha) - (6 + 2 * alpha) * sin * b + 4 * (1 + alpha) * b * b
+    linear = (
+        -2 * GRAVITY / RADIUS * cos
+        - (2 + alpha) * kick_over_limit**2
+        - (6 + 2 * alpha) * sin * a
+        + 8 * (1 + alpha) * a * b
+    )
+    return squared, linear, 4 * (1 + alpha) * a * a
+
+
+def top(alpha, kick_over_limit=0.0):
+    """Return the tilt and the rate at which both edges meet: there the quadratic has one root."""
+
+    def discriminant(tilt):
+        squared, linear, constant = polynomial(tilt, alpha, kick_over_limit)
+        return linear**2 - 4 * squared * constant
+
+    tilt = brentq(discriminant, 0.01, 1.4, xtol=1e-15)
+    squared, linear, _ = polynomial(tilt, alpha, kick_over_limit)
+    return tilt, np.sqrt(-linear / (2 * squared))
+
+
+def lines(x, y, **words):
+    """Return the polylines of each line of theory in a window of the circling disk, arrays of shape (2, n)."""
+    view = {"base": "circling", "words": words, "x": x, "y": y}
+    found = theory(View.read(view, None))
+    return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
+
+
+def window(name, centre, half):
+    """Return one side of a window."""
+    return {"name": name, "centre": centre, "half": half, "scale": "linear"}
+
+
+def places(curve, x, y):
+    """Return the points of a line in the window, -1 and 1 at its borders."""
+    return (curve - [[x["centre"]], [y["centre"]]]) / [[x["half"]], [y["half"]]]
+
+
+def inside(at):
+    """Return which points lie in the window."""
+    return (np.abs(at) <= 1.0).all(axis=0)
+
+
+@pytest.mark.parametrize("depth", [0.3, 1e-2, 1e-4, 1e-7, 1e-10])
+@pytest.mark.parametrize("alpha", [0.5, 1.0])
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("level", [False, True])
+def test_the_line_has_no_gap_where_both_edges_meet(depth, alpha, turned, level):
+    """In a window about the top the analytic line is one, goes from border to border, and bends round at the top."""
+    tilt, rate = top(alpha)
+    # it bends in a window that is so much wider than high, and is level in one that is not
+    wide = rate * depth if level else 0.5 * rate * depth**0.5
+    x, y = window("precession_rate", rate, wide), window("tilt", tilt, tilt * depth)
+    (found,) = lines(y, x, alpha=alpha)["analytic"] if turned else lines(x, y, alpha=alpha)["analytic"]
+    if turned:
+        found = found[::-1]
+    at = places(found, x, y)
+    seen = at[:, inside(at)]
+    steps = np.abs(np.diff(seen, axis=1)).max(axis=0)
+    # a screen has 1000 pixels from -1 to 1: a few of them from point to point
+    assert steps.max() < 0.1
+    assert seen[1].max() == pytest.approx(0.0, abs=1e-3 + 2e-15 / depth)
+    assert seen[0].min() < -0.9
+    assert seen[0].max() > 0.9
+
+    # every point solves the quadratic: as far from it as a pixel changes it, or as rounding does
+    def excess(rates, tilts):
+        squared, linear, constant = polynomial(tilts, alpha, 0.0)
+        return squared * rates**4 + linear * rates**2 + constant
+
+    rates, tilts = found[:, inside(at)]
+    slope = np.abs(excess(rates, tilts * (1 + 1e-7)) - excess(rates, tilts)) / 1e-7 / tilts
+    assert (np.abs(excess(rates, tilts)) <= slope * (2e-4 * y["half"] + 4e-15)).all()
+
+
+def rate_at(level, segment):
+    """Return the rate at which a segment of a line has a tilt."""
+    rates, tilts = segment[:, np.argsort(segment[1])]
+    return np.interp(level, tilts, rates)
+
+
+@pytest.mark.parametrize("window_x", [(2.505, 2.495), (2.5, 0.7), (0.0, 5.0), (-2.5, 2.4)])
+def test_both_lines_are_whole_in_any_window(window_x):
+    """Analytic and predicted line are closed at their tops, also on the other side of zero, and both edges are there."""
+    x, y = window("precession_rate", *window_x), window("tilt", 0.264, 0.2596)
+    kick = 0.01
+    found = lines(x, y, tilt_rate=kick, criterion="departure:5deg")
+    signs = [sign for sign in (-1, 1) if sign * window_x[0] + window_x[1] > 1.0]
+    for name, over in (("analytic", 0.0), ("predicted", kick / np.radians(5.0))):
+        tilt, rate = top(0.5, over)
+        curves = found[name]
+        assert len(curves) == len(signs), name
+        for curve, sign in zip(curves, signs, strict=True):
+            assert curve[1].max() == pytest.approx(tilt, rel=1e-8)
+            assert curve[0][curve[1].argmax()] == pytest.approx(sign * rate, rel=2e-2)
+            # at a tilt below the top it has the slow and the fast rate
+            level = 0.8 * tilt
+            squared, linear, constant = polynomial(level, 0.5, over)
+            expected = np.sqrt(np.roots([squared, linear, constant]).real)
+            expected = sorted(sign * each for each in expected)
+            crossed = np.flatnonzero(np.diff(np.sign(curve[1] - level)))
+            low, high = window_x[0] - 3 * window_x[1], window_x[0] + 3 * window_x[1]
+            met = sorted(
+                np.interp(
+                    0.0, *zip(*sorted(zip(place[i : i + 2], curve[0, i : i + 2], strict=True)), strict=True)
+                )
+                for i in crossed
+            )
+            assert np.allclose(met, [each for each in expected if low < each < high], rtol=1e-4)
+
+
+@pytest.mark.parametrize("base", ["rolling", "spinning"])
+def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns(base):
+    """Where a line is nearly level its points are no farther apart than a tenth of the window, at every depth."""
+    first = base_of(base, preset(base))["view"]
+    view = View.read({**first, "words": {"criterion": "departure:5deg"}}, None)
+    curves = {line["name"]: line["points"] for line in theory(view)}["predicted"]
+    curve = np.array(curves[0]).T
+    index = np.argmin(np.abs(curve[0] - view.x.ends()[1]))
+    x, y = curve[:, index]
+    for depth in (1e-1, 1e-3, 1e-6):
+        sides = {"x": window(first["x"]["name"], x, 0.3 * x), "y": window("tilt", y, y * depth)}
+        found = theory(View.read({**first, **sides}, None))
+        (line,) = [
+            np.array(points).T for each in found if each["name"] == "predicted" for points in each["points"]
+        ]
+        at = places(line, sides["x"], sides["y"])
+        seen = at[:, inside(at)]
+        assert np.abs(np.diff(seen, axis=1)).max() < 0.1
