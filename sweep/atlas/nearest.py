@@ -1,11 +1,12 @@
 """The cell of an atlas that is nearest to given values."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.model.quantity import Array, Input
+from sweep.model.quantity import Input
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START
@@ -87,9 +88,9 @@ def _check_inside(spec: SweepSpec, name: str, value: float, raw: object) -> None
             hint="Leave it out.",
             where=f"{name}={quantity.spell(value)}",
         )
-    axis = held.array() if isinstance(held, Range | Values) else np.array([held])
-    if is_inside(axis, value):
+    if is_inside(held, value):
         return
+    axis = held.array() if isinstance(held, Range | Values) else np.array([held])
     holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
         f"This value is outside the atlas, whose {name} is {holds}.",
@@ -99,10 +100,16 @@ def _check_inside(spec: SweepSpec, name: str, value: float, raw: object) -> None
     )
 
 
-def is_inside(axis: Array, value: float) -> bool:
-    """Return whether a value lies within an axis, or no further outside than half a step."""
-    steps = np.diff(axis)[[0, -1]] if axis.size > 1 else 2.0 * SAME * np.abs(axis[[0, 0]])
-    return bool(axis[0] - 0.5 * steps[0] <= value <= axis[-1] + 0.5 * steps[1])
+def is_inside(axis: Range | Values | float, value: float) -> bool:
+    """Return whether a value lies within an axis, or no further outside than half a step, in logs if they are even."""
+    held = axis.array() if isinstance(axis, Range | Values) else np.array([axis])
+    steps = np.diff(held)[[0, -1]] if held.size > 1 else 2.0 * SAME * np.abs(held[[0, 0]])
+    if isinstance(axis, Range) and axis.spacing == "log" and held.size > 1:
+        if value <= 0.0:
+            return False
+        held, value = np.log(held), math.log(value)
+        steps = np.diff(held)[[0, -1]]
+    return bool(held[0] - 0.5 * steps[0] <= value <= held[-1] + 0.5 * steps[1])
 
 
 def nearest(axis: Range | Values, value: float, quantity: Input) -> int:

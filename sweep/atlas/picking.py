@@ -111,7 +111,7 @@ def _between(axis: Array, low: float, high: float, quantity: Input, text: str) -
 def _nearest(axis: Range | Values, value: float, quantity: Input, text: str, notes: list[str]) -> int:
     """Return the place of the nearest value, and note which one it is where it is another one; `text` was given."""
     held = axis.array()
-    if not is_inside(held, value):
+    if not is_inside(axis, value):
         raise RequestError(
             f"{quantity.spell(value)} is outside this atlas, whose {quantity.name} is {_extent(held, quantity)}.",
             hint=degrees_meant(quantity, text, np.array([value])) or "Give a value inside.",

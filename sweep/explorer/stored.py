@@ -2,7 +2,8 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.nearest import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
+from sweep.explorer.one_reader import OneReader
 from sweep.explorer.quantities import Shown, shown_of
-from sweep.explorer.turns import KERNELS, SupersededError
+from sweep.explorer.turns import SupersededError
 from sweep.explorer.view import View
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
@@ -69,6 +71,14 @@ class Stored:
         with self._lock:
             self._is_closed = True
 
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Wait until nobody else reads, and end the request if the file is closed."""
+        with self._lock:
+            if self._is_closed:
+                raise SupersededError
+            yield
+
     def quantities(self) -> dict[str, Shown]:
         """Return what the map can show of it."""
         known = shown_of(self.spec)
@@ -87,7 +97,7 @@ class Stored:
             held, wanted = getattr(self.spec, name), getattr(view.spec, name)
             if name in sides:
                 continue
-            if isinstance(held, Range | Values) and is_inside(held.array(), wanted):
+            if isinstance(held, Range | Values) and is_inside(held, wanted):
                 found[name] = nearest(held, wanted, self.spec.quantities[name])
             elif held != wanted:
                 return None
@@ -125,7 +135,7 @@ class Stored:
             place[name] = int(cells[0])
         number = int(np.ravel_multi_index([place[name] for name in self.spec.axes], self.spec.shape))
         starts = starts_of(self.spec, Span(number, number + 1))
-        with self._lock:
+        with self._reading():
             held = {
                 name: np.atleast_1d(self._read(name, place))
                 for name in self.spec.model.cell_variables(self.spec)
@@ -141,10 +151,8 @@ class Stored:
         if place is None:
             view.live  # noqa: B018 - says what is missing
         others = {name: float(getattr(self.spec, name).at([i])[0]) for name, i in (place or {}).items()}
-        with self._lock, KERNELS:
-            if self._is_closed:
-                raise SupersededError
-            return explain(self._dataset, {**others, **at}).text
+        # it computes single cells, with one thread, as motions do beside the maps
+        return explain(OneReader(self._dataset, self._reading), {**others, **at}).text
 
     def boundary(self, view: View) -> list[list[list[float]]]:
         """Return the boundary of the file as polylines of pairs (x, y) in SI."""
@@ -154,7 +162,7 @@ class Stored:
                 name = edge_names(along.name, edge)[0]
                 if place is None or name not in self._dataset:
                     continue
-                with self._lock:
+                with self._reading():
                     values = np.asarray(self._read(name, place), np.float64)
                 pairs = np.stack((values, getattr(self.spec, across.name).array()))
                 known = np.flatnonzero(np.isfinite(values))
@@ -200,7 +208,7 @@ class Stored:
         else:
             parts = _thinned(rows), _thinned(columns)
         key = name, view.y.name, view.x.name, tuple(place.items()), str(parts)
-        with self._lock:
+        with self._reading():
             if key not in self._kept:
                 read = self._read(name, {**place, view.y.name: parts[0], view.x.name: parts[1]})
                 order = [axis for axis in self.spec.axes if axis in (view.x.name, view.y.name)]
@@ -220,8 +228,6 @@ class Stored:
 
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
         """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
-        if self._is_closed:
-            raise SupersededError
         variable = self._dataset.variables[name]
         return np.asarray(variable[tuple(place.get(dim, slice(None)) for dim in variable.dims)])
 

@@ -1,6 +1,10 @@
 import html
 import json
+import math
 import re
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -225,3 +229,59 @@ def test_a_spec_is_a_base_of_its_own():
         assert held["bases"][0]["words"]["alpha"] == 1.0
         assert held["bases"][0]["words"]["criterion"] == "amplification:5"
         assert held["atlas"] is None
+
+
+@pytest.fixture(scope="module")
+def log_losses(tmp_path_factory):
+    """Return the file of an atlas with losses whose axes are logarithmic."""
+    path = tmp_path_factory.mktemp("log") / "toy.nc"
+    axes = {"tilt": "5deg:60deg:3:log", "precession_rate": "5:20:3:log"}
+    sweep.run_to_file("toy", path, **axes, duration="1s", criterion="aloft:1s", progress=False)
+    return path
+
+
+def test_the_words_of_a_cell_end_where_its_colour_ends(log_losses):
+    """In the outer half cells of logarithmic axes a point is explained just where it has a stored cell."""
+    with explore(log_losses) as explorer:
+        view = about(explorer)["bases"][0]["view"]
+        middle = math.sqrt(5.0 * 20.0)
+        for name, low, high in (
+            ("tilt", math.radians(5.0), math.radians(60.0)),
+            ("precession_rate", 5.0, 20.0),
+        ):
+            half = (high / low) ** 0.25
+            for value in (low / half, high * half):
+                for factor in (1.001, 0.999):
+                    within = (factor > 1.0) == (value < high)
+                    at = {"tilt": math.radians(17.0), "precession_rate": middle, name: value * factor}
+                    asked = {"view": view, "x": at[view["x"]["name"]], "y": at[view["y"]["name"]]}
+                    assert ("note" not in post(explorer.url, "point", **asked)) == within
+                    if within:
+                        assert "verdict" in post(explorer.url, "explain", **asked)["text"]
+                    else:
+                        assert "outside the atlas" in refused(explorer.url, "explain", **asked)[1]["error"]
+
+
+def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
+    """The file is held while it is read, and no longer: neither windows nor points wait for words."""
+    begun, ended = threading.Event(), threading.Event()
+
+    def endless(dataset, at):
+        assert np.isfinite(dataset["tilt"].values).all()
+        begun.set()
+        ended.wait(30)
+        return SimpleNamespace(text="words")
+
+    monkeypatch.setattr("sweep.checks.explain.explain", endless)
+    with explore(losses) as explorer, ThreadPoolExecutor(1) as pool:
+        view = about(explorer)["bases"][0]["view"]
+        first = pool.submit(post, explorer.url, "explain", view=view, x=12.0, y=0.6)
+        try:
+            assert begun.wait(30)
+            asked = {"view": view, "width": 6, "height": 5, "stored": True}
+            assert post(explorer.url, "window", quantity="end_time", **asked)[1]["stored"].all()
+            assert post(explorer.url, "point", view=view, x=12.0, y=0.6)["numbers"]
+            assert not first.done()
+        finally:
+            ended.set()
+        assert first.result()["text"] == "words"
