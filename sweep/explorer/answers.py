@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from sweep.explorer.abandon import abandoned_with
 from sweep.explorer.about import about
 from sweep.explorer.fields import read_count, read_number, read_object, read_text
 from sweep.explorer.lines import lines
@@ -87,10 +88,10 @@ class Answers:
         start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
         duration = None if fields.get("duration") is None else read_number(fields, "duration")
         losses = read_object(fields.get("losses") or {}, "losses")
-        with motion_turn():
-            # a slider that moves asks for many, and its page waits for the last one alone
-            still_there(gone)()
-            head, arrays = motion(view.spec, start, duration, losses)
+        # a slider that moves asks for many, and its page waits for the last one alone
+        check = still_there(gone)
+        with motion_turn(check), abandoned_with(check) as begun:
+            head, arrays = motion(view.spec, start, duration, losses, begun)
         return Answer(BINARY, packed(head, arrays))
 
     def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:

@@ -18,7 +18,7 @@ the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and it
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -81,6 +81,7 @@ def motion(
     start: Mapping[str, float],
     duration: float | None = None,
     losses: Mapping[str, float | str] | None = None,
+    begun: Callable[[Array], None] = lambda times: None,
 ) -> tuple[dict[str, Any], dict[str, Array]]:
     """Return what the page draws of one motion.
 
@@ -94,6 +95,8 @@ def motion(
         Time [s] to follow it; by default some periods, or to its fall or stop.
     losses : mapping of str to number or text, optional
         Words of losses, in SI: with any of them the motion is one with losses.
+    begun : callable
+        As that of `sweep.motion.disk_path.follow`.
 
     Returns
     -------
@@ -115,7 +118,7 @@ def motion(
     exact = {} if lossy else _exact(spec, start)
     request = MotionRequest.read(**words, duration=_duration(start, exact, duration, lossy))
     path = lossy_path if lossy else disk_path
-    times, values = path.follow(request, start_of(request))
+    times, values = path.follow(request, start_of(request), begun)
     arrays = _arrays(request, times, values)
     head = _head(spec, request, start, values, float(times[-1]))
     head |= {"losses": controls(spec, start, losses or {}), "ledger": LAWS if lossy else None}

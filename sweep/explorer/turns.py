@@ -1,6 +1,7 @@
 """Whose turn it is: one thread at a time calls kernels, and of the requests of one lane only the latest is answered."""
 
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -43,20 +44,23 @@ def still_there(gone: Callable[[], bool]) -> Callable[[], None]:
 
 
 @contextmanager
-def motion_turn() -> Iterator[None]:
-    """Wait until no other motion is followed.
+def motion_turn(check: Callable[[], None]) -> Iterator[None]:
+    """Wait until no other motion is followed; `check` is called while it waits, and raises if that is in vain.
 
     Raises
     ------
     RequestError
         If that takes too long.
     """
-    if not _MOTIONS.acquire(timeout=PATIENCE):
-        raise RequestError(
-            f"The motion that was asked for before is still being followed after {PATIENCE:g} s.",
-            hint="Wait for it, or start the explorer again.",
-            where="motion",
-        )
+    end = time.monotonic() + PATIENCE
+    while not _MOTIONS.acquire(timeout=min(_WAIT, PATIENCE)):
+        check()
+        if time.monotonic() > end:
+            raise RequestError(
+                f"The motion that was asked for before is still being followed after {PATIENCE:g} s.",
+                hint="Wait for it, or start the explorer again.",
+                where="motion",
+            )
     try:
         yield
     finally:

@@ -1,6 +1,7 @@
 """How one motion of the disk without losses is integrated: by the kernels, or by SciPy for comparison."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,19 @@ _LATER = 1.1
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 
-def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
-    """Return the times of the samples [s], shape (n,), and the variables of the file; `start` is that of `start_of`.
+def follow(
+    spec: MotionRequest, start: Array, begun: Callable[[Array], None] = lambda times: None
+) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
+    """Return the times of the samples [s], shape (n,), and the variables of the file.
+
+    Parameters
+    ----------
+    spec : MotionRequest
+    start : array
+        That of `start_of`.
+    begun : callable
+        Called with the times [s] of all samples each time before they are integrated. Whoever sets them to zero while
+        that lasts ends it at the next sample; what is returned then has no meaning.
 
     Raises
     ------
@@ -51,9 +63,9 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     """
     times = spec.times
     integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
-    samples, fall_time = integrate(spec, start, times)
+    samples, fall_time = integrate(spec, start, times, begun)
     if spec.interval == AUTOMATIC and (closer := _closer(times, samples, fall_time))[1] < times[1]:
-        again, fell_at = integrate(spec, start, closer)
+        again, fell_at = integrate(spec, start, closer, begun)
         if fall_time is None or fell_at is not None:
             times, samples, fall_time = closer, again, fell_at
     times = times[: samples.shape[1]].copy()
@@ -78,7 +90,9 @@ def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
     return np.asarray(last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
-def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
+def _by_rk4(
+    spec: MotionRequest, start: Array, times: Array, begun: Callable[[Array], None]
+) -> tuple[Array, float | None]:
     """Integrate one start by the kernels, with a step that keeps the energy.
 
     Returns the samples, shape (9, m), rows as in `motion_arrays.SAMPLES`, and the fall time [s], that of the
@@ -88,6 +102,7 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
     step = 0.0 if isinstance(spec.step, str) else spec.step
     before = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
+        begun(times)
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
@@ -104,13 +119,17 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
     )
 
 
-def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
+def _by_dop853(
+    spec: MotionRequest, start: Array, times: Array, begun: Callable[[Array], None]
+) -> tuple[Array, float | None]:
     """Integrate one start by SciPy, as `_by_rk4` does: the independent method that RK4 is compared with.
 
     Shares nothing with the kernels: tilt and rates with their sines and cosines, the heading, the roll angle, the
     contact point and the gain of vertical momentum, all integrated together from the textbook equations.
     """
     from scipy.integrate import solve_ivp
+
+    begun(times)
 
     def fall(_: float, y: Array, *system: float) -> float:
         return abs(float(y[0])) - float(spec.fall_tilt)
