@@ -51,6 +51,10 @@ class StorageError(RequestError):
     status = 3
 
 
+class NoMotionError(RequestError):
+    """A start that is possible and has no motion: none exists, it ends where it begins, or it could not be resolved."""
+
+
 class FailedBlocksError(RequestError):
     """Other machines could not compute some of the blocks. Complete blocks are kept."""
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from sweep.errors import NoMotionError
 from sweep.explorer.abandon import abandoned_with
 from sweep.explorer.about import about
 from sweep.explorer.fields import read_count, read_number, read_object, read_text
@@ -90,8 +91,12 @@ class Answers:
         losses = read_object(fields.get("losses") or {}, "losses")
         # a slider that moves asks for many, and its page waits for the last one alone
         check = still_there(gone)
-        with motion_turn(check), abandoned_with(check) as begun:
-            head, arrays = motion(view.spec, start, duration, losses, begun)
+        try:
+            with motion_turn(check), abandoned_with(check) as begun:
+                head, arrays = motion(view.spec, start, duration, losses, begun)
+        except NoMotionError as error:
+            # that a start has no motion is an answer; of a status of 400 browsers write into their consoles
+            return Answer(JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""})
         return Answer(BINARY, packed(head, arrays))
 
     def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:

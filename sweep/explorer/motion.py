@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.errors import RequestError
+from sweep.errors import NoMotionError, RequestError
 from sweep.explorer.loss_controls import controls
 from sweep.explorer.loss_words import loss_words
 from sweep.explorer.potential import potential_of
@@ -105,8 +105,10 @@ def motion(
 
     Raises
     ------
+    NoMotionError
+        If the start has no motion.
     RequestError
-        If there is no such motion, or a word is not possible.
+        If a word or a number is not possible.
 
     Notes
     -----
@@ -183,7 +185,7 @@ def stored_motions(spec: SweepSpec) -> dict[str, Any] | None:
 def _check_start(start: Mapping[str, float]) -> None:
     none = [name for name in _STATE if not math.isfinite(start[name])]
     if none:
-        raise RequestError(
+        raise NoMotionError(
             f"Here is no motion: no {none[0]} keeps this tilt constant.",
             hint="Choose another place of the map.",
             where=none[0],

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
-from sweep.errors import RequestError
+from sweep.errors import NoMotionError, RequestError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.disk_tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
@@ -112,7 +112,7 @@ def _by_rk4(
         if drift <= _DRIFT or rounding or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
         before = drift
-    raise RequestError(
+    raise NoMotionError(
         "This motion could not be resolved: its state must stay finite, and it may take at most "
         f"{MOST_STEPS} steps; gave up at {last:.6g} s.",
         hint="Give a shorter step or duration, slower rates, or a smaller fall_tilt.",

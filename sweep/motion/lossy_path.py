@@ -10,7 +10,7 @@ import numpy.typing as npt
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk import arrays
 from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
-from sweep.errors import RequestError
+from sweep.errors import NoMotionError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.lossy_tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
@@ -78,7 +78,7 @@ def _check_goes_on(ending: int) -> None:
     """Refuse a motion that ends where it begins, unless it is at rest."""
     if ending != REST:
         what = "slips" if ending == SLIP else "lifts off"
-        raise RequestError(
+        raise NoMotionError(
             f"This motion ends where it begins: the disk {what}, and the model with losses ends there.",
             hint="Give a larger friction coefficient, or leave it out."
             if ending == SLIP
@@ -114,7 +114,7 @@ def _integrated(
             moments = times[:filled].copy()
             moments[-1] = last
             return moments, found, int(ending)
-    raise RequestError(
+    raise NoMotionError(
         "This motion could not be resolved: its state must stay finite, and it may take at most "
         f"{MOST_STEPS} steps; gave up at {last:.6g} s.",
         hint="Give a shorter step or duration, slower rates, or a smaller flat_tilt.",

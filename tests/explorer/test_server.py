@@ -420,6 +420,17 @@ def test_closing_ends_all_threads_and_connections():
     assert set(threading.enumerate()) - before == set()
 
 
+def test_a_start_without_a_motion_is_answered_in_words(url):
+    """A disk that lifts off at once has no motion with losses: the page is told, and nothing stands in its console."""
+    words = {"alpha": 0.3901, "tilt_rate": -0.696, "precession_rate": -0.66, "gravity": 0.2075}
+    place = {"view": ROLLING | {"words": words}, "x": -0.28, "y": 1e-20}
+    place["losses"] = {"rolling_friction": 1e-5}
+    answer = ask(url, "motion", json.dumps(place).encode())
+    assert (answer.status, answer.headers["Content-Type"]) == (200, "application/json")
+    assert "lifts off" in json.loads(answer.body)["error"]
+    assert refused(url, "motion", **place | {"x": "far"})[1]["where"] == "x"
+
+
 def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
     """While a motion is followed windows and points are answered; another motion is refused after some time."""
     begun, end = threading.Event(), threading.Event()

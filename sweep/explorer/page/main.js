@@ -31,6 +31,7 @@ function part(id) {
 
 class Page {
   #about;
+  #source;
   #state;
   #map;
   #controls;
@@ -47,6 +48,7 @@ class Page {
    */
   constructor(about, source) {
     this.#about = about;
+    this.#source = source;
     this.#state = stateOf(location.hash, about);
     const change = (/** @type {(state: State) => State} */ by) => this.#show(by(this.#state));
     this.#map = new AtlasMap(part("map"), about, source, this.#state, {
@@ -95,7 +97,8 @@ class Page {
 
   /** @param {State} wanted */
   #show(wanted) {
-    const state = { ...wanted, view: withinDomain(this.#about, wanted.view) };
+    const points = this.#atCells(wanted.points);
+    const state = { ...wanted, view: withinDomain(this.#about, wanted.view), points };
     const words = wordsOf(state.view);
     const before = wordsOf(this.#state.view);
     this.#state = state;
@@ -114,6 +117,16 @@ class Page {
     this.#motions.show(state);
     if (words !== before) this.#readout.follow(state.view);
     this.#keepSoon();
+  }
+
+  /**
+   * The cells that stand for chosen points where nothing is known but cells: marks, numbers and motions are of them.
+   * @param {State["points"]} points
+   * @returns {State["points"]}
+   */
+  #atCells([a, b]) {
+    const cell = (/** @type {Point|null} */ point) => point && (this.#source.cellAt?.(point) ?? point);
+    return [cell(a), cell(b)];
   }
 
   /** Note where the clock of the motions was put. */

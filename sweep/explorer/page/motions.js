@@ -143,13 +143,14 @@ class Slot {
    * @param {Point} point
    */
   #words(view, point) {
-    return /** @type {const} */ (["x", "y"])
+    const values = /** @type {const} */ (["x", "y"])
       .map((which) => {
         const { label, factor, unit } = parameterOf(this.#about, view[which].name);
         return `${label} ${readable(point[which] * factor, 7)} ${unit}`.trim();
       })
       .map(printedUnits)
       .join(", ");
+    return this.#source.cellAt?.(point) ? `cell at ${values}` : values;
   }
 }
 

@@ -52,6 +52,7 @@ export function unpacked(buffer) {
 /** @implements {Source} */
 export class ServerSource {
   live = true;
+  cellAt = null;
   /** Numbers of requests of this page; the server drops a window when a newer one of its lane has come. */
   #number = 0;
   #client = crypto.randomUUID();
@@ -105,7 +106,12 @@ export class ServerSource {
    * @param {AbortSignal} [signal]
    */
   async motion(request, signal) {
-    return unpacked(await (await this.#ask("motion", request, signal)).arrayBuffer());
+    const answer = await this.#ask("motion", request, signal);
+    // a start without a motion is answered in words
+    if (answer.headers.get("Content-Type") === "application/json") {
+      throw new Refused(400, await answer.json());
+    }
+    return unpacked(await answer.arrayBuffer());
   }
 
   /** @param {import("eulerdisk/types").Place} place */

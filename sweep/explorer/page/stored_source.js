@@ -1,8 +1,9 @@
 /** Where an exported page gets its numbers from: the cells that it holds, and motions that it integrates itself. */
 
 import { storedMotion } from "eulerdisk/motion/stored_motion";
-import { verdictWords } from "eulerdisk/state";
+import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { cellsOf, nearest, unpackedArray } from "eulerdisk/stored_cells";
+import { wordsOfCell } from "eulerdisk/stored_words";
 import { readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -20,6 +21,8 @@ const DIGITS = 8;
 const SINGLE_DIGITS = 7;
 
 /** Said of a place that the page has no cell for. */
+const NO_MOTION =
+  "An exported page has no motions of a disk with losses: eulerdisk explore shows them, of the same atlas.";
 const NO_CELL = "No cell here.";
 
 /** @implements {Source} */
@@ -102,12 +105,30 @@ export class StoredSource {
   }
 
   /**
+   * Values of the cell nearest to a point, of which all that is shown of the point is told; null where there is none.
+   * @param {{x: number, y: number}} point
+   */
+  cellAt(point) {
+    const [column, row] = this.#nearestTo(point);
+    return column < 0 || row < 0 ? null : { x: this.#x[column], y: this.#y[row] };
+  }
+
+  /**
+   * Numbers of the cell along both sides; -1 where there is none.
+   * @param {{x: number, y: number}} point
+   */
+  #nearestTo({ x, y }) {
+    const { atlas } = this.#page.about;
+    return [nearestTo(this.#x, x, atlas?.x.scale), nearestTo(this.#y, y, atlas?.y.scale)];
+  }
+
+  /**
    * @param {Place} place
    * @returns {Promise<PointAnswer>}
    */
   async point({ view, x, y }) {
-    const { atlas, quantities, parameters } = this.#page.about;
-    const [column, row] = [nearestTo(this.#x, x, atlas?.x.scale), nearestTo(this.#y, y, atlas?.y.scale)];
+    const { quantities, parameters } = this.#page.about;
+    const [column, row] = this.#nearestTo({ x, y });
     if (column < 0 || row < 0) return { start: {}, numbers: [], verdict: "", stored: null, note: NO_CELL };
     const index = row * this.#x.length + column;
     /** @type {Record<string, number>} */
@@ -123,7 +144,8 @@ export class StoredSource {
         ...toldValue(quantity, this.#cells[quantity.name], index),
       }));
     const verdict = verdictWords(this.#page.about, this.#cells.verdict[index]);
-    return { start: Object.fromEntries(told), numbers, verdict, stored: null };
+    const cell = { start: Object.fromEntries(told), numbers, verdict, stored: null };
+    return { ...cell, stored: cell };
   }
 
   /**
@@ -133,16 +155,32 @@ export class StoredSource {
    */
   async motion(place) {
     const { motions } = this.#page;
-    if (!motions) throw new Error("An exported page integrates disks without losses alone.");
+    if (!motions) throw new Error(NO_MOTION);
     const { start, note } = await this.point(place);
     if (note) throw new Error(note);
     const values = Object.fromEntries(Object.entries(start).map(([name, { value }]) => [name, value]));
-    return storedMotion(/** @type {any} */ (values), motions);
+    const { view } = place;
+    const title = [view.x, view.y].map(({ name }) => `${name.replaceAll("_", " ")} ${start[name].text}`);
+    return storedMotion(/** @type {any} */ (values), motions, title.join(", "));
   }
 
-  /** @returns {Promise<string>} */
-  async explain() {
-    return "";
+  /**
+   * @param {Place} place
+   * @returns {Promise<string>}
+   */
+  async explain(place) {
+    const { about, lines } = this.#page;
+    const numbers = await this.point(place);
+    if (numbers.note) return numbers.note;
+    const [column, row] = this.#nearestTo(place);
+    const { view } = place;
+    return wordsOfCell({
+      sides: { x: parameterOf(about, view.x.name), y: parameterOf(about, view.y.name) },
+      counts: { x: [column + 1, this.#x.length], y: [row + 1, this.#y.length] },
+      numbers,
+      lines,
+      criterion: String(baseOf(about, view).words.criterion ?? ""),
+    });
   }
 
   /**

@@ -182,6 +182,8 @@
  * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer>} point
  * @property {(request: MotionRequest, signal?: AbortSignal) => Promise<MotionAnswer>} motion
  * @property {(place: Place) => Promise<string>} explain
+ * @property {((point: {x: number, y: number}) => {x: number, y: number}|null)|null} cellAt  the cell that stands for a
+ *   point, where nothing is known but cells; null where there is none
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
  * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data
  */

@@ -1,10 +1,14 @@
 """The panel of a motion in a real browser: the disk, its clock, its curves, its losses, and two of them in time."""
 
+import json
+import math
 import re
 
+import numpy as np
 import pytest
 from explorer_browser import COMPLETE, Watch
 
+import sweep
 from sweep.explorer.export import export
 from sweep.explorer.subject import subject_of
 
@@ -236,20 +240,60 @@ def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     assert max(corner) < 100 < min(page.evaluate(CORNER))
 
 
+def values(text):
+    """Return the numbers of a text, as page and files write them."""
+    return [float(each.replace("\u2212", "-")) for each in re.findall(r"[-\u2212]?\d+(?:\.\d+)?", text)]
+
+
 def test_an_exported_page_moves_its_disks(opened, tmp_path):
-    """Opened from disk a page shows the motion of a cell with all its curves; what a server knows besides is hidden."""
+    """Opened from disk a page shows a cell: mark, address, numbers, motion and words are all of that one."""
     path = tmp_path / "page.html"
-    export(subject_of("rolling", {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log"}), path)
+    words = {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log", "alpha": 1.0}
+    export(subject_of("rolling", words), path)
     page = opened(url=path.as_uri())
-    choose(page, 0.7, 0.5)
+    choose(page, 0.71, 0.47)
+    page.wait_for_timeout(400)
     panel = page.locator(".motion").first
     assert panel.locator(".plot svg path.curve").count() == 5
     assert panel.locator(".plot.potential .dot.turn").count() == 2
     assert panel.locator(".ending").inner_text().startswith("followed for")
     assert page.evaluate(DRAWN, 0) > 100
     assert not panel.locator("details.laws").is_visible()
+
+    atlas = sweep.run("rolling", method="exact", progress=False, **words)
+    x, y = (float(each) for each in re.search(r"&a=([^,&]+),([^,&]+)", page.url).groups())
+    cell = atlas.sel(roll_rate=x, tilt=y)
+    assert panel.locator(".verdict").inner_text() == ("undecided", "stable", "unstable")[int(cell.stability)]
+    caption = page.locator("#motions .slot").first.locator("header p").inner_text()
+    assert caption.startswith("cell at roll rate")
+    assert values(caption) == pytest.approx([x, math.degrees(y)], rel=1e-6)
+    readout = page.locator("#readout").inner_text()
+    assert re.search(r"from\s+stored cell", readout)
+    shown = json.loads(page.locator("#map").get_attribute("data-shown"))["view"]
+    box = page.locator("#map .picture").bounding_box()
+    mark = page.locator("#map circle.mark").first.bounding_box()
+    place = (mark["x"] + mark["width"] / 2 - box["x"]) / box["width"] * 2 - 1
+    assert shown["x"]["centre"] + shown["x"]["half"] * place == pytest.approx(x, abs=0.01)
+
+    page.keyboard.down("Shift")
+    choose(page, 0.2, 0.6, number=1)
+    page.keyboard.up("Shift")
+    page.wait_for_timeout(400)
+    (other,) = re.findall(r"&b=([^,&]+),", page.url)
+    assert float(other) in atlas.roll_rate.values
+
     panel.locator("details.words summary").click()
-    panel.locator("details.words").wait_for(state="hidden")
+    told = panel.locator(".explanation", has_text="verdict").inner_text()
+    index = int(np.argmin(np.abs(atlas.roll_rate.values - x))), int(np.argmin(np.abs(atlas.tilt.values - y)))
+    assert f"({index[0] + 1} of 12)" in told
+    assert f"({index[1] + 1} of 8)" in told
+    (peak,) = re.findall(r"peak tilt +(\S+) deg", told)
+    assert float(peak) == pytest.approx(math.degrees(float(cell.peak_tilt)), rel=1e-6)
+    # without a perturbation the boundary is at the root of g / (3 R), for a hoop g / (4 R)
+    (analytic,) = re.findall(r"roll rate (\S+) rad s\S+ +analytic", told)
+    assert float(analytic) == pytest.approx(math.sqrt(9.81 / (4 * 0.5)), rel=1e-5)
+    (predicted,) = re.findall(r"roll rate (\S+) rad s\S+ +predicted", told)
+    assert float(predicted) > float(analytic)
 
 
 def test_without_webgl_the_curves_are_there(explorer, browser):

@@ -114,7 +114,7 @@ export class MotionPanel {
     this.fresh = false;
     this.scene?.clear();
     clock.leave(this);
-    this.element.classList.remove("shown", "waiting");
+    this.element.classList.remove("shown", "waiting", "refused");
   }
 
   #askSoon() {
@@ -151,6 +151,8 @@ export class MotionPanel {
         if (this.asked?.signal.aborted) return;
       }
       this.parts.problem.textContent = hint ? `${message} ${hint}` : message;
+      // the verdict and the words of the start are there without its motion
+      this.element.classList.toggle("refused", !this.samples);
     }
     this.element.classList.remove("waiting");
   }
@@ -163,6 +165,7 @@ export class MotionPanel {
     const { head } = samples;
     this.samples = samples;
     this.element.classList.add("shown");
+    this.element.classList.remove("refused");
     this.element.classList.toggle("lossy", head.lossy);
     this.parts.ending.textContent = head.ending;
     this.parts.note.textContent = head.note;
@@ -254,8 +257,6 @@ export class MotionPanel {
       .catch((/** @type {Error} */ problem) => problem.message);
     if (this.request !== request) return;
     this.parts.explanation.textContent = text;
-    // an exported page has none
-    this.parts.words.hidden = text === "";
   }
 }
 

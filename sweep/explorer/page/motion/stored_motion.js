@@ -19,9 +19,10 @@ const NO_SWING = 1e-9;
 /**
  * @param {Start} start  in SI units
  * @param {StoredMotions} stored
+ * @param {string} title  which start it is
  * @returns {MotionAnswer}
  */
-export function storedMotion(start, stored) {
+export function storedMotion(start, stored, title) {
   const { ended: endedBefore, turns } = turnsOf(start, stored.fall_tilt);
   const tilts = turns.map(({ tilt }) => tilt).sort((a, b) => a - b);
   // a swing back takes as long as the swing there
@@ -33,7 +34,7 @@ export function storedMotion(start, stored) {
   const digits = (/** @type {number} */ value) => Number(value.toPrecision(3));
   const needed = arrays.friction_needed.reduce((most, value) => Math.max(most, value), 0);
   const head = {
-    title: "",
+    title,
     ending: endingOf(ended, digits(last)),
     note: Number.isNaN(needed) ? stored.words.lifts_off : `${stored.words.needs} ${digits(needed)}.`,
     ended: ended === "fell",
