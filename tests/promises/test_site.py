@@ -35,6 +35,8 @@ assert 1 + 1 == 3
 #: How high the text of a how-to page may be in a window of 1440 x 900: a screen, and a tenth for other fonts.
 SCREEN = {"width": 1440, "height": 900}
 HIGHEST = 1000
+#: A command that goes on while the next one begins.
+BACKGROUND = re.compile(r"(?<!&)&\s*$")
 TUTORIALS = sorted((CHECKOUT / "docs" / "tutorials").glob("*.md"))
 #: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
 LOADING = {
@@ -237,12 +239,48 @@ def test_a_tutorial_shows_nothing_of_this_machine(site: Path) -> None:
         assert str(CHECKOUT) not in text, name
 
 
+def bash_cells(text: str) -> list[list[str]]:
+    """Return the commands of each cell of bash, a command that is continued on the next line in one piece."""
+    cells = re.findall(r"^%%bash[^\n]*\n(.*?)^```$", text, re.M | re.S)
+    return [cell.replace("\\\n", " ").splitlines() for cell in cells]
+
+
+def speaks_apart(line: str) -> bool:
+    """Return whether a command of the program keeps its standard error apart, where it fails the build."""
+    parts = re.split(r"\||;|&&", line)
+    return any(re.search(r"\beulerdisk ", part) and "2>&1" not in part for part in parts)
+
+
+def waits(cell: list[str]) -> bool:
+    """Return whether a cell waits for what it has begun."""
+    return any(re.search(r"\bwait\b", line) for line in cell)
+
+
+@pytest.mark.parametrize(
+    ("line", "apart"),
+    [
+        ("eulerdisk info a.nc", True),
+        ("eulerdisk verify a.nc | tail -n 1 2>&1", True),
+        ("eulerdisk verify a.nc 2>&1 | tail -n 1", False),
+        ("ls; eulerdisk info a.nc", True),
+        ("eulerdisk run rolling -o a.nc 2>&1 &", False),
+    ],
+)
+def test_a_command_that_speaks_apart_is_found(line: str, apart: bool) -> None:
+    """Standard error is that of the command itself, not that of the filter behind it."""
+    assert speaks_apart(line) is apart
+
+
 @pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
 def test_a_failing_command_ends_a_tutorial(path: Path) -> None:
     """Bash stops at the first command that fails, also in a pipe; every page holds its numbers, or its bits."""
     text = path.read_text(encoding="utf-8")
     called = re.findall(r"^%%bash(.*)$", text, re.M)
     assert all(words.startswith(" -eo pipefail") for words in called)
+    assert [line for cell in bash_cells(text) for line in cell if speaks_apart(line)] == []
+    assert [
+        cell for cell in bash_cells(text) if any(BACKGROUND.search(line) for line in cell) and not waits(cell)
+    ] == []
     assert not re.search(r"^!(?!\[)", text, re.M)
     assert "\nassert " in text or "\n    assert " in text or path.stem == "regression"
 
