@@ -12,6 +12,7 @@ import typer
 
 from sweep.commands.terminal import say
 from sweep.errors import RequestError, shown
+from sweep.notices import listen
 
 if TYPE_CHECKING:
     from sweep.request.spec import SweepSpec
@@ -22,6 +23,12 @@ def _percentage(value: float) -> float:
     if not 0.0 <= value <= 100.0:
         raise typer.BadParameter(f"must be a percentage from 0 to 100; got {value:g}. Write --max-failed 5.")
     return value
+
+
+def _mute_notices(quiet: bool) -> bool:
+    if quiet:
+        listen(None)
+    return quiet
 
 
 def whole_number(text: str) -> int:
@@ -95,7 +102,10 @@ Threads = Annotated[
     int | None,
     typer.Option(parser=whole_number, metavar="INTEGER", help="Number of threads; default: all available."),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", callback=_mute_notices, help="Say only what is wrong or not as usual."),
+]
 BlockCells = Annotated[
     int | None,
     typer.Option(

@@ -101,7 +101,7 @@ def run(
             stopping=stopping,
             executor=executor,
         )
-    _conclude(failures, output, max_failed)
+    _conclude(failures, output, max_failed, quiet)
 
 
 def prepare(
@@ -157,7 +157,8 @@ def block(
         kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
-    say(f"part {part}: {kept} blocks were there, {computed} computed")
+    if not quiet:
+        say(f"part {part}: {kept} blocks were there, {computed} computed")
 
 
 def assemble(
@@ -174,7 +175,7 @@ def assemble(
     enter_baseline(None, folder)
     with showing(quiet=quiet) as progress:
         path, failures = array_jobs.assemble(folder, overwrite=overwrite, threads=threads, progress=progress)
-    _conclude(failures, path, max_failed)
+    _conclude(failures, path, max_failed, quiet)
 
 
 def plan(
@@ -266,10 +267,11 @@ def _warn(request: "SweepSpec") -> None:
         say(f"warning: {warning}")
 
 
-def _conclude(failures: "Failures", output: Path, most: float) -> None:
-    """Say what was written and which cells failed; exit with 1 if more than `most` percent of the cells did."""
+def _conclude(failures: "Failures", output: Path, most: float, quiet: bool) -> None:
+    """Say what was written, unless `quiet`, and which cells failed; exit with 1 if more than `most` percent did."""
     cells = failures.spec.size
-    say(f"{output}: {cells} cell{'s' * (cells != 1)}")
+    if not quiet:
+        say(f"{output}: {cells} cell{'s' * (cells != 1)}")
     if failures.total:
         for line in failures.describe():
             say(line)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from sweep import notices
 from sweep.cli import main
 from sweep.commands import terminal
 from sweep.runs import executor
@@ -57,6 +58,27 @@ def test_commands_can_be_quiet(command, monkeypatch, line):
     monkeypatch.setattr("sweep.commands.run.showing", showing)
     assert command(line.format(words) + " --quiet")[0] == 0
     assert asked == [True]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["run {} -o b.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run", "batch sweeps.toml -o c"],
+)
+def test_a_quiet_command_says_nothing_of_what_went_well(command, tmp_path, line):
+    """Neither progress nor what was written, and notices (of compiling) have no listener; what is wrong is said."""
+    words = SMALL.removeprefix("run ").removesuffix(" -o a.nc")
+    table = '[[sweep]]\nname = "one"\nroll_rate = "2:4:9"\ntilt = "0.1deg,1deg"\n'
+    (tmp_path / "sweeps.toml").write_text(table, encoding="utf-8")
+    assert command(f"prepare {words} -o a.nc")[0] == 0
+    assert notices._listener is not None
+    if line.startswith("assemble"):
+        assert command("block --run a.nc.run --part 1/1")[0] == 0
+    status, _, told = command(line.format(words) + " -q")
+    assert (status, told) == (0, "")
+    assert notices._listener is None
+    status, _, told = command(line.format(words) + " -q --threads 0")
+    assert status == 2
+    assert told.startswith("eulerdisk: ")
 
 
 def started(words, folder):
