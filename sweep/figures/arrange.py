@@ -20,7 +20,7 @@ from sweep.figures.drawing import OUTSIDE, joined
 from sweep.figures.look import Look
 from sweep.figures.room import forget_names
 from sweep.figures.scales import name_ends, thin_ticks
-from sweep.figures.texts import fitted
+from sweep.figures.texts import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,8 +36,8 @@ _BAR, _TO_BAR = 1.0, 1.2
 #: Height of a map, or of a profile, over its width; and of a strip over that of its map, and at least in letters.
 _SHAPE, _PROFILE, _STRIP, _LEAST_STRIP = 0.95, 0.65, 0.3, 4.6
 
-#: Height of the title of a figure.
-_TITLE = 2.2
+#: Height of the title of a figure, and of each further line of it.
+_TITLE, _LINE = 2.2, 1.35
 
 #: Least width and height of a panel, and the width from which a legend below all panels has another column.
 _LEAST, _COLUMN = 7.0, 32.0
@@ -112,7 +112,9 @@ def finish_in(block: Block, look: Look) -> "Figure":
     drawn = axes.get_figure(root=True)
     assert drawn is not None
     with lettered(look):
-        axes.set_title(block.title, parse_math=False)
+        drawn.draw_without_rendering()
+        room = axes.get_window_extent().width / axes.figure.dpi
+        axes.set_title(wrapped(block.title, float(axes.title.get_fontsize()), room), parse_math=False)
         for _ in range(2):
             forget_names(axes)
             _put_below(axes, block)
@@ -164,7 +166,7 @@ class _Layout:
         self.title: Text | None = None
         if title:
             size = float(rcParams["axes.titlesize"])
-            text = fitted(title, size, self.width - 2.0 * self.letter)
+            text = wrapped(title, size, self.width - 2.0 * self.letter)
             self.title = drawn.text(0.0, 1.0, text, size=size, weight="bold", va="top", parse_math=False)
         self.legends: list[Legend | None] = []
         self.has_strip = any(block.strip is not None for block in blocks)
@@ -216,7 +218,7 @@ class _Layout:
                 title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
                 probe.remove()
             else:
-                title = fitted(title, size, column - 2.5 * self.letter)
+                title = wrapped(title, size, column - 2.5 * self.letter)
             weight = "normal" if block.is_mathematics else "bold"
             block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
         if common is None:
@@ -271,7 +273,7 @@ class _Layout:
         if self.title is not None:
             height = self.drawn.get_size_inches()[1]
             self.title.set_position((_MARGIN * letter / self.width, 1.0 - _MARGIN * letter / height))
-            top -= _TITLE * letter
+            top -= self._title_height()
         for row in range(rows):
             x_left = _MARGIN * letter
             for column in range(columns):
@@ -297,7 +299,7 @@ class _Layout:
             legend = max((self._legend_height(i) for i in some), default=0.0)
             below.append(max(margins[i][-1][1] for i in some) + legend + _BELOW * letter)
         common = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
-        fixed = sum(above) + sum(below) + common + (_TITLE * letter if self.title else 0.0)
+        fixed = sum(above) + sum(below) + common + self._title_height()
         extra, least = (_CLOSE * letter, _LEAST_STRIP * letter) if self.has_strip else (0.0, 0.0)
         share = _STRIP if self.has_strip else 0.0
         if self.height is None:
@@ -309,6 +311,12 @@ class _Layout:
         panel = (self.height - fixed) / self.rows
         strip = max((panel - extra) * share / (1.0 + share), least)
         return _Heights(above, below, panel, strip, self.height)
+
+    def _title_height(self) -> float:
+        if self.title is None:
+            return 0.0
+        further = self.title.get_text().count("\n")
+        return (_TITLE + _LINE * further) * self.letter
 
     def _legend_height(self, i: int) -> float:
         if self.common is not None or not self.legends or self.legends[i] is None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -14,12 +15,13 @@ from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, plain_text
+from sweep.figures.blocks import broken
 from sweep.figures.drawing import HALO, INK, sheet
 from sweep.figures.look import LINEAR, Look
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.figures.sizes import columns_of, inches, size_of
-from sweep.figures.texts import fitted
+from sweep.figures.texts import wrapped
 from sweep.model.description import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
 from sweep.request.axes import Range
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 
 #: Size of a panel [in]: the axes with their labels, and the legend below.
 _WIDTH, _LEAST_WIDTH, _HEIGHT, _LEGEND = 3.9, 2.6, 3.2, 1.25
+
+#: The width [in] from which a legend has two columns; in letters, what numbers and label of an axis take at most.
+_TWO_COLUMNS, _BESIDE = 2.5, 6.5
 
 #: Letters [points] for which these sizes are meant; the title is larger by one point.
 _LETTERS = 8.0
@@ -139,6 +144,8 @@ def figure(datasets: Sequence[Atlas], look: Look, axes: "Axes | None" = None) ->
             _draw(each, dataset, width / columns)
         for each in panels[len(datasets) :]:
             each.set_visible(False)
+        # the layout needs the numbers that follow from it: without this, labels leave the sheet by some dots
+        drawn.draw_without_rendering()
     return drawn
 
 
@@ -171,8 +178,11 @@ def _draw(axes: "Axes", dataset: Atlas, width: float) -> None:
     handles += _draw_theory(axes, spec, plane, y if spec.model.controls([plane.y.name]) else x)
     title = spec.headline.partition(":")[0]
     size = float(axes.title.get_fontsize())
-    axes.set_title(fitted(title, size, 0.8 * width), parse_math=False)
-    _add_legend(axes, handles, _caption(spec, plane, unstable_share(dataset), some.size, count))
+    # both begin where the axes do
+    room = width - _BESIDE * float(rcParams["font.size"]) / 72.0
+    axes.set_title(wrapped(title, size, room), parse_math=False)
+    caption = _caption(spec, plane, unstable_share(dataset), some.size, count)
+    _add_legend(axes, handles, caption, room)
 
 
 def _draw_points(
@@ -266,7 +276,7 @@ def _grid(spec: SweepSpec, control: str, ends: tuple[float, float], name: str, a
     return SweepSpec(**{"model": spec.model.name, **words, **axes})
 
 
-def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> str:
+def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> list[str]:
     lines = [f"unstable: {spec.criterion.caption(spec.model)}", fixed_parameters(spec)]
     if share.decided:
         value, low, high = share.percentages()
@@ -276,11 +286,19 @@ def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int
     if plane.hidden:
         verb = "varies" if len(plane.hidden) == 1 else "vary"
         lines.append(f"not seen: {' and '.join(plane.hidden)} {verb} too")
-    return "\n".join(filter(None, lines))
+    return list(filter(None, lines))
 
 
-def _add_legend(axes: "Axes", handles: list[Line2D], caption: str) -> None:
+def _add_legend(axes: "Axes", handles: list[Line2D], caption: list[str], width: float) -> None:
+    """Write the legend below the axes, `width` [in] wide at most."""
+    drawn = axes.get_figure(root=True)
+    assert drawn is not None
+    probe = drawn.text(0.0, 0.0, "")
+    probe.set_fontsize(rcParams["legend.title_fontsize"] or rcParams["legend.fontsize"])
+    title = "\n".join(line for part in caption for line in broken(probe, part, width * drawn.dpi))
+    probe.remove()
     axes.legend(
-        handles=handles, title=caption, loc="upper left", bbox_to_anchor=(0.0, -0.18), alignment="left",
-        frameon=False, borderpad=0.0, borderaxespad=0.0, ncols=2, handlelength=2.4, columnspacing=1.2,
+        handles=handles, title=title, loc="upper left", bbox_to_anchor=(0.0, -0.18), alignment="left",
+        frameon=False, borderpad=0.0, borderaxespad=0.0, ncols=2 if width > _TWO_COLUMNS else 1, handlelength=2.4,
+        columnspacing=1.2,
     )  # fmt: skip

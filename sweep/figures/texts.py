@@ -1,4 +1,4 @@
-"""Words of files and requests in figures: drawn as they stand, never as mathematics, in one line that fits."""
+"""Words of files and requests in figures: drawn as they stand, never as mathematics, in lines that fit."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -42,6 +42,35 @@ def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
         fits = _points(f"{spelled[:middle].rstrip()}\u2026", size, weight) <= 72.0 * width
         low, high = (middle, high) if fits else (low, middle - 1)
     return f"{spelled[:low].rstrip()}\u2026"
+
+
+def wrapped(text: str, size: float, width: float, weight: str = "bold", most: int = 5) -> str:
+    """Return a text as a few lines can show it: broken between words, and cut only where `most` lines are too few.
+
+    Parameters
+    ----------
+    text, size, width, weight
+        As in `fitted`.
+    most : int
+        How many lines there may be.
+
+    Returns
+    -------
+    str
+        The lines, to be drawn with ``parse_math=False``.
+    """
+    words = _spelled(text[: _MOST + 1], weight).split(" ")
+    lines = [words[0]]
+    for i, word in enumerate(words[1:], 1):
+        longer = f"{lines[-1]} {word}"
+        if _points(longer, size, weight) <= 72.0 * width:
+            lines[-1] = longer
+        elif len(lines) < most:
+            lines.append(word)
+        else:
+            lines[-1] = " ".join([lines[-1], *words[i:]])
+            break
+    return "\n".join(fitted(line, size, width, weight) for line in lines)
 
 
 def _spelled(text: str, weight: str) -> str:

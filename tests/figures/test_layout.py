@@ -4,7 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
+from figure_words import misplaced
 from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import sweep
@@ -129,6 +131,33 @@ def test_no_word_lies_on_another_in_other_looks(name, look):
     drawn = drawn_as(sweep.run(AWKWARD[name]), LOOKS[look])
     if drawn is not None:
         check_words(drawn)
+
+
+TITLED = {
+    "rolling": {"roll_rate": "2:4:9", "tilt": "0.1deg:4deg:7"},
+    "circling": {"precession_rate": "0.05:5:9", "tilt": "1deg:25deg:7"},
+    "toy": {"precession_rate": "30:80:7", "tilt": "40deg:80deg:7"},
+    "random": {"roll_rate": "uniform:2:4", "tilt": "normal:1deg:0.2deg", "samples": 50},
+}
+
+
+@pytest.mark.parametrize("look", ["default", "column", "narrow"])
+@pytest.mark.parametrize("name", TITLED)
+def test_the_title_that_the_program_gives_is_whole(name, look):
+    """Where it is longer than a line it takes several; nothing is cut, and no word leaves its place."""
+    spec = sweep.SweepSpec.preset("rolling" if name == "random" else name, **TITLED[name])
+    drawn = plots.figure([sweep.run(spec)], look=LOOKS[look])
+    assert misplaced(drawn) == []
+    several = plots.figure([sweep.run(spec)] * 2, look=Look.read(width="160mm"))
+    assert misplaced(several) == []
+
+
+def test_the_title_of_axes_of_a_user_is_whole():
+    """Those are narrow here, and the title is as wide as they are at most."""
+    drawn = Figure(layout="constrained", figsize=(4.0, 6.0))
+    spec = sweep.SweepSpec.preset("toy", **TITLED["toy"])
+    sweep.run(spec).eulerdisk.plot(ax=drawn.subplots())
+    assert misplaced(drawn) == []
 
 
 def check_words(drawn):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_words import watched
 
 import sweep
 from sweep.figures import plots
@@ -25,10 +26,42 @@ def script(name):
     return module
 
 
+GALLERY = script("make_gallery")
+#: Figures that the program makes by itself; the words on a film are those of its frames.
+OWN = [
+    each
+    for each in GALLERY.ENTRIES
+    if all(words.startswith("python -m sweep ") for words in each.commands) and each.files[0].endswith("png")
+]
+
+
 @pytest.fixture(scope="module")
 def gallery():
     """Return scripts/make_gallery.py as a module."""
-    return script("make_gallery")
+    return GALLERY
+
+
+@pytest.fixture(autouse=True)
+def words_have_their_places():
+    """In every figure that a test here saves no word is cut, leaves the sheet or lies on another."""
+    with watched() as noted:
+        yield
+    assert [each for each in noted if each[1]] == []
+
+
+def coarse(words):
+    """Return a command of the gallery for fewer cells: what is written on the figure is the same."""
+    return re.sub(r":\d{2,3}(?=:log| )", ":9", words).replace("samples=2e4", "samples=200")
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("entry", OWN, ids=lambda entry: entry.files[0])
+def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry):
+    """Each command runs on a coarse grid; the fixture looks at what it draws."""
+    for words in entry.commands:
+        line = coarse(words.removeprefix("python -m sweep ").format(folder=tmp_path))
+        status, _, told = command(line)
+        assert status == 0, told
 
 
 def test_the_page_is_what_the_script_writes(gallery):

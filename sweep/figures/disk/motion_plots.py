@@ -25,7 +25,7 @@ from sweep.figures.disk.disk_3d import (
 from sweep.figures.disk.view import azimuth_at_start
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import thin_ticks
-from sweep.figures.texts import fitted
+from sweep.figures.texts import wrapped
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.disk_tables import TRAJECTORY
@@ -62,8 +62,8 @@ _STRAIGHT = 1e-6
 #: Side of the squares of the floor over half the width of what is seen, at most.
 _SQUARE = 0.2
 
-#: Height of the two lines over a figure [in].
-_HEAD = 0.42
+#: Height of the two lines over a figure, and of each further one [in].
+_HEAD, _LINE = 0.42, 0.17
 
 #: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the
 #: second number is for one that grows without bound, where the disk lifts off.
@@ -119,7 +119,7 @@ def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dat
             draw(axes, dataset)
             legend = axes.get_legend()
             assert legend is not None
-            title = fitted(plain_text(dataset.attrs["title"]), 8.5, 3.2)
+            title = wrapped(plain_text(dataset.attrs["title"]), 8.5, 3.2)
             legend.set_title(title, FontProperties(size=8.5, weight="bold"))
             legend.get_title().set_parse_math(False)
         thin_panels(panels)
@@ -302,12 +302,13 @@ def write_head(drawn: Figure, title: str, words: str) -> None:
     width, height = drawn.get_size_inches()
     engine = drawn.get_layout_engine()
     assert engine is not None
-    engine.set(rect=(0.0, 0.0, 1.0, 1.0 - _HEAD / height))  # type: ignore[call-arg]  # of the constrained layout
+    title, words = wrapped(title, 10.0, width - 0.2), wrapped(words, 8.0, width - 0.2, "normal")
+    below = 0.26 + _LINE * title.count("\n")
+    head = _HEAD + _LINE * (title.count("\n") + words.count("\n"))
+    engine.set(rect=(0.0, 0.0, 1.0, 1.0 - head / height))  # type: ignore[call-arg]  # of the constrained layout
     look: dict[str, Any] = {"va": "top", "parse_math": False}
-    drawn.text(
-        0.01, 1.0 - 0.06 / height, fitted(title, 10.0, width - 0.2), fontsize=10.0, fontweight="bold", **look
-    )
-    drawn.text(0.01, 1.0 - 0.26 / height, fitted(words, 8.0, width - 0.2, "normal"), fontsize=8.0, **look)
+    drawn.text(0.01, 1.0 - 0.06 / height, title, fontsize=10.0, fontweight="bold", **look)
+    drawn.text(0.01, 1.0 - below / height, words, fontsize=8.0, **look)
 
 
 def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = None) -> None:
