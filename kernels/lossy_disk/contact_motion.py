@@ -6,6 +6,7 @@ o = C (v - f S) and s = f C^2 + v S. The tangent comes from sine and cosine: car
 along, its error would grow with each pass near flat. The laws are those of the lanes (`kernels.lossy_disk.loss_laws`).
 """
 
+import math
 from typing import NamedTuple
 
 from kernels.jit import internal, kernel
@@ -132,6 +133,26 @@ def contact_rates(state, senses, inertia, losses):
         losses.damping * f * f, blown * f,
     )  # fmt: skip
     return changes, ledger, Forces(normal, roll, turn)
+
+
+@internal
+def time_scale(state, inertia):
+    """Scaled time over the fastest rate of the linearised motion without friction; near flat, the precession."""
+    S, C, w, f, v = state
+    s, o = f * C * C + v * S, C * (v - f * S)
+    own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
+    return C / math.sqrt(C * C * own + o * o + w * w)
+
+
+@internal
+def horizontal_rate(state, senses, inertia, losses):
+    """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
+    S, C, w, f, _ = state
+    (_, _, dw, df, _), _, _ = contact_rates(state, senses, inertia, losses)
+    across, changing = C * f, C * df - S * w * f
+    size = math.sqrt(w * w + across * across)
+    falling = (w * dw + across * changing) / size if size > 0.0 else 0.0
+    return size, falling, math.sqrt(dw * dw + changing * changing)
 
 
 @internal

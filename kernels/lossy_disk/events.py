@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from kernels.jit import internal
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.contact_motion import contact_rates, contact_step
+from kernels.lossy_disk.contact_motion import horizontal_rate
+from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import Losses
 from kernels.lossy_disk.rk4 import Inertia
@@ -122,14 +123,14 @@ def _time_of(event, state, senses, heading, case, reach, h):
     """
     before, after, side = 0.0, h, 0
     low = _margins(state, senses, heading, case, reach)[event]
-    there, _ = contact_step(state, senses, case.inertia, case.losses, h)
+    there, _ = next_state(state, senses, case.inertia, case.losses, h)
     high = _margins(there, senses, heading, case, reach)[event]
     for _ in range(_MOST_HALVINGS):
         if low > _SHARP * -high:
             break
         # a rate that has just begun, and that turns back within this step
         before = 0.5 * after
-        there, _ = contact_step(state, senses, case.inertia, case.losses, before)
+        there, _ = next_state(state, senses, case.inertia, case.losses, before)
         low = _margins(there, senses, heading, case, reach)[event]
         if low < 0.0:
             after, high = before, low
@@ -139,7 +140,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
         trial = after - high * (after - before) / (high - low)
         if not before < trial < after:
             trial = 0.5 * (before + after)
-        there, _ = contact_step(state, senses, case.inertia, case.losses, trial)
+        there, _ = next_state(state, senses, case.inertia, case.losses, trial)
         margin = _margins(there, senses, heading, case, reach)[event]
         if margin > 0.0:
             before, low = trial, margin
@@ -159,19 +160,8 @@ def _contact_rests(state, senses, case):
     """Whether the horizontal turning rate has all but vanished, and still falls."""
     if senses.roll == 0.0 or not case.losses.rolling > 0.0:
         return False
-    size, change, _ = horizontal_rate(state, senses, case)
+    size, change, _ = horizontal_rate(state, senses, case.inertia, case.losses)
     return size < _REST and change < 0.0
-
-
-@internal
-def horizontal_rate(state, senses, case):
-    """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
-    S, C, w, f, _ = state
-    (_, _, dw, df, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
-    across, changing = C * f, C * df - S * w * f
-    size = math.sqrt(w * w + across * across)
-    falling = (w * dw + across * changing) / size if size > 0.0 else 0.0
-    return size, falling, math.sqrt(dw * dw + changing * changing)
 
 
 @internal
@@ -197,11 +187,11 @@ def step_to_event(state, senses, case, reach, h):
     w = state[2]
     heading = 0.0 if w == 0.0 else math.copysign(1.0, w)
     found = NO_EVENT
-    after, gain = contact_step(state, senses, case.inertia, case.losses, h)
+    after, gain = next_state(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
     if heading * after[2] < 0.0:
         h, found = _time_of(TURNS, state, senses, heading, case, reach, h), TURNS
-        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
+        after, gain = next_state(state, senses, case.inertia, case.losses, h)
     margins, least = _margins(after, senses, heading, case, reach), h
     for event in range(ROLL_VANISHES, BREACHES + 1):
         if margins[event] < 0.0:
@@ -210,7 +200,10 @@ def step_to_event(state, senses, case, reach, h):
                 found, least = event, time
     if least < h:
         h = least
-        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
-    if (found == NO_EVENT or found == TURNS) and _contact_rests(after, senses, case):
+        after, gain = next_state(state, senses, case.inertia, case.losses, h)
+    # where all of it vanishes at once, the roll rate does too
+    if (found == NO_EVENT or found == TURNS or found == ROLL_VANISHES) and _contact_rests(
+        after, senses, case
+    ):
         found = CONTACT_RESTS
     return after, gain, h, found

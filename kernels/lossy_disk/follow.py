@@ -9,7 +9,17 @@ from typing import NamedTuple
 
 from kernels.jit import internal, kernel
 from kernels.lossy_disk.contact import all_held
-from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, contact_state, entered, moved
+from kernels.lossy_disk.contact_motion import (
+    Senses,
+    compliance,
+    contact_rates,
+    contact_state,
+    entered,
+    horizontal_rate,
+    moved,
+    time_scale,
+)
+from kernels.lossy_disk.creeping import creeps, stiffness
 from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, decided
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
 from kernels.lossy_disk.events import (
@@ -28,7 +38,6 @@ from kernels.lossy_disk.events import (
     TURN_VANISHES,
     TURNS,
     beyond,
-    horizontal_rate,
     step_to_event,
 )
 from kernels.lossy_disk.loss_laws import viscosity
@@ -105,22 +114,20 @@ def tilt_of(state):
 @internal
 def step_length(state, senses, case):
     """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
-    S, C, w, f, v = state
+    S, C, _, f, v = state
     inertia, losses = case.inertia, case.losses
-    s, o = f * C * C + v * S, C * (v - f * S)
-    own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
-    h = case.relative_step * C / math.sqrt(C * C * own + o * o + w * w)
+    h = case.relative_step * time_scale(state, inertia)
     # a roll rate relaxes fast near flat, where little inertia opposes it
     viscous, (G_ff, _, _) = viscosity(f, (S, C, S / C), losses), compliance(S, C, inertia)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
         h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
-    if losses.rolling > 0.0 and senses.roll != 0.0:
-        size, _, change = horizontal_rate(state, senses, case)
+    if losses.rolling > 0.0 and senses.roll != 0.0 and not creeps(state, senses, inertia, losses):
+        size, _, change = horizontal_rate(state, senses, inertia, losses)
         share = _SHARE_UNTIL_REST * case.relative_step
         if change * h > share * size:
             h = share * size / change
         # across its direction a slow motion is stiff; one that falls straight has nothing across
-        stiff = losses.rolling * (inertia.i_tilt + C * C * G_ff)
+        stiff = stiffness(C, G_ff, losses, inertia)
         if stiff * h > size and not (f == 0.0 and v == 0.0):
             h = size / stiff
     return min(h, case.longest)
@@ -171,7 +178,7 @@ def _switched(motion, vanished, strength, case):
 def _come_to_rest(motion, case, until):
     """Return the motion at the instant when the last of its horizontal turning rate has vanished."""
     state, senses = motion.state, motion.senses
-    size, change, _ = horizontal_rate(state, senses, case)
+    size, change, _ = horizontal_rate(state, senses, case.inertia, case.losses)
     h = min(size, -change * _LAST, -change * (until - motion.time)) / -change
     changes, gain, _ = contact_rates(state, senses, case.inertia, case.losses)
     # its own loss ends with it
@@ -325,6 +332,6 @@ def slides(motion, case):
     if motion.senses.roll == 0.0:
         return False
     if case.losses.rolling > 0.0:
-        size, _, _ = horizontal_rate(motion.state, motion.senses, case)
+        size, _, _ = horizontal_rate(motion.state, motion.senses, case.inertia, case.losses)
         return size > 2.0 * SLOW_CONTACT
     return True

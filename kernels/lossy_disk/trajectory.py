@@ -44,7 +44,7 @@ from kernels.lossy_disk.arrays import (
     TRAJECTORY_STEP,
 )
 from kernels.lossy_disk.contact import all_held, contact_forces
-from kernels.lossy_disk.contact_motion import contact_step
+from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, UNRESOLVED
 from kernels.lossy_disk.events import Case
 from kernels.lossy_disk.follow import (
@@ -108,8 +108,8 @@ def _carried(place, before, after, h, case):
     if all_held(before.senses):
         return place
     angle, x, y = place
-    middle, gain = contact_step(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
-    end, _ = contact_step(before.state, before.senses, case.inertia, case.losses, h)
+    middle, gain = next_state(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
+    end, _ = next_state(before.state, before.senses, case.inertia, case.losses, h)
     heading_0, heading_1, heading_2 = before.ledger[0], before.ledger[0] + gain[0], after.ledger[0]
     roll_0, roll_1, roll_2 = before.state[3], middle[3], end[3]
     side = roll_0 * math.sin(heading_0) + 4.0 * roll_1 * math.sin(heading_1) + roll_2 * math.sin(heading_2)
