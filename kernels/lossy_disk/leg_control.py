@@ -235,7 +235,7 @@ def _case_of(lane, run, lanes):
 
 @internal
 def _start_of(lane, lanes):
-    """Return the state at the beginning of the first leg."""
+    """Return the state at the beginning of the leg."""
     S, C, w = lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_W + lane]
     return S, C, 1.0 / C, w, lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane]
 
@@ -377,19 +377,32 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
 
 
 @internal
+def _leg_ledger(lane, lanes):
+    """Return the ledger at the beginning of the leg."""
+    return (
+        lanes[at.LEG_TURNED + lane], lanes[at.LEG_PATH + lane], lanes[at.LEG_ROLLED + lane],
+        lanes[at.LEG_PIVOTED + lane], lanes[at.LEG_RUBBED + lane], lanes[at.LEG_DAMPED + lane],
+        lanes[at.LEG_BLOWN + lane],
+    )  # fmt: skip
+
+
+@internal
 def _gone_back(lane, lanes):
-    """Return the motion of a lane four of its steps before its end, at most at the beginning of the leg."""
+    """Return the motion of a lane four of its steps before its end, or at the beginning of the leg if that is later."""
     (S, C, _, w, o, p), t, ledger = state_of(lane, lanes), lanes[at.TIME + lane], ledger_of(lane, lanes)
     sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
-    state, last = (S, C, 1.0 / C, w, o, p), lanes[at.LAST + lane]
-    # what Simpson's rule still lacks
-    _, gain, _ = rates(state, sense, inertia, losses)
-    ledger = _added(ledger, gain, (2.0 / 3.0) * last)
-    left = 0.25 * (t - lanes[at.LEG_TIME + lane])
-    h = -(2.0 * last if 2.0 * last < left else left)
-    for _ in range(4):
-        state, gain = step(state, sense, inertia, losses, h)
-        t, ledger = t + h, _added(ledger, gain, 1.0)
+    state, last, began = (S, C, 1.0 / C, w, o, p), lanes[at.LAST + lane], lanes[at.LEG_TIME + lane]
+    h = -2.0 * last
+    if 4.0 * h <= began - t:
+        # going back errs by as much as a step does, which is much of an event that comes early in it
+        state, t, ledger = _start_of(lane, lanes), began, _leg_ledger(lane, lanes)
+    else:
+        # what Simpson's rule still lacks
+        _, gain, _ = rates(state, sense, inertia, losses)
+        ledger = _added(ledger, gain, (2.0 / 3.0) * last)
+        for _ in range(4):
+            state, gain = step(state, sense, inertia, losses, h)
+            t, ledger = t + h, _added(ledger, gain, 1.0)
     S, C, w, f, v = contact_state(state, inertia)
     # along the leg the rates that friction opposes have its senses: where it began with one that vanished, going back
     # leaves an error

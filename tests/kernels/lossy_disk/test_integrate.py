@@ -267,6 +267,33 @@ def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
     assert found.tilt_error[rested].max() <= 1e-6
 
 
+def test_an_event_within_the_first_step_has_its_time():
+    """A lift-off 34 us after the start; and what is stated as its error is small against it."""
+    given = referee.starts(
+        tilt=0.4476072823335149, tilt_rate=2.7809692550328946, precession_rate=-3.8006124038274267,
+        alpha=0.4111687503458784, radius=0.8802334701604628, gravity=9.81, mass=0.5366619328046368,
+        pivoting_friction=3.834271255551937e-4, contour_damping=3.6557912986185997e-4,
+        air_viscosity=1.1297718078817759e-4,
+    )  # fmt: skip
+    found = lossy_runner.run(given, air="moffatt")
+    truth = referee.run(given, air="moffatt", rtol=1e-13)
+    assert found.ending[0] == truth.ending[0] == LIFT_OFF
+    assert found.end_time[0] == pytest.approx(3.44440404e-5, rel=1e-8)
+    assert found.end_time[0] == pytest.approx(truth.end_time[0], rel=1e-9)
+    assert found.time_error[0] <= 1e-4 * found.end_time[0]
+
+
+@pytest.mark.parametrize("duration", [1e7, 1e15, 1e300, 1.7e308])
+def test_a_duration_far_beyond_the_ending_changes_no_bit(duration):
+    """Neither times nor steps depend on when time would be over."""
+    given = cells(60, 5)
+    short = lossy_runner.run(given)
+    ended = np.isin(short.ending, (FLAT, REST, LIFT_OFF, SLIP))
+    assert ended.sum() > 30
+    long = lossy_runner.run(given[:, ended], duration=duration)
+    np.testing.assert_array_equal(lossy_runner.bits(long), lossy_runner.bits(short, ended))
+
+
 def test_names_of_variants():
     """There is a variant for every set of laws, and a name of no variant is no attribute."""
     from kernels.lossy_disk import integrate
