@@ -89,6 +89,14 @@ class Page {
       say: (words) => this.#tell(words),
     });
     this.#choices.push(followMenus);
+    if (source.reach) {
+      source.reach.onLost = (problem) => this.#say(problem);
+      source.reach.onBack = () => {
+        this.#map.again();
+        this.#motions.again();
+        this.#readout.follow(this.#state.view);
+      };
+    }
     window.addEventListener("hashchange", () => this.#restore());
     this.#show(this.#state);
     const [first] = this.#state.points;

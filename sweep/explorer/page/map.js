@@ -130,6 +130,12 @@ export class AtlasMap {
     this.redraw();
   }
 
+  /** Ask for all that is shown once more. */
+  again() {
+    this.#asked = "";
+    this.show(this.#state);
+  }
+
   /** Draw at the next frame. */
   redraw() {
     cancelAnimationFrame(this.#frame);

@@ -86,6 +86,11 @@ class Slot {
     else this.#clear();
   }
 
+  /** Ask for the motion once more. */
+  again() {
+    if (this.#wanted) void this.#move(this.#wanted);
+  }
+
   /** What makes the motion of this slot again, with the losses that are set in its panel; null without one. */
   async request() {
     if (!this.#wanted) return null;
@@ -96,7 +101,11 @@ class Slot {
   /** @param {Place} request */
   async #move(request) {
     try {
-      this.#panel ??= this.#make();
+      this.#panel ??= this.#make().catch((problem) => {
+        // what could not be loaded is loaded anew next time
+        this.#panel = null;
+        throw problem;
+      });
       const panel = await this.#panel;
       if (this.#wanted !== request) return;
       this.#setPanel(panel);
@@ -127,7 +136,8 @@ class Slot {
 
   /** @returns {Promise<Panel>} */
   async #make() {
-    const { MotionPanel } = await import("eulerdisk/motion/panel");
+    const loaded = import("eulerdisk/motion/panel");
+    const { MotionPanel } = await (this.#source.reach?.of(loaded) ?? loaded);
     /** @type {Panel} */
     const panel = new MotionPanel(this.#body, this.#source, () => {
       const settings = JSON.stringify(panel.settings);
@@ -178,6 +188,11 @@ export class Motions {
    */
   request(slot) {
     return this.#slots[slot].request();
+  }
+
+  /** Ask for all motions that are shown once more. */
+  again() {
+    for (const slot of this.#slots) slot.again();
   }
 
   /** @param {State} state */

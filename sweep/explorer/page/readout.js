@@ -123,7 +123,9 @@ export class Readout {
     try {
       answer = await source.point({ view, ...aim.point });
     } catch (problem) {
-      if (this.#aim === aim) this.#tell(/** @type {Error} */ (problem).message, aim);
+      const { message, unreachable } = /** @type {Error & {unreachable?: boolean}} */ (problem);
+      // that nobody answers is said once, beside the map
+      if (this.#aim === aim) this.#tell(unreachable ? "" : message, aim);
       return;
     }
     if (this.#aim !== aim) return;

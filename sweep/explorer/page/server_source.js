@@ -1,5 +1,7 @@
 /** Where the page gets its numbers from while a server of this machine answers. */
 
+import { Reach } from "eulerdisk/reach";
+
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
 
@@ -53,12 +55,13 @@ export function unpacked(buffer) {
 export class ServerSource {
   live = true;
   cellAt = null;
+  reach = new Reach();
   /** Numbers of requests of this page; the server drops a window when a newer one of its lane has come. */
   #number = 0;
   #client = crypto.randomUUID();
 
   async about() {
-    const answer = await fetch("./about");
+    const answer = await this.reach.of(fetch("./about"));
     if (!answer.ok) throw await refusal(answer);
     const about = await answer.json();
     this.live = about.atlas === null || about.atlas.live;
@@ -73,7 +76,7 @@ export class ServerSource {
   async window(request, signal) {
     this.#number += 1;
     const asked = { ...request, client: this.#client, number: this.#number };
-    const { head, arrays } = unpacked(await (await this.#ask("window", asked, signal)).arrayBuffer());
+    const { head, arrays } = unpacked(await this.#bytes("window", asked, signal));
     const { width, height } = request;
     return {
       head,
@@ -90,7 +93,7 @@ export class ServerSource {
    * @param {AbortSignal} [signal]
    */
   async lines(view, signal) {
-    return (await (await this.#ask("lines", { view }, signal)).json()).lines;
+    return (await this.#json("lines", { view }, signal)).lines;
   }
 
   /**
@@ -98,7 +101,7 @@ export class ServerSource {
    * @param {AbortSignal} [signal]
    */
   async point(place, signal) {
-    return (await this.#ask("point", place, signal)).json();
+    return this.#json("point", place, signal);
   }
 
   /**
@@ -109,19 +112,19 @@ export class ServerSource {
     const answer = await this.#ask("motion", request, signal);
     // a start without a motion is answered in words
     if (answer.headers.get("Content-Type") === "application/json") {
-      throw new Refused(400, await answer.json());
+      throw new Refused(400, await this.reach.of(answer.json(), signal));
     }
-    return unpacked(await answer.arrayBuffer());
+    return unpacked(await this.reach.of(answer.arrayBuffer(), signal));
   }
 
   /** @param {import("eulerdisk/types").Place} place */
   async explain(place) {
-    return (await (await this.#ask("explain", place)).json()).text;
+    return (await this.#json("explain", place)).text;
   }
 
   /** @param {object} request */
   async command(request) {
-    return (await this.#ask("command", request)).json();
+    return this.#json("command", request);
   }
 
   /** @param {import("eulerdisk/types").DataRequest} request */
@@ -129,7 +132,7 @@ export class ServerSource {
     const answer = await this.#ask("data", request);
     const named = /filename="([^"]+)"/.exec(answer.headers.get("Content-Disposition") ?? "");
     return {
-      blob: await answer.blob(),
+      blob: await this.reach.of(answer.blob()),
       name: named ? named[1] : `window.${request.format === "csv" ? "csv" : "nc"}`,
     };
   }
@@ -139,9 +142,28 @@ export class ServerSource {
    * @param {object} body
    * @param {AbortSignal} [signal]
    */
+  async #json(what, body, signal) {
+    return this.reach.of((await this.#ask(what, body, signal)).json(), signal);
+  }
+
+  /**
+   * @param {string} what
+   * @param {object} body
+   * @param {AbortSignal} [signal]
+   */
+  async #bytes(what, body, signal) {
+    return this.reach.of((await this.#ask(what, body, signal)).arrayBuffer(), signal);
+  }
+
+  /**
+   * @param {string} what
+   * @param {object} body
+   * @param {AbortSignal} [signal]
+   */
   async #ask(what, body, signal) {
     const headers = { "Content-Type": "application/json" };
-    const answer = await fetch(`./${what}`, { method: "POST", headers, body: JSON.stringify(body), signal });
+    const asked = { method: "POST", headers, body: JSON.stringify(body), signal };
+    const answer = await this.reach.of(fetch(`./${what}`, asked), signal);
     if (!answer.ok) throw await refusal(answer);
     return answer;
   }

@@ -30,6 +30,7 @@ export class StoredSource {
   live = false;
   command = null;
   data = null;
+  reach = null;
   #page;
   #x;
   #y;
