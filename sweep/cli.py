@@ -30,24 +30,24 @@ _HELP = (
     "report it; 130, 143 interrupted."
 )
 
-#: The commands in the order of --help, and the module of each: its function has the same name.
+#: The commands in the order of --help: the module of each, whose function has the same name, and its line there.
 _COMMANDS = {
-    "run": "run",
-    "plan": "run",
-    "batch": "batch",
-    "plot": "inspect",
-    "info": "inspect",
-    "boundary": "inspect",
-    "verify": "check",
-    "compare": "check",
-    "explain": "check",
-    "explore": "explore",
-    "simulate": "simulate",
-    "export": "inspect",
-    "prepare": "run",
-    "block": "run",
-    "assemble": "run",
-    "warmup": "run",
+    "run": ("run", "Compute an atlas and write it to one netCDF file."),
+    "plan": ("run", "Say what a run takes: cells, blocks, time, memory, disk."),
+    "batch": ("batch", "Compute many sweeps, check each, and print a table."),
+    "plot": ("inspect", "Draw maps of stability, with the measured and analytic boundary."),
+    "info": ("inspect", "Say what is in an atlas, or how far an unfinished run is."),
+    "boundary": ("inspect", "Print the measured boundary beside the lines of theory."),
+    "verify": ("check", "Check every cell of an atlas against the exact reduction."),
+    "compare": ("check", "Check an atlas against a trusted one."),
+    "explain": ("check", "Explain one cell: its numbers, and why it has its verdict."),
+    "explore": ("explore", "Look around in an atlas that is computed while you look."),
+    "simulate": ("simulate", "Compute one motion in time: its path, losses and forces."),
+    "export": ("inspect", "Write an atlas as tables (csv, parquet) or as zarr."),
+    "prepare": ("run", "Make the folder of a run without computing a cell."),
+    "block": ("run", "Compute one part of a prepared run."),
+    "assemble": ("run", "Write the file of a run whose blocks are all computed."),
+    "warmup": ("run", "Compile the kernels into the cache."),
 }
 
 
@@ -66,7 +66,8 @@ def parser(words: Sequence[str]) -> typer.Typer:
     )
     app.callback(invoke_without_command=True)(_options)
     for name in words[:1] if words and words[0] in _COMMANDS else _COMMANDS:
-        app.command()(getattr(import_module(f"sweep.commands.{_COMMANDS[name]}"), name))
+        module, line = _COMMANDS[name]
+        app.command(short_help=line)(getattr(import_module(f"sweep.commands.{module}"), name))
     return app
 
 

@@ -22,15 +22,15 @@ ROW_STATUS: Mapping[int, str] = MappingProxyType(
 )
 
 
-def in_words(status: npt.NDArray[np.integer], rows: str = "rows", edge: str = "") -> list[str]:
+def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "") -> list[str]:
     """Return what there is to say of rows whose boundary was not simply found: one line or two, or none.
 
     Parameters
     ----------
     status : array of int, any shape
         Codes of `ROW_STATUS`.
-    rows : str
-        What the rows are called.
+    axis : str
+        The parameter along which the rows lie.
     edge : {"", "upper", "lower"}
         The edge that the codes belong to, where it is to be named.
     """
@@ -40,13 +40,13 @@ def in_words(status: npt.NDArray[np.integer], rows: str = "rows", edge: str = ""
     without, lines = status.size - several - found, []
     what = f"{edge} edge" if edge else "boundary"
     if without:
-        where = "" if without == status.size else f" in {without} of {status.size} {rows}"
+        where = "" if without == status.size else f" in {without} of {status.size} rows along {axis}"
         reasons = (
             list(missing) if len(missing) == 1 else [f"{count} {word}" for word, count in missing.items()]
         )
         lines.append(f"no {what}{where}: {', '.join(reasons)}")
     if several:
-        where = "" if several == status.size else f" in {several} of {status.size} {rows}"
+        where = "" if several == status.size else f" in {several} of {status.size} rows along {axis}"
         lines.append(f"more than one {edge} edge{where}".replace("  ", " "))
     return lines
 

@@ -3,6 +3,7 @@
 The cell is computed again from the file alone: its spec gives the start, the step and the criterion.
 """
 
+import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -109,13 +110,20 @@ def explain(dataset: Atlas, given: Mapping[str, object]) -> Explanation:
         f"because     {_reason(spec, start, stored)}",
     ]
     # folded under its own text, past the label; `fill` would also take away the spaces of a short line
-    folded = [
-        textwrap.fill(line, _WIDTH, subsequent_indent=" " * 12) if len(line) > _WIDTH else line
-        for line in lines
-    ]
+    folded = [_folded(line, spec) if len(line) > _WIDTH else line for line in lines]
     return Explanation(
         "\n".join(folded), spec, start, stored, exact, not beyond, not differing, not contradicted
     )
+
+
+def _folded(line: str, spec: SweepSpec) -> str:
+    """Return a line in several, a number and its unit in one."""
+    model = spec.model
+    quantities = (*model.parameters.values(), *model.cell_variables(spec).values())
+    known = {units for each in quantities for units in (each.units, each.shown_units)} - {"1", ""}
+    units = "|".join(map(re.escape, sorted(known, key=len, reverse=True)))
+    joined = re.sub(rf"(?<=\d) (?:{units})(?![\w])", lambda found: found[0].replace(" ", "\xa0"), line)
+    return textwrap.fill(joined, _WIDTH, subsequent_indent=" " * 12).replace("\xa0", " ")
 
 
 def _value_at(dataset: Atlas, name: str, place: Mapping[str, int]) -> Any:
@@ -254,16 +262,18 @@ def _lines(
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
         units = spec.model.parameters[axis].units
+        others = dataset[edge_names(axis, edge)[0]].dims
+        row = f" at this {' and '.join(others)}" if others else ""
         side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
         here = f"this cell is at {start[axis]:.6g}"
         if np.isfinite(measured):
-            yield f"boundary    {side} {measured:.6g} {units} +- {halfwidth:.2g} as measured in this row; {here}"
+            yield f"boundary    {side} {measured:.6g} {units} +- {halfwidth:.2g} as measured{row}; {here}"
         else:
-            row = tuple(place[name] for name in dataset[edge_names(axis, edge)[0]].dims)
-            reason = row_status.name(int(edge_status(dataset, axis, edge)[row]), edge)
-            yield f"boundary    none was measured in this row ({side}): {reason}; {here}"
+            status = edge_status(dataset, axis, edge)[tuple(map(place.__getitem__, others))]
+            reason = row_status.name(int(status), edge)
+            yield f"boundary    none was measured{row} ({side}): {reason}; {here}"
         if not np.isfinite([predicted, critical]).any():
-            yield "            theory has no line for this row"
+            yield f"            theory has no line{row}"
             continue
         how, words = "as" if np.isfinite(predicted) else "is", spec.model.line_words
         yield f"            {_value(predicted, units)} {how} {words.told}"

@@ -235,12 +235,12 @@ def _boundary_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
         units = spec.model.parameters[axis].units
-        lines = row_status.in_words(edge_status(dataset, axis, edge))
+        lines = row_status.in_words(edge_status(dataset, axis, edge), axis)
         if count:
             lines.insert(
                 0,
                 f"stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in {count} of {found.size} rows",
+                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in {count} of {found.size} rows along {axis}",
             )
         else:
             lines[0] += f", along {axis} (stable {side})"

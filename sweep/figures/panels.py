@@ -195,14 +195,14 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | Non
 
 
 def _row_notes(dataset: Atlas, control: str) -> list[str]:
-    """Return why columns have no boundary; once if both edges are missing for the same reasons."""
+    """Return why rows along a control have no boundary; once if both edges are missing for the same reasons."""
     found = {
         edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
     }
     first = next(iter(found.values()))
     if all(np.array_equal(each, first) for each in found.values()):
-        return in_words(first, "columns")
-    return [note for edge, status in found.items() for note in in_words(status, "columns", edge)]
+        return in_words(first, control)
+    return [note for edge, status in found.items() for note in in_words(status, control, edge)]
 
 
 def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:

@@ -141,7 +141,8 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
         if not there.any():
             continue
         units = _text(dataset[name].attrs.get("units", ""))
-        rows = f" in {np.count_nonzero(there)} of {there.size} rows" if there.size > 1 else ""
+        along = name.removeprefix("boundary_").removeprefix("lower_")
+        rows = f" in {np.count_nonzero(there)} of {there.size} rows along {along}" if there.size > 1 else ""
         yield "boundary", f"{name}: {_range(measured[there])} {units}{rows}"
         for kind in ("predicted", "critical"):
             other = name.replace("boundary", kind, 1)

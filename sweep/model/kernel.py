@@ -122,7 +122,13 @@ def _made_beside(cache: KernelCache, second: SecondProcess, entry: Any) -> Any:
 def _announce(kernel: Kernel, root: Path, kept: bool, second: SecondProcess) -> None:
     shared = kept and bool(kernel.beside) and second.start()
     seconds = kernel.seconds_beside if shared else kernel.seconds
-    what = f"compiling {kernel.module} for this processor takes about {seconds:.0f} s"
+    # a module may have several, as for each set of laws of losses
+    named = (
+        kernel.module
+        if kernel.module.endswith(f".{kernel.function}")
+        else f"{kernel.module}.{kernel.function}"
+    )
+    what = f"compiling {named} for this processor takes about {seconds:.0f} s"
     notice(f"{what}; {'to' if kept else 'cannot'} be kept in {root}")
 
 

@@ -94,20 +94,26 @@ def test_it_follows_from_the_verdicts_of_an_older_file():
         ([3, 3], []),
         ([2], ["no boundary: unstable throughout"]),
         ([1, 1, 1], ["no boundary: stable throughout"]),
-        ([3, 1, 1], ["no boundary in 2 of 3 rows: stable throughout"]),
-        ([3, 0, 2, 2], ["no boundary in 3 of 4 rows: 1 undecided, 2 unstable throughout"]),
-        ([3, 4, 5], ["no boundary in 1 of 3 rows: other edge only", "more than one edge in 1 of 3 rows"]),
+        ([3, 1, 1], ["no boundary in 2 of 3 rows along roll_rate: stable throughout"]),
+        ([3, 0, 2, 2], ["no boundary in 3 of 4 rows along roll_rate: 1 undecided, 2 unstable throughout"]),
+        (
+            [3, 4, 5],
+            [
+                "no boundary in 1 of 3 rows along roll_rate: other edge only",
+                "more than one edge in 1 of 3 rows along roll_rate",
+            ],
+        ),
         ([4], ["more than one edge"]),
     ],
 )
 def test_the_reasons_in_words(codes, words):
     """A single reason needs no count, several have one each; a boundary that was found needs no words."""
-    assert in_words(np.array(codes, np.int8)) == words
+    assert in_words(np.array(codes, np.int8), "roll_rate") == words
 
 
 def test_the_reasons_of_a_named_edge():
     """Where an atlas has two edges, each is called by its name."""
-    assert in_words(np.array([3, 5], np.int8), "columns", "upper") == [
-        "no upper edge in 1 of 2 columns: lower edge only"
+    assert in_words(np.array([3, 5], np.int8), "roll_rate", "upper") == [
+        "no upper edge in 1 of 2 rows along roll_rate: lower edge only"
     ]
-    assert in_words(np.array([4], np.int8), edge="lower") == ["more than one lower edge"]
+    assert in_words(np.array([4], np.int8), "roll_rate", edge="lower") == ["more than one lower edge"]

@@ -11,7 +11,7 @@ import pytest
 import referee
 
 import sweep
-from sweep.checks.explain import explain
+from sweep.checks.explain import _folded, explain
 from sweep.cli import main
 from sweep.figures.disk import cell_plot
 from sweep.model.disk import theory
@@ -127,11 +127,22 @@ def test_the_row_has_its_boundaries():
             assert f"{value:.6g} rad s-1" in text, name
 
 
+def test_a_long_line_is_not_broken_before_a_unit():
+    """Wherever it is broken, numbers keep their units, those of two words and those that readers see too."""
+    spec = sweep.SweepSpec.preset("rolling")
+    for before in range(90, 120):
+        line = "x " * (before // 2) + "2.5508 rad s-1, 1.25 deg, 12 s, 0.1 m and 15 words"
+        folded = _folded(line, spec)
+        assert " ".join(folded.split()) == line
+        for kept in ("2.5508 rad s-1", "1.25 deg", "12 s", "0.1 m"):
+            assert kept in folded
+
+
 def test_a_row_without_a_boundary_says_why():
     """A sentence, with the reason that the atlas states for the row."""
     text = explain(sweep.run(ROLLING.replace(roll_rate="1:2:5")), {"roll_rate": 1, "tilt": "1deg"}).text
     assert (
-        "boundary    none was measured in this row (stable above roll_rate): unstable throughout; this cell is at 1\n"
+        "boundary    none was measured at this tilt (stable above roll_rate): unstable throughout; this cell is at 1\n"
     ) in text
     assert "none as measured" not in text
 

@@ -43,7 +43,10 @@ def test_an_atlas_in_words():
     assert f"peak tilt   {low:.6g} to {high:.6g} deg" in text
     assert f"within {float(dataset.tilt_error.max()):.1e} rad" in text
     # the 4 degree row never becomes stable inside the axis
-    assert "in 2 of 3 rows\n            no boundary in 1 of 3 rows: unstable throughout\n" in text
+    assert (
+        "in 2 of 3 rows along roll_rate\n            no boundary in 1 of 3 rows along roll_rate: unstable throughout\n"
+        in text
+    )
     assert "made        1970-01-01T00:00:00Z sweep.run" in text
     assert ROLLING.fingerprint()[:16] in text
 
@@ -153,7 +156,12 @@ def test_both_edges_of_circling_have_a_table():
         ]
         assert lines[2][1:] == [*["-"] * 4, "stable throughout"]
     assert "stable below precession_rate" in describe(dataset)
-    assert describe(dataset).count("\n            no boundary in 1 of 3 rows: stable throughout\n") == 2
+    assert (
+        describe(dataset).count(
+            "\n            no boundary in 1 of 3 rows along precession_rate: stable throughout\n"
+        )
+        == 2
+    )
 
 
 def test_why_there_is_no_boundary():

@@ -381,11 +381,14 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
     assert caption(low.isel(tilt=0))[-1] == "no boundary: unstable throughout"
     assert caption(low.drop_vars("boundary_roll_rate_status"))[-1] == "no boundary: unstable throughout"
     assert not any("boundary" in line for line in caption(atlases["rolling"].isel(tilt=slice(0, 5))))
-    assert caption(atlases["circling"])[-1] == "no boundary in 12 of 30 columns: stable throughout"
+    assert (
+        caption(atlases["circling"])[-1]
+        == "no boundary in 12 of 30 rows along precession_rate: stable throughout"
+    )
     slow = sweep.run(CIRCLING.replace(precession_rate="0.05:1.5:9", tilt="10deg,20deg"))
     assert caption(slow)[-2:] == [
         "no upper edge: 1 stable throughout, 1 lower edge only",
-        "no lower edge in 1 of 2 columns: stable throughout",
+        "no lower edge in 1 of 2 rows along roll_rate: stable throughout",
     ]
 
 

@@ -20,10 +20,31 @@ from sweep.model import kernel
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel, cache_folder, check_cache, code_hash, significant
+from sweep.model.lossy_disk.variants import integrator
+from sweep.notices import listen
 
 CHECKOUT = Path(kernels.__file__).parents[1]
 INTEGRATE = "kernels.disk.integrate"
 CODED = sorted([*(CHECKOUT / "kernels").rglob("*.py"), *(CHECKOUT / "sweep").rglob("*.py")])
+
+
+def test_the_notice_of_compiling_says_which_laws(tmp_path, monkeypatch):
+    """Kernels of one module are told apart: those of two sets of losses are compiled apart, and so told."""
+    told = []
+    monkeypatch.delenv("EULERDISK_NOTICES", raising=False)
+    listen(told.append)
+    laws = {"contour": True, "damping": False, "pivoting": False, "air": "none", "slips": False}
+    try:
+        for rolling in (False, True):
+            kernel._announce(integrator(rolling=rolling, **laws), tmp_path, True, kernel.SecondProcess(()))
+        kernel._announce(DISK.integrate, tmp_path, True, kernel.SecondProcess(()))
+    finally:
+        listen(None)
+    assert [each.split()[1].rpartition(".")[2] for each in told] == [
+        "integrate_dry",
+        "integrate_dry_rolling",
+        "integrate",
+    ]
 
 
 def stripped(source):

@@ -51,3 +51,11 @@ def test_every_command_is_shown(command):
     shown = set(re.findall(r"eulerdisk ([a-z]+)", PAGE))
     assert len(known) > 10
     assert set(known) - shown <= {"prepare", "block", "assemble", "explore"}
+
+
+def test_the_list_of_commands_is_whole(command):
+    """Each command stands in the list with a sentence on one line; none is cut."""
+    _, listed, _ = command("--help")
+    lines = listed[listed.index("Commands:") :].splitlines()[1:]
+    assert len(lines) > 10
+    assert [line for line in lines if not re.fullmatch(r"  [a-z]+ +[A-Z].*[^.]\.", line)] == []
