@@ -120,7 +120,10 @@ def explain(
     ] = None,
     *,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FIG", help="Draw its motion too: png, pdf or svg.")
+        Path | None,
+        typer.Option(
+            metavar="FIG", help="Draw its motion too: png, pdf or svg; one that exists is replaced."
+        ),
     ] = None,
 ) -> None:
     """Explain the nearest cell: its numbers, a new run of it, the exact values, theory, and the reason of its verdict.

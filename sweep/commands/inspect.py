@@ -210,7 +210,10 @@ def plot(
         list[str],
         typer.Argument(metavar="ATLAS.nc [NAME=VALUE]", help=f"One panel each. {PART_HELP}"),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg; one that exists is replaced."),
+    ],
     criterion: Criterion = None,
     friction: Annotated[
         float | None,

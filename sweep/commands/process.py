@@ -7,6 +7,7 @@ shown is: then the status is 3, as for a file that cannot be written.
 import errno
 import io
 import os
+import signal
 import sys
 import traceback
 import warnings
@@ -146,7 +147,11 @@ def _status(command: Callable[[], None]) -> int:
     except SystemExit as end:
         # the parser takes an EOFError for Ctrl-D at a question, and this program asks none
         asked = getattr(end.__context__, "__cause__", None)
+        if isinstance(asked, KeyboardInterrupt):
+            return _interrupted()
         return _defect(asked) if isinstance(asked, EOFError) else _code(end)
+    except KeyboardInterrupt:
+        return _interrupted()
     except RequestError as error:
         say(str(error))
         return error.status
@@ -167,6 +172,11 @@ def _status(command: Callable[[], None]) -> int:
 
 def _code(end: SystemExit) -> int:
     return end.code if isinstance(end.code, int) else 0 if end.code is None else 1
+
+
+def _interrupted() -> int:
+    say("interrupted; no unfinished file was written.")
+    return 128 + signal.SIGINT
 
 
 def _refused(problem: str, hint: str) -> int:

@@ -208,7 +208,7 @@ def test_an_atlas_is_read_in_half_a_gigabyte(atlas):
         (RecursionError("deep"), 70, "This is a defect of eulerdisk"),
         (OSError(28, "No space left on device"), 3, "The system refuses: [Errno 28] No space left on device"),
         (MemoryError(), 3, "The memory that this process may use is not enough"),
-        (KeyboardInterrupt(), 130, ""),
+        (KeyboardInterrupt(), 130, "eulerdisk: interrupted; no unfinished file was written.\n"),
     ],
     ids=lambda each: type(each).__name__ if isinstance(each, BaseException) else "",
 )
@@ -223,7 +223,17 @@ def test_a_defect_has_a_status_of_its_own(monkeypatch, command, problem, status,
     assert (ended, out) == (status, "")
     assert told in err
     assert ("Traceback" in err) == (status == 70)
-    assert ("report it" in err.splitlines()[-1]) == (status == 70) if err.strip() else status == 130
+    assert ("report it" in err.splitlines()[-1]) == (status == 70)
+
+
+def test_an_interrupt_before_the_words_are_read_is_told_too(monkeypatch, command):
+    """While the parser is built, Ctrl-C is an interrupt like any other."""
+
+    def fail(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "parser", fail)
+    assert command("info a.nc") == (130, "", "eulerdisk: interrupted; no unfinished file was written.\n")
 
 
 def test_messages_cannot_fail(monkeypatch):
