@@ -73,6 +73,7 @@ EXCEPTED = {
     "scripts/atlas": "tests/promises/test_readme.py::test_atlas_command",
     "scripts/test": "this test run",
     "scripts/test tests/request -k unit": "this test run",
+    "scripts/test -n 0": "this test run",
     "scripts/test --readers": "asks for a password",
     "scripts/javascript/check": "a part of scripts/test",
     "scripts/explorer_random_use.py": "minutes; tests/explorer/browser/test_random_use.py",
