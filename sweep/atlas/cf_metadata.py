@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -258,8 +259,6 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
     made : str, optional
         When, as `created` says it; now if not given.
     """
-    from importlib.metadata import version
-
     now, words = made or created(), spec.model.words
     return {
         "Conventions": CONVENTIONS,
@@ -276,11 +275,16 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
         "eulerdisk_format": np.int32(FORMAT),
         **spec_attributes(spec),
         "kernel_hash": arithmetic_hash(spec),
-        "versions": json.dumps(
-            {name: version(name) for name in PACKAGES},
-            sort_keys=True,
-        ),
+        "versions": versions(PACKAGES),
     }
+
+
+@lru_cache
+def versions(packages: tuple[str, ...]) -> str:
+    """Return the versions of packages as JSON. They are read once, as the packages are: that takes 1 ms each."""
+    from importlib.metadata import version
+
+    return json.dumps({name: version(name) for name in packages}, sort_keys=True)
 
 
 def spec_attributes(spec: SweepSpec) -> dict[str, Any]:

@@ -211,6 +211,7 @@ def _spec(module: str) -> ModuleSpec | None:
         return None
 
 
+@lru_cache(maxsize=1024)
 def significant(source: str) -> str:
     """Return Python source without comments, docstrings and blank lines: what is left decides what it computes."""
     kept, after, before = list[str](), 0, ""

@@ -1,6 +1,5 @@
 """One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from sweep.atlas.cf_metadata import (
     SOFTWARE,
     ascii_text,
     created,
+    versions,
 )
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 
 #: Version of the layout of the file.
 FORMAT = 1
+
+#: Packages whose versions a file states.
+_PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 
 #: Model -> the module that integrates its motions.
 _PATHS = {DISK_MOTION.model.name: disk_path, LOSSY_MOTION.model.name: lossy_path}
@@ -113,8 +116,6 @@ def _variable(
 
 
 def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
-    from importlib.metadata import version
-
     now = created()
     kind = spec.kind
     # a file without the name of a model is one of the disk without losses
@@ -136,8 +137,5 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
         "trajectory_request": spec.canonical(),
         "method": spec.method,
         "kernel_hash": code_hash([kind.kernels]),
-        "versions": json.dumps(
-            {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")},
-            sort_keys=True,
-        ),
+        "versions": versions(_PACKAGES),
     }
