@@ -28,6 +28,9 @@ NAMES = [each.name for each in cell_declarations(SPEC)]
 #: The first and the last cell, the two on either side of the end of a block, of what is judged at once, one in between.
 PLACES = (0, 15, 16, 59, 60, 131, 239)
 
+#: The same, so many at a time that `verify` names all of them.
+TOGETHER = ((0, 15, 16), (59, 60, 131), (239,))
+
 
 @lru_cache
 def atlas():
@@ -58,9 +61,9 @@ def wrong_value(name, value):
 
 
 def with_wrong_value(dataset, name, place, value):
-    """Return a copy with one other value."""
+    """Return a copy with one other value, or with one at each of some places."""
     copy = dataset.copy(deep=True)
-    copy[name].values.reshape(-1)[place] = value
+    copy[name].values.reshape(-1)[np.asarray(place)] = value
     return copy
 
 
@@ -72,18 +75,21 @@ def where(dataset, place):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_verify_names_the_cell(small_blocks, name):
-    """Whatever value is wrong in whatever cell: its variable has one wrong value, there, and the cell its flag."""
-    for place in PLACES:
-        right = atlas()[name].values.reshape(-1)[place]
-        corrupt = with_wrong_value(atlas(), name, place, wrong_value(name, right))
+    """Whatever value is wrong in whatever cells: its variable has so many wrong values, there, and each its flag."""
+    assert sorted(place for places in TOGETHER for place in places) == list(PLACES)
+    for places in TOGETHER:
+        right = atlas()[name].values.reshape(-1)
+        values = [wrong_value(name, right[place]) for place in places]
+        corrupt = with_wrong_value(atlas(), name, places, values)
         audited = verify(corrupt)
         line = next(each for each in findings(audited).statements if each.name == name)
-        assert (line.wrong, line.named) == (1, [cell_in_words(SPEC, place)])
+        assert (line.wrong, line.named) == (len(places), [cell_in_words(SPEC, place) for place in places])
         others = findings_of(corrupt)
         assert others == findings(audited)
         if name != "ending":
             # a cell that claims to be unresolved has no flag but that
-            assert [others.disagreeing, others.named[0][1]] == [1, where(atlas(), place)]
+            assert others.disagreeing == len(places)
+            assert [at for _, at in others.named] == [where(atlas(), place) for place in places]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -97,8 +103,9 @@ def test_compare_names_the_cell(small_blocks, name):
         assert finding(comparison, name).worst.where == where(atlas(), place)
         bit = right + 1 if isinstance(right, np.integer) else np.nextafter(right, np.inf, dtype=right.dtype)
         nearly = with_wrong_value(atlas(), name, place, 0.0 if np.isnan(right) else bit)
-        assert found(compare(nearly, atlas(), exact=True)) == {name: 1}
-        assert finding(compare(nearly, atlas(), exact=True), name).worst.where == where(atlas(), place)
+        to_the_bit = compare(nearly, atlas(), exact=True)
+        assert found(to_the_bit) == {name: 1}
+        assert finding(to_the_bit, name).worst.where == where(atlas(), place)
 
 
 def test_blocks_change_nothing(small_blocks, monkeypatch):
@@ -163,6 +170,10 @@ def test_of_a_file_of_several_blocks(command, file, tmp_path, place):
     for name in names:
         assert f"DIFFERS   {name} " in text
     assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
+
+
+def test_a_file_of_several_blocks_without_a_wrong_value(command, file):
+    """The same file as it was written is identical to itself and verified."""
     assert command(f"compare {file} {file}")[1].startswith("identical: 265530 cells, all")
     assert command(f"verify {file}")[0] == 0
 
