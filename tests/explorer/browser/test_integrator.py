@@ -1,5 +1,6 @@
 """The integrator of exported pages, in the browser that runs it: no other program reads its JavaScript for users."""
 
+import json
 import math
 
 import numpy as np
@@ -24,16 +25,14 @@ SAMPLES = 200
 
 INTEGRATE = """async ([starts, times, fall]) => {
   const { integrate } = await import("eulerdisk/motion/integrator");
-  return starts.map((start) => {
-    const { ended, arrays } = integrate(start, times, fall);
-    return { ended, arrays: Object.fromEntries(Object.entries(arrays).map(([k, v]) => [k, Array.from(v, (x) => x)])) };
-  });
+  const plain = (key, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value);
+  return JSON.stringify(starts.map((start) => integrate(start, times, fall)), plain);
 }"""
 
 STORED = """async ([start, stored]) => {
   const { storedMotion } = await import("eulerdisk/motion/stored_motion");
-  const { head, arrays } = storedMotion(start, stored);
-  return { head, arrays: Object.fromEntries(Object.entries(arrays).map(([k, v]) => [k, Array.from(v)])) };
+  const plain = (key, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value);
+  return JSON.stringify(storedMotion(start, stored), plain);
 }"""
 
 POSE = """async (poses) => {
@@ -50,6 +49,11 @@ def page(browser, explorer):
     page.goto(explorer.url)
     yield page
     context.close()
+
+
+def answer(page, code, given):
+    """Return what a function of the page says, as JSON: ten times as fast as arrays, and NaN is None."""
+    return json.loads(page.evaluate(code, given))
 
 
 def random_starts(count, radius):
@@ -69,7 +73,7 @@ def test_motions_are_those_of_the_kernels(page, radius, duration, count):
     spec = SweepSpec.preset("rolling")
     starts = random_starts(count, radius)
     times = np.linspace(0.0, duration, SAMPLES + 1)
-    found = page.evaluate(INTEGRATE, [starts, times.tolist(), spec.fall_tilt])
+    found = answer(page, INTEGRATE, [starts, times.tolist(), spec.fall_tilt])
     for start, each in zip(starts, found, strict=True):
         compare(each, sweep.simulate(**start, duration=duration, interval=duration / SAMPLES), start)
 
@@ -99,7 +103,7 @@ def test_a_stored_motion_is_what_the_server_shows(page):
     spec = SweepSpec.preset("rolling")
     for start in random_starts(12, 0.5):
         told, arrays = motion(spec, start)
-        found = page.evaluate(STORED, [start, stored_motions(spec)])
+        found = answer(page, STORED, [start, stored_motions(spec)])
         head = found["head"]
         assert head["ended"] == told["ended"]
         assert head["quantities"] == told["quantities"]
@@ -133,8 +137,8 @@ def test_turning_points_of_a_stored_motion_are_those_of_the_server(page, radius)
     # from rest it swings nearly to flat and back
     near_flat = [{**rest, "tilt": 0.4, "roll_rate": roll} for roll in (0.3, 2.0)]
     for start in [*random_starts(12, radius), *near_flat]:
-        told, _ = motion(spec, start)
-        found = page.evaluate(STORED, [start, stored_motions(spec)])
+        told, served = motion(spec, start)
+        found = answer(page, STORED, [start, stored_motions(spec)])
         head = found["head"]
         assert head["ended"] == told["ended"], start
         assert head["ending"].split()[0] == told["ending"].split()[0], start
@@ -143,9 +147,7 @@ def test_turning_points_of_a_stored_motion_are_those_of_the_server(page, radius)
         ), start
         if told["turns"]:
             assert head["period"] == pytest.approx(told["period"], rel=1e-4), start
-            assert found["arrays"]["time"][-1] == pytest.approx(
-                motion(spec, start)[1]["time"][-1], rel=1e-4
-            ), start
+            assert found["arrays"]["time"][-1] == pytest.approx(served["time"][-1], rel=1e-4), start
         # close enough to be drawn: neither time nor the turn between two samples is long
         arrays = {name: np.array(values, float) for name, values in found["arrays"].items()}
         assert np.diff(arrays["time"]).max() < 0.16 * unit, start
@@ -158,7 +160,7 @@ def test_words_of_turning_points_are_those_of_the_server(page):
     spec = SweepSpec.preset("rolling")
     start = {"tilt": 0.02, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 3.0, "alpha": 0.5}
     start |= {"radius": 0.5, "gravity": 9.81}
-    found = page.evaluate(STORED, [start, stored_motions(spec)])
+    found = answer(page, STORED, [start, stored_motions(spec)])
     assert [words for _, words in found["head"]["turns"]] == [
         words for _, words in motion(spec, start)[0]["turns"]
     ]
@@ -173,9 +175,8 @@ def test_a_tilt_that_never_changes_has_one_turning_point(page):
     roll = -(2 * gravity * sin + 2.5 * 0.5 * turning**2 * sin * cos) / (3.0 * 0.5 * turning * cos)
     circling = {**upright, "tilt": 0.2, "precession_rate": turning, "roll_rate": roll}
     for start in (upright, circling):
-        head = page.evaluate(STORED, [{**start, "radius": 0.5, "gravity": gravity}, stored_motions(spec)])[
-            "head"
-        ]
+        given = {**start, "radius": 0.5, "gravity": gravity}
+        head = answer(page, STORED, [given, stored_motions(spec)])["head"]
         assert [turn for turn, _ in head["turns"]] == pytest.approx([start["tilt"]] * 2, abs=1e-9)
         assert not head["ended"]
 
@@ -184,7 +185,7 @@ def test_a_motion_that_is_given_up_has_not_fallen(page):
     """A disk that would need too many steps ends where it was followed to, by its name."""
     start = {"tilt": 0.1, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 1e5, "alpha": 0.5}
     start |= {"radius": 0.5, "gravity": 9.81}
-    (found,) = page.evaluate(INTEGRATE, [[start], [0.0, 0.01, 10.0], SweepSpec.preset("rolling").fall_tilt])
+    (found,) = answer(page, INTEGRATE, [[start], [0.0, 0.01, 10.0], SweepSpec.preset("rolling").fall_tilt])
     assert found["ended"] == "given up"
     times = found["arrays"]["time"]
     assert times[:2] == [0.0, 0.01]
