@@ -8,7 +8,7 @@ import numpy as np
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.errors import RequestError
-from sweep.model.description import FAILED, MISSING
+from sweep.model.endings import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNSTABLE
 
 #: Quantile of the normal distribution at 97.5 %: two of them hold 95 %.

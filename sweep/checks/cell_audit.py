@@ -12,7 +12,8 @@ import numpy.typing as npt
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
-from sweep.model.description import MISSING, CellCheck, Columns, Reference, Starts
+from sweep.model.description import CellCheck, Columns, Reference, Starts
+from sweep.model.endings import MISSING
 from sweep.model.quantity import Quantity, Truths
 from sweep.request.spec import MOST_STEPS, SweepSpec
 

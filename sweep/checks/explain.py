@@ -20,7 +20,7 @@ from sweep.atlas.nearest import nearest_cell
 from sweep.checks.allowed import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
-from sweep.model.description import FAILED, MISSING, UNDISTURBED
+from sweep.model.endings import FAILED, MISSING, UNDISTURBED
 from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.model.description import FAILED, LOST, Columns
+from sweep.model.description import Columns
+from sweep.model.endings import FAILED, LOST
 from sweep.model.quantity import DECISION, Quantity
 from sweep.request.spec import SweepSpec
 

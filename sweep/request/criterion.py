@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError
-from sweep.model.description import FINAL, LOST, OPEN, Columns, Endings, Model, Request, Starts
+from sweep.model.description import Columns, Model, Request, Starts
+from sweep.model.endings import FINAL, LOST, OPEN, Endings
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
 from sweep.request.aloft import Aloft as Aloft
 from sweep.request.criterion_base import Criterion as Criterion

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.description import FINAL, LOST, OPEN, UNDISTURBED, Columns, Endings, Model, Request, Starts
+from sweep.model.description import Columns, Model, Request, Starts
+from sweep.model.endings import FINAL, LOST, OPEN, UNDISTURBED, Endings
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
 from sweep.model.stated_error import stated_error
 from sweep.request import expression

@@ -1,57 +1,13 @@
-"""What a model tells the engine: its endings and their roles, and what a model has that says no more than it must."""
+"""What a model tells the engine, and what a model has that says no more than it must."""
 
 import numpy as np
 import pytest
 
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import whole
-from sweep.errors import RequestError
-from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings, Model
+from sweep.model.description import Model
 from sweep.model.disk.model import DISK
 from sweep.request.spec import SweepSpec
-
-ENDINGS = Endings(
-    Ending(0, "not_computed", "not integrated", MISSING),
-    Ending(1, "final", "goes no further", FINAL),
-    Ending(3, "lost", "gone", LOST, "it is gone"),
-    Ending(4, "broken", "too coarse", FAILED),
-    Ending(7, "invalid", "no such start", FAILED),
-)
-
-
-def test_an_ending_is_found_by_its_name_and_by_its_code():
-    """Names and codes are those of the list, whatever its gaps; another code is an error of a file."""
-    assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
-    for each in ENDINGS:
-        assert ENDINGS.code(each.name) == each.code
-        assert ENDINGS.of(each.code) is each
-        assert ENDINGS.of(np.float64(each.code)) is each
-    with pytest.raises(KeyError):
-        ENDINGS.code("horizon")
-    with pytest.raises(RequestError, match="a cell has the ending 2, which is none of 0, 1, 3, 4, 7"):
-        ENDINGS.of(2)
-
-
-def test_cells_are_told_by_the_roles_of_their_endings():
-    """A role holds for all endings that have it, in any shape of cells, a single one included."""
-    codes = np.array([[0, 1, 3], [4, 7, 1]], np.int8)
-    assert ENDINGS.codes(FAILED) == [4, 7]
-    assert ENDINGS.codes(FAILED, LOST) == [3, 4, 7]
-    assert ENDINGS.have(FAILED, codes).tolist() == [[False, False, False], [True, True, False]]
-    assert ENDINGS.have(FINAL, codes).tolist() == [[False, True, False], [False, False, True]]
-    assert not ENDINGS.have(OPEN, codes).any()
-    assert np.shape(ENDINGS.have(OPEN, codes)) == codes.shape
-    assert bool(ENDINGS.have(LOST, np.int8(3)))
-
-
-def test_the_file_declares_every_ending():
-    """Codes with names, and every name with its meaning; the list cannot be changed."""
-    assert ENDINGS.flags == {0: "not_computed", 1: "final", 3: "lost", 4: "broken", 7: "invalid"}
-    for each in ENDINGS:
-        assert f"{each.name}: {each.meaning}" in ENDINGS.quantity.description
-    assert ENDINGS.quantity.flags == ENDINGS.flags
-    with pytest.raises(TypeError):
-        ENDINGS.flags[2] = "other"
 
 
 class Plain(type(DISK)):

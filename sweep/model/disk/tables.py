@@ -12,16 +12,7 @@ import numpy as np
 
 from kernels.disk import endings as code
 from kernels.disk import motion_arrays as motion
-from sweep.model.description import (
-    FAILED,
-    FINAL,
-    LOST,
-    MISSING,
-    OPEN,
-    UNDISTURBED,
-    Ending,
-    Endings,
-)
+from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.quantity import (
     AMPLIFIED,
     DECISION,

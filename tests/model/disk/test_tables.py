@@ -7,7 +7,6 @@ import pytest
 
 from kernels.disk import arrays, endings, motion_arrays
 from kernels.disk.exact import arrays as exact_arrays
-from sweep.model.description import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import (
     CONTACT_VARIABLES,
@@ -19,6 +18,7 @@ from sweep.model.disk.tables import (
     UNTIMED,
     VARIABLES,
 )
+from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
