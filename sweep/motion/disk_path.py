@@ -14,7 +14,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.disk_tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
 from sweep.motion.request import MotionRequest
-from sweep.request.spec import MOST_STEPS
+from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.words import AUTOMATIC
 
 _TRAJECTORY = Kernel(DISK_MOTION.kernels, "trajectory", seconds=2.0)

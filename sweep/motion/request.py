@@ -20,7 +20,7 @@ from sweep.model.quantity import Array, Input, Word
 from sweep.motion.disk_tables import DISK_MOTION
 from sweep.motion.kind import MotionKind
 from sweep.motion.lossy_tables import LOSSY_MOTION
-from sweep.request.spec import MOST_STEPS
+from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number

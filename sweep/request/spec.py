@@ -33,6 +33,7 @@ from sweep.request.spec_changes import (
     with_table,
     without_columns,
 )
+from sweep.request.spec_checks import check_criterion, check_size, check_steps, read_axes
 from sweep.request.spec_text import from_json, to_json, toml_value
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable
@@ -52,11 +53,6 @@ from sweep.request.words import (
     read_file,
     read_word,
 )
-
-#: Beyond this no disk holds the atlas.
-_MOST_CELLS = 2**40
-#: Most steps of a cell: more take many seconds for each cell, and the kernels give such a cell up.
-MOST_STEPS = 10**8
 
 
 class SweepSpec:
@@ -138,15 +134,15 @@ class SweepSpec:
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
         model.check(values)
-        _check_steps(values)
-        _check_size([len(values[name]) for name in given])
+        check_steps(values)
+        check_size([len(values[name]) for name in given])
         for name, value in (
             ("model", model),
-            ("axes", given if order is None else _read_axes(order, given)),
+            ("axes", given if order is None else read_axes(order, given)),
             ("_values", MappingProxyType(values)),
         ):
             object.__setattr__(self, name, value)
-        _check_criterion(self)
+        check_criterion(self)
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a parameter, a setting or an option."""
@@ -471,62 +467,3 @@ def _defaults(model: Model) -> dict[str, Any]:
 
 def _rows(model: Model) -> dict[str, Input | Word]:
     return {**model.parameters, **model.settings, **options(model), **WORDS}
-
-
-def _read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
-    names = order.split(",") if isinstance(order, str) else order
-    if isinstance(names, Sequence) and sorted(map(str, names)) == sorted(given):
-        return tuple(map(str, names))
-    raise RequestError(
-        f"axes holds the names given as a list or a range, each once; got {shown(order)} with "
-        f"{', '.join(given) or 'no axis'}.",
-        hint="Leave it out: the order given is the order of the axes.",
-        where="axes",
-    )
-
-
-def _check_criterion(spec: SweepSpec) -> None:
-    """Refuse a criterion that judges by variables that the atlas of a spec does not have."""
-    model, method = spec.model, spec.method
-    spec.criterion.check(spec)
-    needed, unknown = spec.criterion.needs(model), model.unknown_to.get(method, ())
-    if without := [name for name in needed if name in unknown]:
-        raise RequestError(
-            f"The criterion {spec.criterion} judges by {' and '.join(without)}, of which method={method} knows no "
-            "value.",
-            hint=f"Use another criterion, or method={model.methods[0]}.",
-            where="criterion",
-        )
-    if missing := [name for name in needed if name not in model.cell_variables(spec)]:
-        words = [word for word, table in model.additions.items() if not table.keys().isdisjoint(missing)]
-        raise RequestError(
-            f"The criterion {spec.criterion} judges by {' and '.join(missing)}, which the model {model.name} does not "
-            f"compute{' for this request' if words else ''}.",
-            hint=f"Add {' and '.join(words)} to the request of the atlas."
-            if words
-            else "Use another criterion.",
-            where="criterion",
-        )
-
-
-def _check_steps(values: Mapping[str, Any]) -> None:
-    """Refuse a step so short that a cell would never end."""
-    step, duration = values["step"], values["duration"]
-    if isinstance(step, str) or duration / step <= MOST_STEPS:
-        return
-    raise RequestError(
-        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got duration={duration!r} "
-        f"step={step!r}.",
-        hint="Give a longer step, a shorter duration, or step=auto.",
-        where="step",
-    )
-
-
-def _check_size(counts: Sequence[int]) -> None:
-    """Refuse a grid of more cells than any disk holds."""
-    if math.prod(counts) > _MOST_CELLS:
-        raise RequestError(
-            f"A grid has at most {_MOST_CELLS} cells; got {' x '.join(map(str, counts))} = {math.prod(counts)}.",
-            hint="Lower the counts of the axes.",
-            where="grid",
-        )

@@ -9,7 +9,7 @@ from kernels.disk import simd_stages, trajectory
 from sweep import RequestError, TrajectorySpec
 from sweep.motion.disk_tables import MOTION_INPUTS, MOTION_WORDS, TRAJECTORY
 from sweep.motion.kind import TIME
-from sweep.request.spec import MOST_STEPS
+from sweep.request.spec_checks import MOST_STEPS
 
 
 def test_words_are_read_in_si():
