@@ -2,6 +2,7 @@
 
 import math
 
+import lossy_motion
 import lossy_referee as referee
 import numpy as np
 import pytest
@@ -77,7 +78,7 @@ def test_energy_and_losses_are_what_the_start_had(name):
     weight, unit = 0.4387 * 9.81 * 0.03755, math.sqrt(0.03755 / 9.81)
     rates = [unit * motion[rate].values for rate in ("tilt_rate", "precession_rate", "roll_rate")]
     states = np.stack([motion["tilt"].values, *rates], axis=-1)
-    energies = np.array([referee.energy(state, float(motion["alpha"])) for state in states])
+    energies = np.array([lossy_motion.energy(state, float(motion["alpha"])) for state in states])
     np.testing.assert_allclose(motion["energy"].values, weight * energies, rtol=1e-12)
     total = energies + sum(motion[loss].values for loss in LOSSES) / weight
     assert np.ptp(total) < 2e-9

@@ -6,6 +6,7 @@ quadrature, never from the formula itself.
 
 import math
 
+import lossy_motion
 import lossy_referee as lossy
 import lossy_wobble
 import mpmath
@@ -38,9 +39,9 @@ def moving(given, motion):
     tilt, w, P, f = motion
     S, C = math.sin(tilt), math.cos(tilt)
     six = {"S": S, "C": C, "T": S / C, "w": w, "o": P * C, "s": f + P * S, "f": f, "v": P + f * S}
-    out = np.zeros(lossy.SIZE)
+    out = np.zeros(lossy_motion.SIZE)
     signs = np.array([math.copysign(1.0, f), math.copysign(1.0, six["v"]), 0.0])
-    normal, *_ = lossy.slopes(np.array([*motion, *out[4:]]), signs, coefficients(given), out)
+    normal, *_ = lossy_motion.slopes(np.array([*motion, *out[4:]]), signs, coefficients(given), out)
     _, dw, dP, df = out[:4]
     slopes = {"dw": dw, "do": dP * C - P * S * w, "ds": df + dP * S + P * C * w}
     rates = {f"{name}/dtau": value for name, value in slopes.items()}
@@ -83,9 +84,9 @@ def test_rates_forces_and_equations(v):
 def test_what_the_losses_take(v):
     """The power is the derivative of the referee's energy along its motion, and the sum of its losses."""
     motion, out, h = np.array(v["motion"]), v["slopes"], 1e-5
-    ahead, behind = (lossy.energy(motion + side * h * out[:4], v["alpha"]) for side in (1.0, -1.0))
+    ahead, behind = (lossy_motion.energy(motion + side * h * out[:4], v["alpha"]) for side in (1.0, -1.0))
     check("power", {**with_forces(v), "dE/dtau": (ahead - behind) / (2.0 * h)}, 1e-7)
-    check("power", {**with_forces(v), "dE/dtau": -out[lossy.LOSSES : lossy.PLACE].sum()}, 1e-10)
+    check("power", {**with_forces(v), "dE/dtau": -out[lossy_motion.LOSSES : lossy_motion.PLACE].sum()}, 1e-10)
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def scaled(si):
     given = lossy.starts(**words, **air)[:, 0]
     (film, _), (layer, _) = (lossy.coefficients(given, law) for law in ("moffatt", "bildsten"))
     names = {name: float(value) for name, value in zip(COEFFICIENTS, film, strict=False)}
-    return names | {"q_B": float(layer[lossy.BILDSTEN])}
+    return names | {"q_B": float(layer[lossy_motion.BILDSTEN])}
 
 
 def test_coefficients(si):
@@ -121,7 +122,7 @@ def test_the_powers_of_the_sources(si):
     found = {}
     for name, law in (("P_M", "q_M"), ("P_B", "q_B")):
         given = dict.fromkeys(COEFFICIENTS, 0.0) | {"alpha": si["alpha"], law: scaled(si)[law]}
-        power = moving(given, wobble)["slopes"][lossy.LOSSES : lossy.PLACE].sum()
+        power = moving(given, wobble)["slopes"][lossy_motion.LOSSES : lossy_motion.PLACE].sum()
         found[name] = power * si["m"] * si["g"] * si["R"] * math.sqrt(si["g"] / si["R"])
     for line in FORMULAS["sources"]:
         assert line.value({**si, "a": a}) == pytest.approx(found[line.first], rel=1e-4)
@@ -152,7 +153,7 @@ def test_powers_and_times(law, alpha):
     wobble = moving(given, (0.5 * math.pi - a, 0.0, rate, -rate * math.cos(a)))
     values = {"alpha": alpha, "c": coefficient, "k": coefficient, "q": coefficient}
     assert power.value({**values, "a": a}) == pytest.approx(
-        wobble["slopes"][lossy.LOSSES : lossy.PLACE].sum(), rel=1e-5
+        wobble["slopes"][lossy_motion.LOSSES : lossy_motion.PLACE].sum(), rel=1e-5
     )
 
     taken = mpmath.quad(lambda x: 1.5 / power.value({**values, "a": float(x)}), [0.0, 0.01, 0.1])
@@ -189,7 +190,7 @@ def test_pivoting_friction_holds(v):
     dP = (free["do/dtau"] + P * free["S"] * w) / free["C"]
     df = free["ds/dtau"] - dP * free["S"] - P * free["C"] * w
     change = dP + free["S"] * df + free["C"] * w * motion[3]
-    out = np.zeros(lossy.SIZE)
+    out = np.zeros(lossy_motion.SIZE)
     signs = np.array([math.copysign(1.0, motion[3]), 0.0, 0.0])
-    *_, held = lossy.slopes(np.array([*motion, *out[4:]]), signs, coefficients(v), out)
+    *_, held = lossy_motion.slopes(np.array([*motion, *out[4:]]), signs, coefficients(v), out)
     check("held-turning", {**free, "v'": change, "lambda": held}, 1e-9)

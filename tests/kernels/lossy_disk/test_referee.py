@@ -4,6 +4,7 @@ import math
 
 import lagrange
 import lossy_cells
+import lossy_motion as single
 import lossy_referee as referee
 import numpy as np
 import pytest
@@ -19,21 +20,21 @@ def forces(y, n, mode, par, hold_roll, hold_turn):
     tilt, w, P, f = y[:4]
     C, v = math.cos(tilt), P + f * math.sin(tilt)
     size = math.hypot(w, C * f)
-    roll = -n * (par[referee.ROLLING] * C * C * f / size + par[referee.CONTOUR] * mode[referee.ROLL])
-    roll -= (par[referee.DAMPING] + par[referee.MOFFATT] / C + par[referee.BILDSTEN] * abs(f) ** 0.5) * f
-    turn = -n * par[referee.PIVOTING] * np.sign(v) * abs(mode[referee.TURN])
-    return -par[referee.ROLLING] * n * w / size, roll + hold_roll, turn + hold_turn
+    roll = -n * (par[single.ROLLING] * C * C * f / size + par[single.CONTOUR] * mode[single.ROLL])
+    roll -= (par[single.DAMPING] + par[single.MOFFATT] / C + par[single.BILDSTEN] * abs(f) ** 0.5) * f
+    turn = -n * par[single.PIVOTING] * np.sign(v) * abs(mode[single.TURN])
+    return -par[single.ROLLING] * n * w / size, roll + hold_roll, turn + hold_turn
 
 
 @pytest.mark.parametrize("held", ["nothing", "roll", "turn"])
 def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(held):
     """Every law sliding, or one rate held: accelerations, normal and horizontal forces."""
     rng = np.random.default_rng()
-    out = np.zeros(referee.SIZE)
+    out = np.zeros(single.SIZE)
     for _ in range(200):
         par = np.array([rng.uniform(0.1, 1.0), *10.0 ** rng.uniform(-4, -1, 6), np.inf])
-        y = np.zeros(referee.SIZE)
-        y[: referee.PATH] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 4)
+        y = np.zeros(single.SIZE)
+        y[: single.PATH] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 4)
         S, C = math.sin(y[0]), math.cos(y[0])
         if held == "roll":
             y[3] = 0.0
@@ -41,10 +42,10 @@ def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers
             y[2] = -y[3] * S
         w, P, f = y[1:4]
         mode = np.sign([f, P + f * S if held != "turn" else 0.0, w])
-        n, across, along, *holding = referee.slopes(y, mode, par, out)
+        n, across, along, *holding = single.slopes(y, mode, par, out)
         push, roll, turn = forces(y, n, mode, par, *holding)
-        q = np.array([0.0, 0.0, y[referee.HEADING], y[0], 0.0])
-        rates = np.array([*out[referee.PLACE :], P, w, f])
+        q = np.array([0.0, 0.0, y[single.HEADING], y[0], 0.0])
+        rates = np.array([*out[single.PLACE :], P, w, f])
         W = lagrange.constraint_matrix(q, 1.0)
         np.testing.assert_allclose(W @ rates, 0.0, atol=1e-14)
         saddle = np.zeros((7, 7))
