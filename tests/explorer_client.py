@@ -1,7 +1,9 @@
 """A client of the explorer, which knows nothing of the server's code: HTTP, JSON and little-endian arrays."""
 
+import contextlib
 import http.client
 import json
+import socket
 import struct
 from types import SimpleNamespace
 from urllib.parse import urlsplit
@@ -66,3 +68,20 @@ def unpacked(body):
         at += each["count"] * kind.itemsize
     assert at == len(body)
     return head, arrays
+
+
+def raw(url, text, wait=10.0):
+    """Send bytes to the server, and return all that it answers until it closes the connection."""
+    place, found = urlsplit(url), b""
+    with socket.create_connection((place.hostname, place.port), timeout=wait) as connection:
+        connection.sendall(text)
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            while part := connection.recv(65536):
+                found += part
+    return found
+
+
+def changed(**changes):
+    """Return a request for a window with other fields."""
+    view = {**ROLLING, **changes.pop("view", {})}
+    return {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", **changes}
