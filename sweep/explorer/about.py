@@ -11,7 +11,7 @@ from sweep.errors import RequestError
 from sweep.explorer.loss_words import LOSS_WORDS
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
-from sweep.explorer.view import base_names, exact, middle, preset
+from sweep.explorer.view import base_names, exact, middle, other_names, preset
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -55,9 +55,8 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     Returns
     -------
     dict
-        ``program``; ``bases``, of which the first is shown; ``parameters``, ``quantities``, ``criteria``, ``losses``,
-        ``atlas``.
-        The page's types.js says what each of them holds.
+        ``program``; ``bases``, of which the first is shown; ``others``, the presets that have no map; ``parameters``,
+        ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
     """
     bases = {} if given is None else {"": given}
     bases |= {name: preset(name) for name in base_names()}
@@ -72,6 +71,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     return {
         "program": f"eulerdisk {__version__}",
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
+        "others": list(other_names()),
         "parameters": [_input(row) for row in rows.values()],
         "quantities": [{**_quantity(each.quantity), "scale": each.scale} for each in shown.values()],
         "criteria": [

@@ -146,6 +146,7 @@ def stored_page(stored: Stored) -> dict[str, Any]:
         "about": {
             **known,
             "bases": [base],
+            "others": [],
             "quantities": [each for each in known["quantities"] if each["name"] in quantities],
             "criteria": [],
             "losses": [],

@@ -224,6 +224,11 @@ def base_names() -> tuple[str, ...]:
     return tuple(sorted(known, key=lambda name: (name != "rolling", name)))
 
 
+def other_names() -> tuple[str, ...]:
+    """Return the presets of the models without an exact reduction: a map shows the cells of their atlases alone."""
+    return tuple(sorted(name for model in registry.every() if model.exact is None for name in presets(model)))
+
+
 def _base(name: str, given: SweepSpec | None) -> SweepSpec:
     # not any text that `SweepSpec.preset` takes: it reads files
     if name in base_names():

@@ -15,12 +15,20 @@ import { firstState, quantitiesOf } from "eulerdisk/state";
  * @returns {(state: State) => void}
  */
 export function baseMenu(element, about, change) {
+  const others = html(
+    "optgroup",
+    { label: "Integrated in time (explore an atlas of one)", disabled: true },
+    ...about.others.map((name) => html("option", {}, name)),
+  );
+  others.hidden = about.others.length === 0;
   const choice = html(
     "select",
     { id: "base", "aria-label": "What to look at" },
     ...about.bases.map(({ name, label, description }) =>
       html("option", { value: name, title: description }, label),
     ),
+    // what people look for and cannot be chosen is named all the same
+    others,
   );
   choice.addEventListener("change", () => {
     change(({ theme, quantity }) => {

@@ -1,17 +1,23 @@
-/** How values become colours: cividis for numbers, blue and orange for verdicts, all told apart by the colour-blind. */
+/** How values become colours: those of the figures for numbers and regimes, blue and orange for verdicts. */
 
 /** @typedef {import("eulerdisk/types").Quantity} Quantity */
 
-/** Colours of cividis at equal distances (Nunez, Anderton, Renslow 2018). */
-const CIVIDIS = (
-  "00224e 002656 002a5f 002e6a 003170 0f3570 1a386f 243c6e 2b406d 33446d 39486c 3e4b6c " +
-  "444f6c 49536c 4f576c 545a6d 595e6e 5e626e 636670 676a71 6c6d72 717274 757575 7a7a78 " +
-  "7e7d78 848279 898578 8f8a78 938e78 989277 9e9676 a39a74 a99f73 aea371 b5a86f baac6d " +
-  "c0b16a c5b568 cbb965 d1bf61 d6c35d ddc858 e2cd54 e9d34e efd748 f6dd3f fce236 fee838"
+/**
+ * Colours of numbers at equal distances, light for small ones: those of the figures (COLOURS of sweep/figures/shade.py, the
+ * greater part of viridis from its light end).
+ */
+const NUMBERS = (
+  "fde725 f4e61e eae51a dfe318 d2e21b c8e020 bddf26 b0dd2f a5db36 9bd93c 8ed645 84d44b 7ad151 " +
+  "6ece58 65cb5e 5cc863 52c569 4ac16d 42be71 3aba76 34b679 2eb37c 29af7f 25ab82 22a785 20a386 " +
+  "1f9f88 1e9b8a 1f978b 20928c 218f8d 228b8d 24868e 26828e 277f8e 297a8e 2a768e 2c728e 2e6e8e " +
+  "306a8e 31668e 33628d 365d8d 38598c 3a548c 3c4f8a 3e4a89 404688 424086 443b84 453781 46307e"
 ).split(" ");
 
 /** Colours of verdicts by their codes: undecided, stable, unstable. */
 const VERDICTS = ["#9a9a9a", "#3b76af", "#ee8a2e"];
+
+/** Colours of regimes: the hue shows the wells, the strength the crossing (sweep/figures/disk/regimes.py); greys for none. */
+const REGIMES = ["#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00", "#ebebeb", "#b3b3b3"];
 
 /** Colours of other flags, in the order of their codes: light and dark ones of a hue belong together. */
 const FLAGS = [
@@ -50,9 +56,9 @@ export function channels(hex) {
  * @returns {[number, number, number]}
  */
 export function shade(share) {
-  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1);
-  const index = Math.min(Math.floor(at), CIVIDIS.length - 2);
-  const [below, above] = [channels(CIVIDIS[index]), channels(CIVIDIS[index + 1])];
+  const at = Math.min(Math.max(share, 0), 1) * (NUMBERS.length - 1);
+  const index = Math.min(Math.floor(at), NUMBERS.length - 2);
+  const [below, above] = [channels(NUMBERS[index]), channels(NUMBERS[index + 1])];
   const part = at - index;
   /** @param {number} each */
   const mixed = (each) => Math.round(below[each] + part * (above[each] - below[each]));
@@ -66,6 +72,7 @@ export function shade(share) {
  */
 export function flagColour(quantity, code) {
   if (quantity.name === "stability") return VERDICTS[code] ?? VERDICTS[0];
+  if (quantity.name === "regime") return REGIMES[code] ?? REGIMES[5];
   const order = Object.keys(quantity.flags ?? {})
     .map(Number)
     .sort((a, b) => a - b)

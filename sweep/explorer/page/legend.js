@@ -1,6 +1,7 @@
 /** The legend above a map: the bar of colours or the words of flags, and a sample of each line. */
 
 import { flagColour, shade } from "eulerdisk/colours";
+import { textWidth } from "eulerdisk/text_width";
 import { svg } from "eulerdisk/svg";
 import { ticksOf } from "eulerdisk/ticks";
 import { titleOf } from "eulerdisk/overlay";
@@ -37,16 +38,18 @@ export function legendHeight({ flags }, width) {
 }
 
 /**
- * A sample of each line, from the right border leftward, in the last row; what has no room is left out.
+ * A sample of each line, from the right border leftward, in the last row; where labels have no room, with one word each.
  * @param {Scene} scene
  */
 function samples({ lines, plot }) {
   const parts = [];
   const y = plot.top - 12;
   let x = plot.width;
-  for (const { name, label } of lines.filter((line) => line.points.length).toReversed()) {
+  const known = lines.filter((line) => line.points.length);
+  const wide = known.reduce((sum, { label }) => sum + textWidth(label) + 26 + 18, -18);
+  for (const { name, label: all } of known.toReversed()) {
+    const label = wide > plot.width ? name : all;
     x -= textWidth(label) + 26;
-    if (x < 0) break;
     const d = `M${x} ${y}h20`;
     parts.push(svg("path", { class: `halo ${name}`, d }));
     parts.push(svg("path", { class: `line ${name}`, d }), svg("text", { x: x + 26, y: y + 4 }, label));
@@ -88,14 +91,14 @@ function bar({ quantity, range, plot }) {
     group.append(svg("line", { x1: x, x2: x, y1: ROW + 10, y2: ROW + (label ? 15 : 13) }));
     if (label) group.append(svg("text", { x, y: ROW + 26, "text-anchor": "middle" }, label));
   }
-  group.append(svg("text", { class: "title", y: 11 }, titleOf(quantity, offset, power)));
+  group.append(svg("text", { class: "title", y: 12 }, titleOf(quantity, offset, power)));
   return group;
 }
 
 /** @param {Scene} scene */
 function flags({ quantity, plot }) {
   const group = svg("g");
-  group.append(svg("text", { class: "title", y: 11 }, quantity.label));
+  group.append(svg("text", { class: "title", y: 12 }, quantity.label));
   for (const { code, words, x, row } of flagRows(quantity.flags ?? {}, plot.width)) {
     const y = ROW * (row + 1) + 2;
     group.append(
@@ -120,18 +123,4 @@ function flagRows(flags, width) {
     x += wide + 18;
     return place;
   });
-}
-
-/** @type {CanvasRenderingContext2D|null} */
-let ruler = null;
-
-/**
- * Width of a text of the legend in CSS pixels.
- * @param {string} text
- */
-function textWidth(text) {
-  ruler ??= document.createElement("canvas").getContext("2d");
-  if (!ruler) return text.length * 7;
-  ruler.font = "12px system-ui, sans-serif";
-  return ruler.measureText(text).width;
 }

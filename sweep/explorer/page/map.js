@@ -97,6 +97,7 @@ export class AtlasMap {
     return {
       left,
       top,
+      right,
       width: Math.max(40, Math.floor(clientWidth - left - right)),
       height: Math.max(40, Math.floor(clientHeight - top - 50)),
     };

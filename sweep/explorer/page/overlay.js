@@ -4,6 +4,7 @@ import { placeOf } from "eulerdisk/axis_window";
 import { clipped } from "eulerdisk/clip";
 import { drawLegend } from "eulerdisk/legend";
 import { svg } from "eulerdisk/svg";
+import { textWidth } from "eulerdisk/text_width";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").Axis} Axis */
@@ -15,7 +16,10 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 /** @typedef {import("eulerdisk/colours").Range} Range */
 /** @typedef {import("eulerdisk/clip").Pixel} Pixel */
 
-/** @typedef {{left: number, top: number, width: number, height: number}} Plot  the place of the picture, in CSS pixels */
+/**
+ * The place of the picture, in CSS pixels; `right` is the room beside it.
+ * @typedef {{left: number, top: number, right: number, width: number, height: number}} Plot
+ */
 
 /**
  * All that an overlay shows. `stale` says that the lines are those of other words.
@@ -137,7 +141,11 @@ function xAxis({ view, plot, x }) {
   for (const { place, label } of ticks) {
     const at = ((place + 1) / 2) * plot.width;
     group.append(svg("line", { x1: at, x2: at, y1: 0, y2: label ? 6 : 3 }));
-    if (label) group.append(svg("text", { x: at, y: 20, "text-anchor": "middle" }, label));
+    if (label) {
+      // at the right border a label is as far left as it has to be
+      const x = Math.min(at, plot.width + plot.right - textWidth(label) / 2);
+      group.append(svg("text", { x, y: 20, "text-anchor": "middle" }, label));
+    }
   }
   const title = svg(
     "text",

@@ -83,7 +83,7 @@ export function criterionSlider(about, set) {
   const kinds = about.criteria.map(({ word, description }) =>
     html("option", { value: word, title: description }, word),
   );
-  const own = html("option", { value: "" }, "own");
+  const own = html("option", { value: "" }, "another one");
   const kind = html("select", { id: "criterion-kind", "aria-label": "criterion" }, ...kinds, own);
   const text = html("span", { class: "own-criterion" });
   /** @type {Map<string, ReturnType<typeof numberRow>>} */
@@ -107,6 +107,7 @@ export function criterionSlider(about, set) {
       const found = rows.get(word);
       kind.value = found ? word : "";
       own.hidden = found !== undefined;
+      own.textContent = /^\w+$/.test(word) ? word : "another one";
       text.textContent = found ? "" : String(value ?? "");
       for (const row of rows.values()) row.element.hidden = row !== found;
       found?.follow(parseFloat(limit));

@@ -88,6 +88,7 @@
  * @typedef {object} About
  * @property {string} program  name and version
  * @property {Base[]} bases
+ * @property {string[]} others  presets that are integrated in time: only their atlases have maps
  * @property {Parameter[]} parameters
  * @property {Quantity[]} quantities
  * @property {Criterion[]} criteria

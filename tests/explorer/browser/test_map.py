@@ -224,6 +224,23 @@ def test_last_of_many_changes_is_shown(opened):
     assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, alpha=last)
 
 
+def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
+    """The menu of criteria names one that has no slider, and what it asks stands below."""
+    page = opened(url=served_with("rolling", "criterion=peak_tilt > 10deg", "roll_rate=2:4:20").url)
+    settled(page)
+    assert page.locator("#criterion-kind option:checked").text_content() == "another one"
+    assert "peak_tilt" in page.locator(".own-criterion").text_content()
+
+
+def test_presets_with_losses_are_named(opened):
+    """A preset that is integrated in time stands in the menu, with the way to its map, and cannot be chosen."""
+    page = opened(BOTH)
+    others = page.locator("#base optgroup")
+    assert "atlas" in others.get_attribute("label")
+    assert others.evaluate("each => each.disabled")
+    assert "toy" in others.locator("option").all_text_contents()
+
+
 def test_criterion_acts(opened):
     """A smaller limit of the criterion makes more of the window unstable, as a run with it says."""
     page = opened(BOTH)
@@ -342,6 +359,35 @@ def test_page_fits_its_width(opened, width):
     page.set_viewport_size({"width": width - 40, "height": 800})
     settled(page)
     assert shown(page)["width"] == plot(page)["width"] < box["width"]
+
+
+#: Elements whose text is cut, and words of a drawing that leave it.
+CUT = """() => {
+  const shown = (each) => each.getClientRects().length && !each.closest("#spoken, label[for^=value-criterion]");
+  const cut = [...document.querySelectorAll("body *")].filter((each) =>
+    shown(each) && each.clientWidth > 1 && each.scrollWidth > each.clientWidth + 1 &&
+    !["visible", "auto"].includes(getComputedStyle(each).overflowX));
+  const beyond = [...document.querySelectorAll("svg.overlay text, .plot svg text")].filter((each) => {
+    const [word, all] = [each.getBoundingClientRect(), each.ownerSVGElement.getBoundingClientRect()];
+    return word.left < all.left - 0.5 || word.right > all.right + 0.5 || word.top < all.top - 0.5 ||
+      word.bottom > all.bottom + 0.5;
+  });
+  return [...cut, ...beyond].map((each) => each.textContent);
+}"""
+
+
+@pytest.mark.parametrize("width", [360, 390, 768, 1024, 1440, 1920, 2560])
+def test_nothing_is_cut(opened, width):
+    """At every width all numbers, titles, ticks and the samples of all lines are there, whole."""
+    page = opened(viewport={"width": width, "height": 900})
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    click(page, 0.1, 0.2)
+    page.locator("#motions .motion.shown:not(.waiting)").wait_for()
+    page.locator("#readout").filter(has_not_text="\u2026").filter(has_text="wells").wait_for()
+    settled(page)
+    assert page.evaluate(CUT) == []
+    assert page.locator("#map .legend .line").count() == 3
+    assert page.evaluate("document.documentElement.scrollWidth") == width
 
 
 def test_words_of_a_start_fit_a_phone(opened):

@@ -167,14 +167,25 @@ def test_pixels_show_the_nearest_cell(quiet, falling):
         assert index == (-1 if outside else int(np.abs(array - value).argmin()))
 
 
-def test_colours_are_those_of_cividis(quiet):
-    """The scale of colours is matplotlib's cividis, to 4 of 255 steps of every channel."""
-    import matplotlib as mpl
+def test_colours_are_those_of_the_figures(quiet):
+    """Numbers have the colours of the figures, light for small ones, to 4 of 255 steps; so have regimes."""
+    from matplotlib.colors import to_hex
+
+    from sweep.figures.disk import regimes
+    from sweep.figures.shade import COLOURS
 
     shares = [each / 200 for each in range(201)]
     found = quiet.evaluate(
         "async shares => { const { shade } = await import('eulerdisk/colours'); return shares.map(shade) }",
         shares,
     )
-    exact = 255 * np.array([mpl.colormaps["cividis"](share)[:3] for share in shares])
+    exact = 255 * np.array([COLOURS(share)[:3] for share in shares])
     assert np.abs(np.array(found) - exact).max() <= 4.0
+    painted = quiet.evaluate(
+        """async () => {
+            const { flagColour } = await import("eulerdisk/colours");
+            const flags = Object.fromEntries([0, 1, 2, 3].map((code) => [code, ""]));
+            return [0, 1, 2, 3].map((code) => flagColour({ name: "regime", flags }, code));
+        }"""
+    )
+    assert painted == [to_hex(each) for each in regimes._COLOURS]
