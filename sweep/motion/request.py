@@ -204,8 +204,9 @@ def _check_start(spec: MotionRequest) -> None:
     except RequestError as error:
         if error.where not in ("precession_rate", "roll_rate"):
             raise
-        # the hint of a model is a range, and a motion takes one number
-        hint = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
+        # a hint of the model may be a range, and a motion takes one number
+        number = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
+        hint = number if ":" in error.hint else error.hint
         raise RequestError(error.message, hint=hint, where=error.where) from None
 
 

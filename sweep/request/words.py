@@ -84,6 +84,11 @@ def presets(model: Model) -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
 
 
+def _every_preset() -> tuple[str, ...]:
+    """Return the names of all presets, those of the default model first."""
+    return tuple(name for model in registry.every() for name in presets(model))
+
+
 def find_spec_file(spec: str | Path) -> Path:
     """Return the path of a preset or of a file; text without a folder or ``.toml`` is the name of a preset.
 
@@ -101,7 +106,7 @@ def find_spec_file(spec: str | Path) -> Path:
     for model in registry.every():
         if spec in presets(model):
             return model.presets / f"{spec}.toml"
-    known = tuple(name for model in registry.every() for name in presets(model))
+    known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
     raise RequestError(
         f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
@@ -134,7 +139,7 @@ def read_file(path: Path) -> dict[str, object]:
     except OSError as problem:
         raise RequestError(
             f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
-            f"preset: {', '.join(presets(registry.named(registry.DEFAULT)))}.",
+            f"preset: {', '.join(_every_preset())}.",
             hint="Check the path.",
             where=str(path),
         ) from problem

@@ -200,3 +200,9 @@ def test_the_width_of_a_boundary_is_a_number_in_ascii(width):
     """Digits of other scripts, underscores and units are no width."""
     with pytest.raises(RequestError, match="boundary is grid, refined or refined:WIDTH"):
         read_word("boundary", f"refined:{width}", DISK)
+
+
+def test_a_file_that_is_missing_is_refused_with_every_preset(tmp_path):
+    """Those of all models, as where no preset has the name."""
+    with pytest.raises(RequestError, match=r"preset: circling, rolling, spinning, .*toy.* Check the path"):
+        SweepSpec.from_toml(tmp_path / "none.toml")
