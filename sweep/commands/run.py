@@ -132,7 +132,8 @@ def prepare(
         request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
     )
     show(str(journal.folder))
-    say(f"{request.size} cells in {len(journal.spans)} blocks")
+    blocks = len(journal.spans)
+    say(f"{request.size} cells in {blocks} block{'s' * (blocks != 1)}")
     _warn(request)
 
 
