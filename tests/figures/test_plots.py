@@ -388,7 +388,7 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
     slow = sweep.run(CIRCLING.replace(precession_rate="0.05:1.5:9", tilt="10deg,20deg"))
     assert caption(slow)[-2:] == [
         "no upper edge: 1 stable throughout, 1 lower edge only",
-        "no lower edge in 1 of 2 rows along roll_rate: stable throughout",
+        "no lower edge in 1 of 2 rows along precession_rate: stable throughout",
     ]
 
 
