@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from sweep.commands.arguments import Overwrite, Words, whole_number
-from sweep.commands.terminal import say, show
+from sweep.commands.terminal import abandonable, say, show
 
 
 def explore(
@@ -47,7 +47,8 @@ def explore(
     if export is not None:
         from sweep.explorer.export import export as write
 
-        write(subject, export, overwrite=overwrite)
+        with abandonable(export) as check:
+            write(subject, export, overwrite=overwrite, check=check)
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
     explorer = Explorer(subject, port)

@@ -23,7 +23,7 @@ import base64
 import json
 import re
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,13 @@ _STYLE = re.compile(r'<link rel="stylesheet" href="\./page/([^"]+)" ?/?>')
 _MAIN = re.compile(r'<script type="module" src="\./page/([^"]+)"></script>')
 
 
-def export(subject: Subject, path: Path, *, overwrite: bool = False) -> None:
+def _go_on() -> None:
+    """Go on."""
+
+
+def export(
+    subject: Subject, path: Path, *, overwrite: bool = False, check: Callable[[], None] = _go_on
+) -> None:
     """Write the page with the cells of an atlas; the file appears when it is complete.
 
     Parameters
@@ -67,6 +73,8 @@ def export(subject: Subject, path: Path, *, overwrite: bool = False) -> None:
         Ends in .html.
     overwrite : bool
         Replace a file of that name.
+    check : callable
+        Is called from time to time before the file appears; what it raises ends the work.
 
     Raises
     ------
@@ -85,7 +93,9 @@ def export(subject: Subject, path: Path, *, overwrite: bool = False) -> None:
         )
     check_target(path, overwrite)
     stored = subject.stored or _computed(subject.spec or SweepSpec.preset("rolling"))
-    content = page_of(stored_page(stored), page_files()).encode()
+    check()
+    content = page_of(stored_page(stored, check), page_files()).encode()
+    check()
     with refusals(path.absolute(), lambda: float(len(content))):
         publish_bytes(path.absolute(), content)
 
@@ -115,8 +125,8 @@ def _check_size(spec: SweepSpec) -> None:
         )
 
 
-def stored_page(stored: Stored) -> dict[str, Any]:
-    """Return what the page holds; see the module.
+def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str, Any]:
+    """Return what the page holds; see the module, and `export` for the check.
 
     Raises
     ------
@@ -141,6 +151,11 @@ def stored_page(stored: Stored) -> dict[str, Any]:
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
     fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
     starts = {name: view.spec.constants.get(name, getattr(view.spec, name)) for name in fixed}
+    packed = {}
+    for name, values in cells.items():
+        # a large one takes a second
+        check()
+        packed[name] = _packed(values)
     note = f"This page holds {x.size} x {y.size} cells: nothing is known between and beyond them."
     return {
         "about": {
@@ -154,7 +169,7 @@ def stored_page(stored: Stored) -> dict[str, Any]:
         },
         "x": _packed(x),
         "y": _packed(y),
-        "cells": {name: _packed(values) for name, values in cells.items()},
+        "cells": packed,
         "starts": {
             name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
         },

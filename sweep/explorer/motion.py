@@ -290,7 +290,8 @@ def _potential(
     period = exact["nutation_period"]
     spell = TRAJECTORY["tilt"].spell
     return {
-        "turns": [[turn, spell(turn, 6)] for turn in turns],
+        # as the numbers of the point beside it
+        "turns": [[turn, spell(turn, 10)] for turn in turns],
         "period": period if math.isfinite(period) else None,
         "wells": found.wells,
         "barriers": found.barriers,

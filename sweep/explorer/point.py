@@ -15,7 +15,7 @@ from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
 
 #: Said of a place where nothing is stored and nothing can be computed.
-_NO_CELL = "No cell here."
+NO_CELL = "No cell here."
 
 #: Columns that say how a cell was computed, or that the exact reduction does not know.
 _LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
@@ -52,7 +52,7 @@ def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[
     if stored is not None and stored.place(view) is not None and not view.is_live:
         # beyond the grid of an atlas whose cells take long
         return {
-            "start": _start(view.spec, start), "numbers": [], "verdict": "", "stored": None, "note": _NO_CELL
+            "start": _start(view.spec, start), "numbers": [], "verdict": "", "stored": None, "note": NO_CELL
         }  # fmt: skip
     with KERNELS:
         columns = compute(view.live, starts)

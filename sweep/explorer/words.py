@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from sweep.explorer.lines import bracket_width
-from sweep.explorer.point import place
+from sweep.explorer.point import NO_CELL, place
 from sweep.explorer.stored import Stored
 from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import View
@@ -39,7 +39,7 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     x, y = place(fields)
     at = {view.x.name: float(x[0]), view.y.name: float(y[0])}
     if stored is not None and not view.is_live:
-        return stored.explained(view, at)
+        return NO_CELL if stored.cell(view, *at.values()) is None else stored.explained(view, at)
     axes = {name: Values((value,)) for name, value in at.items()}
     refined = {}
     controls = view.live.model.controls(at)

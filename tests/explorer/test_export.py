@@ -2,6 +2,7 @@ import base64
 import json
 import os
 import re
+import signal
 import stat
 import subprocess
 import sys
@@ -131,3 +132,29 @@ def test_the_command_writes_a_page(tmp_path):
     os.umask(mask)
     assert stat.S_IMODE((tmp_path / "p.html").stat().st_mode) == 0o666 & ~mask
     assert [path.name for path in tmp_path.iterdir()] == ["p.html"]
+
+
+INTERRUPTED = """
+import os, signal, sys
+import sweep.explorer.export as export
+from sweep.cli import main
+
+pack = export._packed
+def interrupted(values):
+    os.kill(os.getpid(), signal.SIGINT)
+    return pack(values)
+export._packed = interrupted
+sys.argv = ["eulerdisk", "explore", "rolling", "roll_rate=2:3:8", "tilt=1deg:5deg:6", "--export", "p.html"]
+sys.exit(main())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+def test_an_interrupted_export_says_that_nothing_was_written(tmp_path):
+    """Ctrl-C ends the command with a sentence and the status of the signal; no file appears, and none is left."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 128 + signal.SIGINT
+    assert done.stderr == "eulerdisk: interrupted; p.html was not written, nothing is left behind.\n"
+    assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@
 /** Significant digits from which labels are written relative to an offset. */
 const MOST_DIGITS = 6;
 
-const MINUS = "\u2212";
+export const MINUS = "\u2212";
 const SUPERSCRIPT = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
 
 /**

@@ -52,6 +52,23 @@ CORNER = """async () => {
 }"""
 
 
+#: Colours of the rim of the disk and of the table.
+RIM_AND_TABLE = """() => {
+  const style = getComputedStyle(document.querySelector(".motion"));
+  return ["--motion-rim", "--motion-ground"].map((name) => style.getPropertyValue(name).trim());
+}"""
+
+
+def contrast(*colours):
+    """Return the contrast of two colours as WCAG defines it; a ring that is seen edge-on is all rim."""
+    light = []
+    for colour in colours:
+        shares = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        linear = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in shares]
+        light.append(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
+    return (max(light) + 0.05) / (min(light) + 0.05)
+
+
 def choose(page, x=0.6, y=0.5, number=0):
     """Click the map at a place, as shares of its width and height; wait for the motion of that slot."""
     box = page.locator("#map").bounding_box()
@@ -78,6 +95,43 @@ def test_a_click_shows_the_disk_and_its_curves(opened):
     assert panel.locator(".plot svg path.curve").count() == 5
     assert panel.locator(".ending").inner_text().startswith("followed for")
     panel.locator(".verdict", has_text="stable").wait_for()
+    # turning points have the digits of the numbers beside the map
+    titles = panel.locator(".plot.potential .dot.turn title").all_text_contents()
+    page.locator("#readout dd", has_text="stable").wait_for()
+    numbers = dict(
+        zip(
+            page.locator("#readout dt").all_inner_texts(),
+            page.locator("#readout dd").all_inner_texts(),
+            strict=True,
+        )
+    )
+    assert titles == [f"turning point at {numbers[name]}" for name in ("tilt min", "tilt max")]
+
+
+def test_a_disk_that_falls_stays_where_it_fell(opened):
+    """At its end the disk lies, the dot is at the end of the potential, and words say how it ended."""
+    page = opened("base=rolling&a=0,0.5&b=2.2,0.02&compare=yes")
+    page.locator(SHOWN).nth(1).wait_for()
+    panel = page.locator(".motion").first
+    ending = panel.locator(".ending")
+    assert re.fullmatch(r"fell at 0\.\d+ s", ending.inner_text())
+    # the motion beside it goes on
+    seek(page, 3.0)
+    assert re.fullmatch(r"fell at 0\.\d+ s: this is its end", ending.inner_text())
+    assert page.locator(".motion").nth(1).locator(".ending").inner_text() == "followed for 10 s"
+    curve = panel.locator(".plot.potential .curve").get_attribute("d")
+    end = [float(each) for each in re.findall(r"-?\d+\.\d+", curve)[-2:]]
+    dot = panel.locator(".plot.potential .cursor circle")
+    assert [float(dot.get_attribute(name)) for name in ("cx", "cy")] == pytest.approx(end, abs=0.5)
+    tilts = panel.locator(".plot.tilt .curve").get_attribute("d")
+    line = float(panel.locator(".plot.tilt .cursor line").get_attribute("x1"))
+    assert line == pytest.approx(float(re.findall(r"-?\d+\.\d+", tilts)[-2]), abs=0.5)
+    canvas = panel.locator(".stage canvas")
+    canvas.focus()
+    canvas.press(" ")
+    assert clock(page)["playing"]
+    canvas.press(" ")
+    assert not clock(page)["playing"]
 
 
 def test_the_disk_plays_pauses_and_ends(opened):
@@ -237,6 +291,12 @@ def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     page.click("#theme")
     pictures.append(stage.screenshot())
     assert len(set(pictures)) == 7
+    for theme in range(2):
+        assert contrast(*page.evaluate(RIM_AND_TABLE)) > 4.5, theme
+        page.click("#theme")
+    canvas.press("0")
+    page.wait_for_timeout(400)
+    assert "a.camera" not in page.url
     assert max(corner) < 100 < min(page.evaluate(CORNER))
 
 

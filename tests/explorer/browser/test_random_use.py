@@ -77,6 +77,7 @@ def test_growth_is_seen(name):
 def test_what_fills_at_first_or_comes_and_goes_is_no_growth():
     """Caches that fill, and peaks, are told from a leak; too few measurements have no trend."""
     memory_of({"heap": min(5.0 + number, 9.0)} for number in range(12)).check()
+    memory_of({"server": 300.0 if number < 8 else 430.0} for number in range(12)).check()
     memory_of({"heap": 50.0 if number == 10 else 5.0} for number in range(12)).check()
     assert memory_of({"heap": 5.0 + number} for number in range(4)).growth() == {}
 

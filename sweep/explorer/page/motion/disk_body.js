@@ -14,10 +14,9 @@ import {
 /** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
 const FACES = ["#f4c95d", "#5a86b8"];
 const PAINT = "#c8380a";
-const RIM = "#2b2b2b";
 
-/** Half the thickness over the radius; the disk of the equations has none. */
-const THICKNESS = 0.012;
+/** Half the thickness over the radius, of a disk and of a ring, which has no face; those of the equations have none. */
+const THICKNESS = { disk: 0.012, ring: 0.03 };
 
 /** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */
 const PIXELS = 512;
@@ -38,12 +37,13 @@ export function innerRadius(alpha) {
 /**
  * @param {number} radius
  * @param {number} alpha  moment of inertia over m R^2
+ * @param {string} rimColour
  * @returns {Group}
  */
-export function diskBody(radius, alpha) {
+export function diskBody(radius, alpha, rimColour) {
   const body = new Group();
   const inner = innerRadius(alpha) * radius;
-  const half = THICKNESS * radius;
+  const half = (inner > 0 ? THICKNESS.ring : THICKNESS.disk) * radius;
   for (const [side, colour] of FACES.entries()) {
     const face = new Mesh(new RingGeometry(inner, radius, 128), painted(colour));
     // the second face looks the other way; its painted radius stays where that of the first one is
@@ -58,7 +58,7 @@ export function diskBody(radius, alpha) {
   }
   const rim = new Mesh(
     new LatheGeometry(profile, 128),
-    new MeshStandardMaterial({ color: RIM, roughness: 0.5, side: 2 }),
+    new MeshStandardMaterial({ color: rimColour, roughness: 0.5, side: 2 }),
   );
   rim.rotation.x = Math.PI / 2;
   rim.castShadow = true;

@@ -25,7 +25,7 @@ import { poseOf } from "eulerdisk/motion/pose";
 
 /**
  * Colours of the scene, as CSS writes them.
- * @typedef {{ground: string, grid: string, trail: string, force: string}} SceneColours
+ * @typedef {{ground: string, grid: string, trail: string, force: string, rim: string}} SceneColours
  */
 
 /**
@@ -61,7 +61,8 @@ const WEIGHT = 0.9;
 export class DiskScene {
   /**
    * @param {HTMLElement} element  is filled with the picture
-   * @param {(standpoint: Standpoint) => void} [turned]  is told where a person has put the camera
+   * @param {(standpoint: Standpoint|null) => void} [turned]  is told where a person has put the camera; null: back to
+   *   where it was at first
    * @throws if the browser has no WebGL
    */
   constructor(element, turned = () => {}) {
@@ -96,7 +97,8 @@ export class DiskScene {
     /** @type {Trail|undefined} */
     this.trail = undefined;
     this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("role", "application");
+    this.canvas.setAttribute("aria-roledescription", "picture");
     this.canvas.addEventListener("keydown", (event) => this.#turnBy(event));
     new ResizeObserver(() => this.#fit()).observe(element);
   }
@@ -132,7 +134,7 @@ export class DiskScene {
   #furnish(radius, alpha, colours) {
     this.#empty();
     this.square = niceLength(SQUARE * radius);
-    this.disk = diskBody(radius, alpha);
+    this.disk = diskBody(radius, alpha, colours.rim);
     this.force = new Arrow(radius, colours.force);
     this.table = tableOfSquares(this.square, colours.ground, colours.grid);
     this.shadow = new Mesh(
@@ -314,8 +316,13 @@ export class DiskScene {
       "+": [0, 0, 0.9],
       "-": [0, 0, 1 / 0.9],
     };
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "0") {
+      this.standpoint = this.behind();
+      this.turned(null);
+    }
     const turn = turns[/** @type {"+"} */ (event.key)];
-    if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!turn) return;
     event.preventDefault();
     const [azimuth, elevation, distance] = this.standpoint;
     this.standpoint = [azimuth + turn[0] * TURN, elevation + turn[1] * TURN, distance * turn[2]];

@@ -1,6 +1,7 @@
 /** What the plots of a motion show, from its answer: tilt, potential, forces, and where its energy went. */
 
 import { rangeOf } from "eulerdisk/motion/plot";
+import { MINUS, readable } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
 /** @typedef {import("eulerdisk/motion/plot").Figure} Figure */
@@ -9,6 +10,12 @@ import { rangeOf } from "eulerdisk/motion/plot";
 const IN_VIEW = 2.5;
 const OFTEN = 1.3;
 const MOMENTS = 400;
+
+/** Digits of the wells and barriers, which are found on a curve of some hundred points. */
+const DIGITS = 5;
+
+/** Tilts in radians that are the same but for rounding: the potential ends where a disk has fallen. */
+const SAME = 1e-6;
 
 /**
  * Values of an array as people read them.
@@ -79,8 +86,9 @@ export function forcesFigure(samples, length) {
     y,
     curves: [
       { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
-      { x: times, y: horizontal, kind: "horizontal", label: "horizontal force" },
+      // the two are nearly the same while the normal force is the weight: what is dashed lies over what is not
       { x: times, y: arrays.friction_needed, kind: "needed", label: "friction needed" },
+      { x: times, y: horizontal, kind: "horizontal", label: "horizontal force" },
     ],
   };
 }
@@ -93,15 +101,21 @@ export function potentialFigure(samples) {
   const { head, arrays } = samples;
   const tilt = shown(samples, "potential_tilt");
   const { factor } = head.quantities.potential_tilt;
+  const { unit } = head.quantities.potential_tilt;
   const dot =
     (/** @type {string} */ kind, /** @type {string} */ words) =>
     (/** @type {[number, number]} */ [x, y]) => ({
       x: factor * x,
       y,
       kind,
-      label: `${words} at ${(factor * x).toPrecision(6)} ${head.quantities.potential_tilt.unit}`,
+      label: `${words} at ${readable(factor * x, DIGITS)} ${unit}`,
     });
-  const turns = head.turns.map(([turn]) => /** @type {[number, number]} */ ([turn, 0]));
+  const turns = head.turns.map(([turn, text]) => ({
+    x: factor * turn,
+    y: 0,
+    kind: "turn",
+    label: `turning point at ${text.replace("-", MINUS)}`,
+  }));
   return {
     title: "potential less energy against tilt",
     xLabel: labelled(samples, "potential_tilt"),
@@ -110,11 +124,7 @@ export function potentialFigure(samples) {
     y: rangeOf(arrays.potential),
     curves: [{ x: tilt, y: arrays.potential, kind: "potential" }],
     lines: [{ y: 0, kind: "energy" }],
-    dots: [
-      ...head.wells.map(dot("well", "well")),
-      ...head.barriers.map(dot("barrier", "barrier")),
-      ...turns.map(dot("turn", "turning point")),
-    ],
+    dots: [...head.wells.map(dot("well", "well")), ...head.barriers.map(dot("barrier", "barrier")), ...turns],
   };
 }
 
@@ -125,10 +135,14 @@ export function potentialFigure(samples) {
  */
 export function potentialAt(samples, tilt) {
   const { potential_tilt: tilts, potential } = samples.arrays;
-  if (!tilts || !(tilt >= tilts[0] && tilt <= tilts[tilts.length - 1])) return NaN;
-  let after = tilts.findIndex((value) => value >= tilt);
-  after = Math.max(after, 1);
-  const share = (tilt - tilts[after - 1]) / (tilts[after] - tilts[after - 1]);
+  if (!tilts) return NaN;
+  const place = Math.min(Math.max(tilt, tilts[0]), tilts[tilts.length - 1]);
+  if (!(Math.abs(place - tilt) < SAME)) return NaN;
+  const after = Math.max(
+    tilts.findIndex((value) => value >= place),
+    1,
+  );
+  const share = (place - tilts[after - 1]) / (tilts[after] - tilts[after - 1]);
   return potential[after - 1] + share * (potential[after] - potential[after - 1]);
 }
 

@@ -167,7 +167,6 @@ export class MotionPanel {
     this.element.classList.add("shown");
     this.element.classList.remove("refused");
     this.element.classList.toggle("lossy", head.lossy);
-    this.parts.ending.textContent = head.ending;
     this.parts.note.textContent = head.note;
     this.parts.laws.hidden = head.losses.length === 0;
     this.losses.show(head.losses);
@@ -182,10 +181,7 @@ export class MotionPanel {
     const style = getComputedStyle(this.element);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     try {
-      this.scene ??= new DiskScene(this.parts.stage, (standpoint) => {
-        this.standpoint = standpoint;
-        this.told();
-      });
+      this.scene ??= this.#makeScene();
     } catch (problem) {
       if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
       this.parts.stage.textContent = NO_WEBGL;
@@ -196,15 +192,31 @@ export class MotionPanel {
       grid: colour("--motion-grid"),
       trail: colour("--motion-trail"),
       force: colour("--motion-force"),
+      rim: colour("--motion-rim"),
     };
     this.scene.show(this.samples, colours, this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
-      `the disk, ${this.samples.head.title}; arrow keys turn the camera`,
+      `The disk, ${this.samples.head.title}: arrows turn the camera, plus and minus bring it nearer and farther, ` +
+        "0 puts it back, Space plays and pauses",
     );
     this.parts.square.textContent = `squares of ${lengthText(this.scene.square)}`;
     this.parts.stage.append(this.parts.square);
     this.scene.setTime(clock.time);
+  }
+
+  #makeScene() {
+    const scene = new DiskScene(this.parts.stage, (standpoint) => {
+      this.standpoint = standpoint;
+      this.told();
+    });
+    scene.canvas.addEventListener("keydown", (event) => {
+      if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      if (clock.playing) clock.pause();
+      else clock.play();
+    });
+    return scene;
   }
 
   /** Show the time of the clock. */
@@ -214,6 +226,9 @@ export class MotionPanel {
     if (!samples || clock.length === 0) return;
     if (this.drawnLength !== clock.length || this.drawn !== samples) this.#drawCurves(samples, clock.length);
     const time = Math.min(clock.time, samples.length);
+    // what ends before the motion beside it stays where it ended
+    const { ending } = samples.head;
+    this.parts.ending.textContent = clock.time >= samples.length ? `${ending}: this is its end` : ending;
     const tilt = samples.at("tilt", time);
     this.tilt.setCursor(time);
     this.forces.setCursor(time);

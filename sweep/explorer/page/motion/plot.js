@@ -88,10 +88,13 @@ export class Plot {
     this.cursor = x;
     if (!this.figure || !this.width) return;
     const place = this.#right(x);
+    if (!Number.isFinite(place) || Number.isNaN(y)) {
+      this.mark.replaceChildren();
+      return;
+    }
     const line = { x1: place, x2: place, y1: this.top, y2: this.height - ROOM.bottom };
-    const parts =
-      y === undefined ? [svg("line", line)] : [svg("circle", { cx: place, cy: this.#up(y), r: 5 })];
-    this.mark.replaceChildren(...(Number.isFinite(place) ? parts : []));
+    const mark = y === undefined ? svg("line", line) : svg("circle", { cx: place, cy: this.#up(y), r: 5 });
+    this.mark.replaceChildren(mark);
   }
 
   #draw() {

@@ -16,6 +16,9 @@ const TURNS = 400;
 /** Swing in radians below which a tilt does not change but by rounding: it has no period that could be measured. */
 const NO_SWING = 1e-9;
 
+/** Digits of a turning point: those of the other numbers of an exported page. */
+const DIGITS = 8;
+
 /**
  * @param {Start} start  in SI units
  * @param {StoredMotions} stored
@@ -81,5 +84,5 @@ function endingOf(ended, last) {
  */
 function toldTilt(tilt, { quantities }) {
   const { factor, unit } = quantities.tilt;
-  return [tilt, `${Number((tilt * factor).toPrecision(6))} ${unit}`];
+  return [tilt, `${Number((tilt * factor).toPrecision(DIGITS))} ${unit}`];
 }
