@@ -30,6 +30,7 @@ from sweep.explorer.loss_words import loss_words
 from sweep.explorer.potential import potential_of
 from sweep.explorer.turns import KERNELS
 from sweep.model.disk.model import DISK
+from sweep.model.lossy_disk.tables import NO_AIR
 from sweep.model.quantity import Array
 from sweep.motion import disk_path, lossy_path
 from sweep.motion.disk_tables import DISK_MOTION, TRAJECTORY
@@ -53,6 +54,9 @@ _UNITS, _UNITS_TO_THE_END = 4e3, 4e4
 
 #: Rates over sqrt(g/R) are smaller: the energy has their squares.
 _LARGEST = 1e100
+
+#: Values of words that a spec does not have.
+_NONE = (None, 0.0, NO_AIR)
 
 #: The least time [s] that somebody may ask for.
 _LEAST = 1e-3
@@ -152,6 +156,12 @@ def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, A
     fall = (LOSSY_MOTION if has_losses or lost else DISK_MOTION).largest_tilt
     if hasattr(spec, fall):
         words[fall] = getattr(spec, fall)
+    if has_losses and losses:
+        lost = lost or dict(losses)
+        # what a law needs is added where the cells have none of it
+        lost = {name: each for name, each in lost.items() if name in losses or words.get(name) in _NONE}
+        if lost.get("air_law", words.get("air_law")) == NO_AIR:
+            words |= dict.fromkeys(("air_viscosity", "air_density"), 0.0)
     return words | lost
 
 

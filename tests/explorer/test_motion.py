@@ -12,7 +12,7 @@ import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import explore
 from sweep.explorer.loss_controls import controls
-from sweep.explorer.motion import motion, quantities, stored_motions
+from sweep.explorer.motion import motion, quantities, stored_motions, words_of
 from sweep.explorer.potential import potential_of
 from sweep.motion.disk_path import _TRAJECTORY
 from sweep.motion.request import LossyTrajectorySpec
@@ -292,3 +292,23 @@ def test_an_exported_page_knows_what_it_draws():
     assert stored["quantities"] == quantities()
     assert stored["fall_tilt"] == SPEC.fall_tilt
     assert stored_motions(SweepSpec.preset("toy")) is None
+
+
+@pytest.mark.parametrize(
+    ("losses", "changed"),
+    [
+        ({"rolling_friction": 1e-3}, {"rolling_friction": 1e-3}),
+        ({"contour_damping": 1e-4}, {"contour_damping": 1e-4}),
+        ({"air_law": "none"}, {"air_law": "none", "air_viscosity": 0.0, "air_density": 0.0}),
+        ({"mass": 2.0}, {"mass": 2.0}),
+    ],
+)
+def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are(losses, changed):
+    """The air and the mass of the cells stay what they are; only what a slider says is another."""
+    spec = sweep.SweepSpec.preset("toy")
+    start = {"tilt": 0.53, "tilt_rate": 0.0, "precession_rate": 24.5, "roll_rate": 2.2}
+    start |= {name: getattr(spec, name) for name in spec.model.parameters if name not in start}
+    assert spec.air_law == "bildsten"
+    words = words_of(spec, start, losses)
+    assert words == words_of(spec, start, {}) | changed
+    assert motion(spec, start, 0.1, losses)[0]["lossy"]

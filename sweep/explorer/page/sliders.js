@@ -13,7 +13,13 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {(value: any) => void} SetValue  takes a number in SI units, or words */
 
-/** @typedef {{low: number, high: number, scale: "linear"|"log", factor: number, unit: string}} Ruler */
+/**
+ * `low` and `high` are the ends of a slider; a number that is written lies above and below others, if they are given.
+ * @typedef {{low: number, high: number, scale: "linear"|"log", factor: number, unit: string, above?: number|null, below?: number|null}} Ruler
+ */
+
+/** No tilt departs farther, in degrees. */
+const HALF_TURN = 180;
 
 /** Steps of a slider from end to end. */
 const STEPS = 1000;
@@ -90,7 +96,15 @@ export function criterionSlider(about, set) {
   const rows = new Map();
   for (const { word, description, unit, low, high } of about.criteria) {
     /** @type {Ruler} */
-    const ruler = { low, high, scale: "log", factor: 1, unit };
+    const ruler = {
+      low,
+      high,
+      scale: "log",
+      factor: 1,
+      unit,
+      above: 0,
+      below: unit === "deg" ? HALF_TURN : null,
+    };
     const write = (/** @type {number} */ limit) => set(`${word}:${limit}${unit}`);
     rows.set(word, numberRow(`criterion-${word}`, `limit of ${word}`, description, ruler, write));
   }
@@ -143,8 +157,13 @@ function numberRow(name, label, description, ruler, set) {
   slide.addEventListener("input", () => set(tidy(valueOf(ruler, Number(slide.value) / STEPS), ruler.factor)));
   field.addEventListener("change", () => {
     const value = Number(field.value.trim().replace(",", ".").replace("\u2212", "-"));
-    if (field.value.trim() !== "" && Number.isFinite(value)) set(value / ruler.factor);
-    field.classList.toggle("wrong", !Number.isFinite(value));
+    const { above = null, below = null } = ruler;
+    const possible =
+      Number.isFinite(value) && (above === null || value > above) && (below === null || value < below);
+    if (field.value.trim() !== "" && possible) set(value / ruler.factor);
+    field.classList.toggle("wrong", !possible);
+    const limits = `above ${above}${below === null ? "" : ` and below ${below} ${ruler.unit}`}`;
+    field.title = Number.isFinite(value) && !possible ? `This must be ${limits}.` : "";
   });
   const number = html(
     "span",

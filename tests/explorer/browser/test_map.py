@@ -486,3 +486,22 @@ def test_window_is_copied_as_command(opened, explorer):
     motion = copied("motion A as command")
     assert motion.startswith("eulerdisk simulate ")
     assert "contour_friction=" in motion
+
+
+def test_a_criterion_that_is_none_is_not_asked_for(opened):
+    """A limit that is not above 0, or half a turn, is marked with what it must be, and not sent."""
+    page = opened()
+    field = page.locator("#value-criterion-departure")
+    for wrong in ("-7", "0", "180"):
+        field.fill(wrong)
+        page.keyboard.press("Enter")
+        assert field.evaluate("each => each.classList.contains('wrong')"), wrong
+        assert field.get_attribute("title") == "This must be above 0 and below 180 deg."
+    settled(page)
+    assert "with.criterion" not in entries(page)
+    field.fill("7")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert entries(page)["with.criterion"] == "departure:7deg"
+    assert not field.evaluate("each => each.classList.contains('wrong')")
+    assert not field.get_attribute("title")
