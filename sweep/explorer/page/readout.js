@@ -157,6 +157,7 @@ export class Readout {
    */
   #tell(words, aim) {
     this.#fill(this.#rows, "");
+    if (!words) return;
     this.#element.append(html("p", { class: "quiet" }, words));
     if (aim.keys) this.#spoken.textContent = [...this.#rows.map((row) => row.join(" ")), words].join(", ");
   }
