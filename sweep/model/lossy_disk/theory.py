@@ -2,16 +2,22 @@
 
 An upright disk that rolls is slowed by friction along its rim and by the air, one that spins by pivoting friction.
 Until its rate has sunk to the critical one of the disk without losses a perturbation grows by no more than a factor,
-and afterwards falling takes time: so in the limit of a vanishing perturbation the boundary is not above the rate that
-sinks to the critical one by the end. The factor is not 1: a path that is slowed winds up, and with viscous friction k
-the tilt grows like exp(k t / alpha) even far above the critical rate (scaled), while the rate sinks like
-exp(-k t / (1 + alpha)).
+and afterwards falling takes time: so in the limit of a vanishing perturbation the boundary of a given departure, or of
+a time aloft, is not above the rate that sinks to the critical one by the end. It is an upper estimate, and says nothing
+of an amplification, which is that factor. For the factor is not 1: a path that is slowed winds up. Far above the
+critical rate the tilt of a rolling disk grows like rate^(-(1 + alpha)/alpha).
+
+What brakes the roll rate of a disk that spins upright (contour friction, damping, air) lets its tilt grow at every
+rate: with a small viscous friction k like exp(k t/(1+alpha) (1 + q)/(q - 1)), q = (1 + alpha/2) P^2 (scaled), and dry
+friction holds it. Pivoting friction holds the turning about the vertical of a disk that rolls upright: while it does
+the critical rate is 1/sqrt(1 + alpha), above that of the disk without losses. Such disks have no line.
 """
 
 import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+import numpy.typing as npt
 
 from kernels.disk.steady import critical_precession_rate_squared, critical_roll_rate_squared
 from sweep.model.description import Request, Starts
@@ -29,6 +35,12 @@ _STEEP = math.radians(30.0)
 
 _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
+#: What `unsteadied` means for a disk that rolls and for one that spins.
+_UNSTEADIED = {
+    "roll_rate": "pivoting friction holds the turning of a disk that rolls upright, and another rate is critical",
+    "precession_rate": "what brakes the roll rate leaves no disk stable that spins upright",
+}
+
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
     """Return the critical rate without losses, and the rate that losses take down to it by the end.
@@ -45,13 +57,12 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
     -------
     dict of str to (critical, predicted)
         As `sweep.model.description.Model.lines`, in rad/s. NaN for a disk that rolls and precesses at once, and for one
-        that spins with contour friction, which can hold its roll rate and then leaves no rate stable.
+        that is `unsteadied`.
     """
     if computed_rates(spec) or axis not in _OTHER:
         return {}
     known = starts[_OTHER[axis]] == 0.0
-    if axis == "precession_rate":
-        known = known & (starts["contour_friction"] == 0.0)
+    known = known & ~unsteadied(spec, starts, axis)
     if not known.any():
         return {}
     critical = np.where(known, critical_rate(starts, axis), np.nan)
@@ -64,9 +75,24 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
     return {"upper": edge} if high > 0.0 else {"lower": (-edge[0], -edge[1])}
 
 
+def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_]:
+    """Whether a loss acts on the small motions that keep an upright disk upright which has a rate; shape (n,).
+
+    Of one that rolls that is turning about the vertical, of one that spins rolling along the rim.
+    """
+    if axis == "roll_rate":
+        return np.asarray(starts["pivoting_friction"] > 0.0)
+    braked = (starts["contour_friction"] > 0.0) | (starts["contour_damping"] > 0.0)
+    if spec.air_law == MOFFATT:
+        braked = braked | (starts["air_viscosity"] > 0.0)
+    if spec.air_law == BILDSTEN:
+        braked = braked | (starts["air_viscosity"] * starts["air_density"] > 0.0)
+    return np.asarray(braked)
+
+
 def lasting(spec: Request) -> float:
     """Return the time [s] for which the criterion asks that a motion lasts; NaN if it asks something else."""
-    if spec.criterion.limits_reach:
+    if spec.criterion.word == "departure":
         return float(spec.duration)
     return float(spec.criterion.limit) if spec.criterion.word == "aloft" else math.nan
 
@@ -201,10 +227,10 @@ def _of_an_upright_disk(spec: Request, start: Mapping[str, float]) -> Iterator[s
     axis = next((name for name in _OTHER if start[name] != 0.0 and start[_OTHER[name]] == 0.0), None)
     if axis is None:
         return
-    if axis == "precession_rate" and start["contour_friction"] > 0.0:
-        yield "theory      no prediction: contour friction can hold the roll rate of a disk that spins upright"
-        return
     arrays = {name: np.array([value]) for name, value in start.items()}
+    if unsteadied(spec, arrays, axis)[0]:
+        yield f"theory      no prediction: {_UNSTEADIED[axis]}"
+        return
     rate, critical = abs(start[axis]), float(critical_rate(arrays, axis)[0])
     words = axis.replace("_", " ")
     if rate <= critical:

@@ -1,16 +1,22 @@
 """What theory says of losses: how they slow an upright disk, bounds of the boundary, the time of a wobble near flat."""
 
 import math
+from types import SimpleNamespace
 
+import lossy_referee as referee
+import lossy_runner
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import sweep
+from kernels.lossy_disk.arrays import PARAMETERS
+from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST
 from sweep.atlas.outlook import one_sided
 from sweep.engine.grid import whole
 from sweep.model.lossy_disk import theory
 from sweep.model.lossy_disk.model import LOSSY_DISK
+from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
 from sweep.request.spec import SweepSpec
 
 COIN = {"radius": "12mm", "mass": "7g"}
@@ -97,6 +103,104 @@ def test_the_boundary_of_a_small_perturbation_is_not_beyond_the_bound(law):
         assert lines == sorted(lines), (criterion, lines)
 
 
+AIR_CODES = {"none": "none", "moffatt": MOFFATT, "bildsten": BILDSTEN}
+
+
+def random_upright(n, rng, axis):
+    """Return disks all but upright that roll or spin, by the law of the air, with what theory says of them, scaled.
+
+    Returns
+    -------
+    dict of str to (starts, slowing, critical)
+        float64[len(PARAMETERS), n]; `theory.slowing` and the critical rates.
+    """
+    found = {}
+    for air, law in AIR_CODES.items():
+        rolls = axis == "roll_rate"
+        arms = 10.0 ** rng.uniform(-4.0, -2.5, (4, n)) * (rng.random((4, n)) < 0.6)
+        given = referee.starts(
+            tilt=1e-9, alpha=rng.uniform(0.1, 1.0, n), rolling_friction=rolls * arms[0],
+            pivoting_friction=(1 - rolls) * arms[1], contour_friction=rolls * arms[2],
+            contour_damping=rolls * arms[3], air_viscosity=rolls * 1e-4, air_density=1.0,
+        )  # fmt: skip
+        words = dict(zip(PARAMETERS, given, strict=True))
+        spec = SimpleNamespace(air_law=law)
+        found[air] = given, theory.slowing(spec, words, axis), theory.critical_rate(words, axis)
+    return found
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
+def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(axis):
+    """Fresh cells of all laws from the bound on, for departures and for times aloft: an upper estimate of the rate."""
+    rng = np.random.default_rng()
+    for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
+        duration = rng.uniform(5.0, 60.0)
+        bound = theory.rate_before(critical, duration, slowed)
+        given[PARAMETERS.index(axis)] = bound * (1.0 + 10.0 ** rng.uniform(-4.0, -0.5, bound.size))
+        found = lossy_runner.run(given, air=air, duration=duration)
+        assert np.isin(found.ending, (HORIZON, REST)).all()
+        assert found.tilt_max.max() < math.radians(5.0), (air, given[:, found.tilt_max.argmax()])
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
+def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(axis):
+    """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
+    rng = np.random.default_rng()
+    fell = 0
+    for air, (given, slowed, critical) in random_upright(40, rng, axis).items():
+        rates = critical * rng.uniform(1.01, 1.5, critical.size)
+        given[PARAMETERS.index(axis)] = rates
+        found = lossy_runner.run(given, air=air, duration=3000.0)
+        for cell in np.flatnonzero(np.isin(found.ending, (FLAT, LIFT_OFF))):
+            coefficients = tuple(float(each[cell]) for each in slowed)
+            fell += 1
+            assert found.end_time[cell] > theory.time_between(rates[cell], critical[cell], coefficients)
+    assert fell > 10
+
+
+@pytest.mark.compiled
+def test_a_path_that_is_slowed_winds_up():
+    """Far above the critical rate the tilt grows like rate^-((1+alpha)/alpha): an amplification has no bound."""
+    for alpha in (0.5, 1.0):
+        given = referee.starts(tilt=1e-9, roll_rate=60.0, alpha=alpha, contour_damping=0.02)
+        grown = []
+        for duration in (40.0, 80.0):
+            found = lossy_runner.run(given, duration=duration)
+            grown.append(max(found.tilt_max[0], -found.tilt_min[0]))
+        expected = math.exp(0.02 * 40.0 / alpha)
+        assert grown[1] / grown[0] == pytest.approx(expected, rel=0.03)
+    critical, bound = lines(contour_damping=2e-8, criterion="amplification:5")["upper"]
+    assert np.isfinite(critical).all()
+    assert np.isnan(bound).all()
+
+
+@pytest.mark.compiled
+def test_pivoting_friction_that_holds_a_rolling_disk_changes_the_critical_rate():
+    """A vanishing perturbation does not turn it about the vertical: it falls below 1 / sqrt(1 + alpha), scaled."""
+    given = referee.starts(
+        tilt=1e-9, roll_rate=np.array([0.98, 1.02]) / math.sqrt(1.5), pivoting_friction=1e-3
+    )
+    found = lossy_runner.run(given, duration=300.0)
+    grown = np.maximum(found.tilt_max, -found.tilt_min)
+    assert grown[0] > 1e-4
+    assert grown[1] < 2e-8
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("rate", [1.5, 4.0])
+def test_damping_along_the_rim_leaves_no_disk_stable_that_spins_upright(rate):
+    """Its tilt grows as the theory of small damping says, however fast it spins."""
+    q, damping = 1.25 * rate * rate, 0.002
+    given = referee.starts(tilt=1e-9, precession_rate=rate, contour_damping=damping)
+    early, late = (
+        max(found.tilt_max[0], -found.tilt_min[0])
+        for found in (lossy_runner.run(given, duration=duration) for duration in (2500.0, 3500.0))
+    )
+    assert math.log(late / early) / 1000.0 == pytest.approx(damping / 1.5 * (1 + q) / (q - 1), rel=0.01)
+
+
 def lines(axis="roll_rate", **words):
     """Return the lines of a spec along an axis."""
     spec = SweepSpec(**COIN, **{axis: "10:80:5"}, **words)
@@ -104,11 +208,15 @@ def lines(axis="roll_rate", **words):
 
 
 def test_where_theory_has_no_line():
-    """Two rates, circling and centres at rest have none; a spinning disk with contour friction has no stable rate."""
+    """Two rates, circling and centres at rest have none, nor a disk whose friction holds what steadies it."""
     assert lines(contour_friction="1um", precession_rate=1.0) == {}
     assert lines("precession_rate", contour_friction="1um", roll_rate="wobble", tilt="60deg") == {}
     assert lines("precession_rate", contour_friction="1um", roll_rate="steady", tilt="60deg") == {}
     assert lines("precession_rate", contour_friction="1um") == {}
+    assert lines("precession_rate", contour_damping=1e-9) == {}
+    for law in ("moffatt", "bildsten"):
+        assert lines("precession_rate", **AIR, air_law=law) == {}
+    assert lines(contour_friction="1um", pivoting_friction="1um") == {}
     assert np.isfinite(lines("precession_rate", pivoting_friction="1um")["upper"]).all()
     critical, bound = lines(rolling_friction="1um", criterion="end_time < 3s")["upper"]
     assert np.isfinite(critical).all()
@@ -185,8 +293,9 @@ def test_what_explain_says():
     assert f"in {time:.6g} s" in told({"roll_rate": 20.0}, rolling_friction="20um")
     assert "critical one without losses, in" in told({"roll_rate": -20.0}, rolling_friction="20um")
     assert "is below 16.5" in told({"roll_rate": 10.0}, rolling_friction="20um")
-    assert "no loss slows it" in told({"roll_rate": 40.0}, pivoting_friction="20um")
-    assert "can hold the roll rate" in told({"precession_rate": 60.0}, contour_friction="20um")
+    assert "no loss slows it" in told({"precession_rate": 60.0}, rolling_friction="20um")
+    assert "another rate is critical" in told({"roll_rate": 40.0}, pivoting_friction="20um")
+    assert "leaves no disk stable" in told({"precession_rate": 60.0}, contour_friction="20um")
     assert told({"precession_rate": 60.0, "roll_rate": 1.0}, contour_friction="20um") == ""
     wobble = {"inclination": "5deg", "precession_rate": "wobble", "roll_rate": "wobble"}
     assert "(the cell has 3.5 s)" in told(wobble, contour_friction="20um")
