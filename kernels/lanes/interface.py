@@ -36,7 +36,7 @@ Arguments
 
 from typing import Any, NamedTuple
 
-from kernels.jit import simd
+from kernels.jit import internal, simd
 
 #: Numbers of LANES cells that `advance` reads and writes: they come first in the layout.
 STEPPING: Any = None
@@ -122,6 +122,27 @@ def coast(lane, run, lanes):
     """
 
 
+@internal
+def go_on(lane, place, run, memory):
+    """Let a stepping lane with an event go on at once, in its place (scalar); a model may have no such event.
+
+    What else an event means is decided when all legs of a block have ended.
+
+    Parameters
+    ----------
+    lane, place : int
+        The numbers that step are `memory[row + lane]`, all others of the cell `memory[row + place]`.
+    run : tuple of floats
+    memory : float64[:]
+
+    Returns
+    -------
+    bool
+        Whether the lane goes on: its next step is to find no such event.
+    """
+    return False
+
+
 def land(lane, run, lanes):
     """Compute where a leg ended, as far as that is the same arithmetic for all cells (vector).
 
@@ -164,4 +185,5 @@ class LaneModel(NamedTuple):
     land: Any
     finish_leg: Any
     coast: Any = coast
+    go_on: Any = go_on
     parts: tuple[tuple[Any, Any], ...] = ()

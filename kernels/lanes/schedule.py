@@ -26,6 +26,7 @@ from kernels.lanes.interface import (
     coast,
     fill_idle,
     finish_leg,
+    go_on,
     land,
     needs_integration,
     prepare,
@@ -174,6 +175,20 @@ def _store(events, steps, memory, notes):
     return ended
 
 
+@simd
+def _going_on(events, run, memory, notes):
+    """Return the word of the lanes with an event that go on at once."""
+    going = 0
+    while events != 0:
+        lane = count_trailing_zeros(events)
+        events &= events - 1
+        if go_on(lane, notes[_PLACE, lane], run, memory):
+            going |= 1 << lane
+            # the lane rested in the step that found the event and in the one that was begun since
+            notes[_SINCE, lane] += 2
+    return going
+
+
 @internal
 def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
     """Integrate the cells from `start` to `stop`; `memory` holds the stepping lanes, all zero, then the blocks."""
@@ -201,6 +216,7 @@ def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
             return
         events, pending, steps = _advance_to_event(pending, idle, run, memory)
         total += steps
+        events &= ~_going_on(events, run, memory, notes)
         idle |= events
         # the last step was made after these events
         ended = _store(events, total - 1, memory, notes)

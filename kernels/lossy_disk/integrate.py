@@ -23,7 +23,7 @@ from typing import Any
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.lossy_disk import layout, loss_laws, rk4, simd_stages, step_size
+from kernels.lossy_disk import layout, loss_laws, rk4, simd_stages, step_control, step_size
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
 
@@ -41,6 +41,7 @@ LANE_MODEL = LaneModel(
     land=simd_stages.land,
     finish_leg=finish_leg,
     coast=simd_stages.coast,
+    go_on=step_control.go_on,
 )
 
 _DRY = (

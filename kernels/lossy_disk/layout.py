@@ -8,8 +8,8 @@ S, C, T, W, O_RATE, P, TIME = offsets(0, 7)
 TURNED, PATH, ROLLED, PIVOTED, RUBBED, DAMPED, BLOWN = offsets(7, 14)
 #: sines of the extreme tilts before the last two steps, half the length of one of them,
 LEAST, GREATEST, LAST = offsets(14, 17)
-#: sines of the extreme tilts in the last two steps, steps that may still be made, half the length of each of the next
-#: two; and of the present ones.
+#: sines of the extreme tilts in the last two steps, steps until the lane is looked at, half the length of each of the
+#: next two; and of the present ones.
 LATEST_LEAST, LATEST_GREATEST, STEPS_LEFT, HALF, TAKEN = offsets(17, 22)
 
 # What a step only reads: `kernels.lossy_disk.rk4.Inertia`,
@@ -41,6 +41,9 @@ LEG_LEAST, LEG_GREATEST = offsets(71, 73)
 
 #: When the criterion was first broken, the largest imbalance, steps, switches, reductions of the step, steps of a leg.
 BREACH, IMBALANCE, STEPS_KEPT, SWITCHES, REFINED, STEPS = offsets(73, 79)
+#: `kernels.lossy_disk.step_control`: the largest SCALE and that of the start; steps of the cell when it is looked at
+#: next; what was spent, the part of the way and the steps when it was last.
+COARSEST, FIRST_SCALE, CHECK, SPENT, PROGRESS, LOOKED = offsets(79, 85)
 
 #: Numbers of LANES cells.
-SIZE = 79 * LANES
+SIZE = 85 * LANES

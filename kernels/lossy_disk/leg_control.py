@@ -9,7 +9,6 @@ the disk slides again, when the lane takes it over.
 
 import math
 
-from kernels.disk.equations import energy_change
 from kernels.jit import inlined, internal, simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.arrays import (
@@ -55,23 +54,19 @@ from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
-from kernels.lossy_disk.rk4 import rates, step
+from kernels.lossy_disk.rk4 import step
 from kernels.lossy_disk.simd_stages import (
     STEPS_OF_A_CALL,
     begin,
     inertia_of,
-    ledger_of,
     losses_of,
     sense_of,
     set_off,
-    state_of,
 )
+from kernels.lossy_disk.step_control import added, imbalance_of, present, refined, slowed_down
 
 #: What becomes of a cell: its results are written, it goes on in its lane, it begins again.
 _WRITTEN, _GOES_ON, _AGAIN = range(3)
-
-_MOST_REFINEMENTS = 6
-_SMALLEST_SHRINK = 1.0 / 8.0
 
 
 @internal
@@ -272,41 +267,14 @@ def _store_leg(lane, motion, record, lanes):
 
 
 @internal
-def _added(ledger, gain, h):
-    """`ledger` + h * `gain`."""
-    a0, a1, a2, a3, a4, a5, a6 = ledger
-    b0, b1, b2, b3, b4, b5, b6 = gain
-    return (
-        a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
-    )  # fmt: skip
-
-
-@internal
-def _imbalance(state, ledger, lane, lanes):
-    """Energy (of m g R) that a state has lost or won without reason, and the drift of S^2 + C^2 = 1."""
-    S, C, _, w, o, p = state
-    S0, C0, w0, o0 = (
-        lanes[at.S_0 + lane],
-        lanes[at.C_0 + lane],
-        lanes[at.W_0 + lane],
-        lanes[at.O_RATE_0 + lane],
-    )
-    i_inverse, alpha = lanes[at.I_INVERSE + lane], lanes[at.ALPHA + lane]
-    s, s0 = i_inverse * p, i_inverse * lanes[at.P_0 + lane]
-    change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
-    _, _, rolled, pivoted, rubbed, damped, blown = ledger
-    lost = rolled + pivoted + rubbed + damped + blown
-    return abs(change + lost) + abs((S - 1.0) * (S + 1.0) + C * C)
-
-
-@internal
 def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
     state = spin_state(motion.state, inertia_of(lane, lanes))
-    error = max(lanes[at.IMBALANCE + lane], _imbalance(state, motion.ledger, lane, lanes))
+    error = max(lanes[at.IMBALANCE + lane], imbalance_of(state, motion.ledger, lane, lanes))
     lanes[at.IMBALANCE + lane] = error
     if ending == UNRESOLVED or not error <= run.tolerance:
-        if ending != UNRESOLVED and _refined(lane, error, run, lanes):
+        if ending != UNRESOLVED and refined(lane, error, run, lanes):
+            begin(lane, lanes)
             return _AGAIN
         _write_unresolved(cell, lane, record, lanes, measures, counts)
         return _WRITTEN
@@ -337,20 +305,6 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
         (imbalance, tilt_error, unit * time_error),
         (record.steps, lanes[at.REFINED + lane], record.switches), measures, counts,
     )  # fmt: skip
-
-
-@internal
-def _refined(lane, error, run, lanes):
-    """Let the cell begin again with a shorter step, if there is one left to try."""
-    if lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
-        return False
-    shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
-    if not shrink >= _SMALLEST_SHRINK:
-        shrink = _SMALLEST_SHRINK
-    lanes[at.SCALE + lane] *= min(0.7, shrink)
-    lanes[at.REFINED + lane] += 1.0
-    begin(lane, lanes)
-    return True
 
 
 @internal
@@ -389,20 +343,17 @@ def _leg_ledger(lane, lanes):
 @internal
 def _gone_back(lane, lanes):
     """Return the motion of a lane four of its steps before its end, or at the beginning of the leg if that is later."""
-    (S, C, _, w, o, p), t, ledger = state_of(lane, lanes), lanes[at.TIME + lane], ledger_of(lane, lanes)
+    t, last, began = lanes[at.TIME + lane], lanes[at.LAST + lane], lanes[at.LEG_TIME + lane]
     sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
-    state, last, began = (S, C, 1.0 / C, w, o, p), lanes[at.LAST + lane], lanes[at.LEG_TIME + lane]
     h = -2.0 * last
     if 4.0 * h <= began - t:
         # going back errs by as much as a step does, which is much of an event that comes early in it
         state, t, ledger = _start_of(lane, lanes), began, _leg_ledger(lane, lanes)
     else:
-        # what Simpson's rule still lacks
-        _, gain, _ = rates(state, sense, inertia, losses)
-        ledger = _added(ledger, gain, (2.0 / 3.0) * last)
+        state, ledger = present(lane, lanes)
         for _ in range(4):
             state, gain = step(state, sense, inertia, losses, h)
-            t, ledger = t + h, _added(ledger, gain, 1.0)
+            t, ledger = t + h, added(ledger, gain, 1.0)
     S, C, w, f, v = contact_state(state, inertia)
     # along the leg the rates that friction opposes have its senses: where it began with one that vanished, going back
     # leaves an error
@@ -443,22 +394,41 @@ def _breaks_only(lane, lanes):
 
 
 @internal
+def _set_off_again(cell, lane, run, lanes, measures, counts):
+    """Begin a cell again; returns whether it slides in its lane."""
+    slides_again = _begun(cell, lane, run, lanes, measures, counts)
+    if slides_again:
+        set_off(lane, run, lanes)
+    return slides_again
+
+
+@internal
+def _slowed_down(cell, lane, run, lanes, measures, counts):
+    """Begin a cell again whose steps are too long for its way, or write that it cannot be resolved."""
+    if slowed_down(lane, run, lanes):
+        begin(lane, lanes)
+        return _set_off_again(cell, lane, run, lanes, measures, counts)
+    S = lanes[at.S_0 + lane]
+    _write_unresolved(cell, lane, _record_of(lane, lanes, S, S), lanes, measures, counts)
+    return False
+
+
+@internal
 def finish_leg(cell, lane, run, lanes, measures, counts):
     """Go through the event of a leg; let the cell go on, or write it."""
     lanes[at.STEPS_KEPT + lane] += STEPS_OF_A_CALL * (lanes[at.STEPS + lane] - 1.0)
+    if lanes[at.STEPS_LEFT + lane] <= 0.0:
+        return _slowed_down(cell, lane, run, lanes, measures, counts)
     motion, case, past = _gone_back(lane, lanes), _case_of(lane, run, lanes), lanes[at.TIME + lane]
     record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
     if _breaks_only(lane, lanes):
         lanes[at.BREACH + lane] = _breach(motion, record, case, lane, past, lanes)
         lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
         return True
-    ending = UNRESOLVED
-    if lanes[at.STEPS_LEFT + lane] > 0.0:
-        motion, record, ending = _followed(motion, record, case, lane, past, lanes)
+    motion, record, ending = _followed(motion, record, case, lane, past, lanes)
     state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
-    goes_on = state == _GOES_ON
     if state == _AGAIN:
-        goes_on = _begun(cell, lane, run, lanes, measures, counts)
-    if goes_on:
+        return _set_off_again(cell, lane, run, lanes, measures, counts)
+    if state == _GOES_ON:
         set_off(lane, run, lanes)
-    return goes_on
+    return state == _GOES_ON

@@ -20,8 +20,11 @@ from kernels.simd_math import sine_cosine
 #: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
 _NEAREST = 1.1
 
-#: Steps of a call of `advance` and `coast`; about after how many a motion is abandoned.
-STEPS_OF_A_CALL, MOST_STEPS = 2.0, 1.0e8
+#: Steps of a call of `advance` and `coast`.
+STEPS_OF_A_CALL = 2.0
+
+#: Steps of a cell when `kernels.lossy_disk.step_control` looks at it for the first time: some nutations.
+FIRST_CHECK = 512.0
 
 #: Horizontal turning rate at which a leg with rolling friction ends: `kernels.lossy_disk.follow` goes on.
 SLOW_CONTACT = 1.0e-3
@@ -84,7 +87,12 @@ def prepare(lane, run, lanes):
     lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane] = o, of_disk.i_roll * s
     lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
     longest = 0.5 * run.step / unit if run.step > 0.0 else math.inf
-    lanes[at.SCALE + lane], lanes[at.LONGEST + lane] = 0.5 * run.relative_step, longest
+    coarsest = 0.5 * run.relative_step
+    lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane], lanes[at.LONGEST + lane] = (
+        coarsest,
+        coarsest,
+        longest,
+    )
     lanes[at.END + lane] = run.duration / unit
     lanes[at.REFINED + lane] = 0.0
     begin(lane, lanes)
@@ -109,6 +117,8 @@ def begin(lane, lanes):
     lanes[at.LOW + lane], lanes[at.HIGH + lane] = low, high
     lanes[at.BREACH + lane], lanes[at.IMBALANCE + lane] = math.nan, 0.0
     lanes[at.STEPS_KEPT + lane], lanes[at.SWITCHES + lane] = 0.0, 0.0
+    lanes[at.SCALE + lane], lanes[at.CHECK + lane] = lanes[at.FIRST_SCALE + lane], FIRST_CHECK
+    lanes[at.SPENT + lane], lanes[at.PROGRESS + lane], lanes[at.LOOKED + lane] = 0.0, 0.0, 0.0
 
 
 @simd
@@ -125,7 +135,7 @@ def set_off(lane, run, lanes):
     rolled, pivoted = lanes[at.LEG_ROLLED + lane], lanes[at.LEG_PIVOTED + lane]
     rubbed, damped = lanes[at.LEG_RUBBED + lane], lanes[at.LEG_DAMPED + lane]
     blown = lanes[at.LEG_BLOWN + lane]
-    left = MOST_STEPS - lanes[at.STEPS_KEPT + lane]
+    left = lanes[at.CHECK + lane] - lanes[at.STEPS_KEPT + lane]
     change, forces = changes(state, sense, inertia_of(lane, lanes), losses_of(lane, lanes))
     half = next_half(state, change, forces, lane, lanes)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane] = S, C, T
