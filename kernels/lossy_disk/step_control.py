@@ -1,7 +1,9 @@
 """How the steps of a cell follow the error of its energy: what is left of the tolerance is spent evenly on the way.
 
 How short the steps of a long motion have to be is seen after some nutations: a cell that takes too long ones need not
-come to its end before it begins again. All follows from the cell alone.
+come to its end before it begins again. Steps change on the way only where the losses are on course to end the motion
+before its time is over: they end its errors too. Others may find a fall late in a steady motion, which multiplies an
+error ten-thousandfold; their steps stay as they began. All follows from the cell alone.
 """
 
 import math
@@ -16,9 +18,8 @@ from kernels.lossy_disk.simd_stages import inertia_of, ledger_of, losses_of, sen
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 1.0e8
 
-#: Part of the tolerance that a motion may have spent when its energy is, and when its time is: the end of its time may
-#: find it falling, ten-thousand times as far off. And the least that it may spend from any look on.
-_SPENT_BY_ENERGY, _SPENT_BY_TIME, _LEAST_LEFT = 0.8, 0.35, 0.1
+#: Part of the tolerance that a motion may have spent at its end; the least that it may spend from any look on.
+_SPENT, _LEAST_LEFT = 0.8, 0.1
 
 #: What a motion may have spent on this first part of its way: else it begins again, with shorter steps.
 _SPENT_AT_FIRST, _FIRST_PART = 0.2, 0.05
@@ -47,7 +48,7 @@ class Look(NamedTuple):
     spent : float
         The part of it that stays, whatever comes.
     progress : float
-        Part of its way that lies behind it: of its time, or of its energy, whichever is more.
+        Part of its energy that it has lost.
     scale : float
         Half the relative step from here on.
     steps, until_next : float
@@ -122,21 +123,19 @@ def looked_at(lane, place, run, memory):
     excess, drift = _excess(state, ledger, place, memory)
     error, C, C0 = abs(excess) + abs(drift), state[1], memory[at.C_0 + place]
     spent = abs(excess + drift / (C + C0)) + abs(drift) * (1.0 + 1.0 / C0)
-    of_time = memory[at.TIME + lane] / memory[at.END + lane]
-    of_energy = lost_energy(ledger) / memory[at.ENERGY_0 + place]
-    progress, share = (of_energy, _SPENT_BY_ENERGY) if of_energy > of_time else (of_time, _SPENT_BY_TIME)
+    progress = lost_energy(ledger) / memory[at.ENERGY_0 + place]
     gained, before = progress - memory[at.PROGRESS + place], memory[at.SCALE + lane]
     steps = memory[at.CHECK + place] - memory[at.STEPS_LEFT + lane]
-    scale, until_next = before, _UNTIL_NEXT * steps
-    if gained > 0.0:
+    scale, until_next, goes_on = before, _UNTIL_NEXT * steps, steps < _MOST_STEPS
+    if gained > 0.0 and progress > memory[at.TIME + lane] / memory[at.END + lane]:
         rate = max(spent - memory[at.SPENT + place], 0.0) / gained
-        allowed = max(share * run.tolerance - spent, _LEAST_LEFT * run.tolerance)
+        allowed = max(_SPENT * run.tolerance - spent, _LEAST_LEFT * run.tolerance)
         scale = min(before * _factor(allowed, rate * max(1.0 - progress, 0.0)), memory[at.COARSEST + place])
         pace = (steps - memory[at.LOOKED + place]) / gained
         until_next = _UNTIL_NEXT * progress * pace * (before / scale)
-    goes_on = error <= run.tolerance and steps < _MOST_STEPS
-    if _hasty(spent, progress, run) and scale < memory[at.FIRST_SCALE + place]:
-        goes_on &= memory[at.REFINED + place] >= _MOST_REFINEMENTS
+        goes_on &= error <= run.tolerance
+        if _hasty(spent, progress, run) and scale < memory[at.FIRST_SCALE + place]:
+            goes_on &= memory[at.REFINED + place] >= _MOST_REFINEMENTS
     return Look(error, spent, progress, scale, steps, until_next, goes_on)
 
 
@@ -172,9 +171,11 @@ def go_on(lane, place, run, memory):
 def slowed_down(lane, run, lanes):
     """Let the steps of a cell be shorter from its start on, where `go_on` did not let it go on; returns whether."""
     look = looked_at(lane, lane, run, lanes)
-    if look.error <= run.tolerance and look.steps < _MOST_STEPS:
-        return _counted(lane, lanes[at.COARSEST + lane], look.scale, lanes)
-    return look.error > run.tolerance and refined(lane, look.error, run, lanes)
+    if look.steps >= _MOST_STEPS:
+        return False
+    if look.error > run.tolerance:
+        return refined(lane, look.error, run, lanes)
+    return _counted(lane, lanes[at.COARSEST + lane], look.scale, lanes)
 
 
 @internal

@@ -188,6 +188,65 @@ def test_a_model_may_make_a_step_without_looking_for_events():
     assert (looks == GOAL / rates / 2 + 2).all()
 
 
+#: A lane of `pausing` rests after each step, until it is let go on: the rate is kept in the numbers of the cell.
+KEPT, OWED = LEG, TOTAL
+
+
+@simd
+def begin_pausing(lane, run, lanes):
+    """Begin at zero, and keep the rate."""
+    lanes[VALUE + lane], lanes[KEPT + lane], lanes[OWED + lane] = 0.0, lanes[RATE + lane], 0.0
+
+
+@simd
+def keep_set_off(lane, run, lanes):
+    """There is one leg only."""
+
+
+@simd
+def pause(lane, run, lanes):
+    """One step, or an event where the rate is zero, which it is from every fourth value on."""
+    value = lanes[VALUE + lane] + lanes[RATE + lane]
+    pausing = lanes[RATE + lane] == 0.0
+    lanes[VALUE + lane] = value
+    lanes[RATE + lane] = 0.0 if value % 4.0 == 0.0 else lanes[RATE + lane]
+    return pausing
+
+
+@internal
+def unpause(lane, place, run, memory):
+    """Go on with the rate of the cell, but not at the goal."""
+    memory[RATE + lane] = memory[KEPT + place] if memory[VALUE + lane] < run[0] else 0.0
+    return memory[RATE + lane] != 0.0
+
+
+@simd
+def count(lane, run, lanes):
+    """The steps of the only leg, without that which found its end."""
+    lanes[OWED + lane] = lanes[STEPS + lane] - 1.0
+
+
+@internal
+def write_pausing(cell, lane, run, lanes, measures, counts):
+    """The results."""
+    measures[0, cell], counts[0, cell] = lanes[VALUE + lane], int(lanes[OWED + lane])
+    return False
+
+
+def test_a_lane_may_go_on_at_once_after_an_event():
+    """It uses the numbers of its own cell, rests until then, and the steps that it rested are not counted."""
+    pausing = bind(
+        MODEL._replace(
+            name="pausing", prepare=begin_pausing, set_off=keep_set_off, advance=pause, go_on=unpause, land=count,
+            finish_leg=write_pausing,
+        )
+    )  # fmt: skip
+    rates = 2.0 ** np.random.default_rng(3).integers(-2, 5, 7 * LANES + 3)
+    values, steps = results(pausing, rates)
+    assert (values == GOAL).all()
+    assert (steps == GOAL / rates).all()
+
+
 def test_each_model_has_an_entry_point_of_its_own(integrate):
     """Binding one model changes neither the schedule nor the entry point of another."""
     assert bind(MODEL) is not integrate
