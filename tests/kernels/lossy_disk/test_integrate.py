@@ -304,3 +304,20 @@ def test_names_of_variants():
     assert len(VARIANTS) == 96
     assert integrate.integrate_viscous is integrate.integrate_viscous
     assert not hasattr(integrate, "integrate_sticky")
+
+
+def test_a_long_motion_to_flat_is_seen_early_to_need_shorter_steps():
+    """Toys of 157 and 144 s: within the tolerance, of which they use a good part, and the times are right."""
+    tilt, turning = np.radians([50.0, 55.0]), np.array([3.04, 3.68]) / math.sqrt(0.03755 / 9.81)
+    given = referee.starts(
+        tilt=tilt, precession_rate=turning, roll_rate=-turning * np.sin(tilt), radius=0.03755,
+        mass=0.4387, gravity=9.81, contour_friction=5e-6, air_viscosity=1.8e-5, air_density=1.2,
+    )  # fmt: skip
+    settings = {"air": "bildsten", "duration": 300.0, "variant": "integrate_dry_bildsten"}
+    found, finer = (lossy_runner.run(given, tolerance=each, **settings) for each in (1e-8, 1e-10))
+    assert (found.ending == FLAT).all()
+    assert (found.refinements > 0).any()
+    assert (found.energy_imbalance <= 1e-8).all()
+    # with steps of one length, chosen when the first motion has ended, they use 2.1e-9 and 1.5e-9
+    assert (found.energy_imbalance > 2.5e-9).all()
+    assert np.abs(found.end_time / finer.end_time - 1.0).max() < 1e-7
