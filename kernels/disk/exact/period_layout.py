@@ -21,7 +21,7 @@ C_1, C_2, BASE = offsets(6, 9, LANES)
 # The turning points: distances, and slopes of V in y there. FIRST is where the angle of the quadrature is zero.
 FIRST, SECOND, FIRST_SLOPE, SECOND_SLOPE = offsets(9, 13, LANES)
 
-# The saddle: its distance, and of which length the motion passes it or turns before it; 1 where it passes
+# The saddle: the middle of the two roots of the excess next to it (its distance), half their distance; 1 if passed
 AWAY, WIDTH, PASSES = offsets(13, 16, LANES)
 
 # The substitution: distance = ANCHOR + WIDTH sinh(MIDDLE + HALF cos(angle)), see `kernels.disk.exact.period`
@@ -45,14 +45,20 @@ ENDS, SUM_4, SUM_2, SUM_1, ERROR, PART = offsets(34, 40, LANES)
 # Cosines of the angles of a motion where a wide panel begins to count and where it ends
 COS_LOW, COS_HIGH = offsets(40, 42, LANES)
 
+# The saddle as seen from upright: its place, the square of the distance of those roots from it were it a parabola,
+# and Taylor coefficients of V about it
+PLACE_OF_SADDLE, SQUARE = offsets(42, 44, LANES)
+V_0, V_1, V_2, V_3, V_4, V_5 = offsets(44, 50, LANES)
+V_TERMS = 6
+
 #: Classes of motions, by the intervals of their first sums (`kernels.disk.exact.period_pass`).
-CLASSES = 5
+CLASSES = 8
 
 #: Coefficients of Q; they are used in groups of so many, the shorter a swing is the fewer.
 Q_TERMS = WIDE_TERMS - 2
 GROUP = 8
 GROUPS = Q_TERMS // GROUP
-Q = 42 * LANES
+Q = 50 * LANES
 #: Keys of a table: a block has one class, one number of groups and one wide panel.
 PERIOD_KEYS = CLASSES * (GROUPS + 1) * CENTRES
 #: Numbers of a block.

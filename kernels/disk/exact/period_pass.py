@@ -10,17 +10,19 @@ from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.near_turning_points import TERM_ERROR
 from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHORT_REACH, integrate
 from kernels.disk.exact.period_layout import CLASSES, LANES
+from kernels.disk.exact.root import ROUNDING
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
 from kernels.jit import internal
 
-#: Intervals of the first sums, of motions far from a separatrix and of the classes of those near one; of the last ones.
-_FIRST, _MORE, _MOST = 8, 16, 1 << 14
+#: Intervals of the first sums of the classes: of motions far from a separatrix, and of those near one; how often they
+#: are doubled.
+_INTERVALS, _DOUBLINGS = (8, 16, 24, 32, 40, 48, 64, 96), 11
 #: Two successive sums may differ by this share of the sum, the second number near a separatrix, and their estimated
 #: error may be this large. Of 10,000 periods next to steady motions 1e-7 let pass two that were wrong by up to 3e-9.
 _AGREEMENT, _AGREEMENT_AT_SADDLE, _ERROR = 1e-6, 5e-8, 2e-11
-#: Amplitude of the error of a substitution near a separatrix, over the width and the curvature of the saddle, and the
-#: error that is allowed (measured).
-_AMPLITUDE, _ALLOWED = 1.0, 2e-10
+#: The error that is allowed of a first sum near a separatrix; intervals over the square root of the range of u
+#: (measured).
+_ALLOWED, _AT_ENDS = 2e-10, 11.5
 #: Share of a period that rounding may change, as estimated: a period is promised to 1e-9, and of 10,000 cells beside
 #: separatrices the worst error was 0.36 of the estimate.
 _PROMISE = 7e-10
@@ -40,11 +42,11 @@ def _turns(motion):
 
 @internal
 def _class(motion):
-    """Class of a motion: 0, or how many times _MORE intervals the first sums have near a separatrix.
+    """Class of a motion: the number of the first sum's intervals in _INTERVALS; 0 far from a separatrix.
 
     A motion is near one if it is slow at its saddle: if that is nearer to a turning point, or to the energy, than a
-    swing is wide. With h half of the range of u the sum of N intervals is wrong by exp(-N pi/h) times what makes the
-    saddle differ from a parabola, which is the less the narrower it is.
+    swing is wide. With h half of the range of u, what the roots at the saddle are wrong by makes the sum of N intervals
+    wrong by exp(-N pi/h) times it, and what lies beyond the turning points by about exp(-2 N sqrt(1.8/h)) (measured).
     """
     if math.isnan(motion[of.TOP]):
         return 0
@@ -52,11 +54,26 @@ def _class(motion):
     width, swing = _width(motion, ahead, behind), abs(ahead - behind)
     if not width < swing:
         return 0
-    amplitude = min(1.0, _AMPLITUDE * width / abs(motion[of.BEND]))
-    intervals = math.log(2.0 * swing / width) * math.log(max(1.0, amplitude / _ALLOWED)) / math.pi
+    reach = math.log(2.0 * swing / width)
+    amplitude = min(1.0, width / abs(motion[of.BEND])) ** 3 + _rounding_of_height(motion) / abs(
+        motion[of.HEIGHT]
+    )
+    middle = reach * math.log(max(1.0, min(1.0, amplitude) / _ALLOWED)) / math.pi
+    intervals = max(middle, _AT_ENDS * math.sqrt(reach))
     # one half of the range is enough if the motion turns before its saddle
     intervals = intervals if motion[of.HEIGHT] < 0.0 else 0.5 * intervals
-    return 1 + min(CLASSES - 2, int(intervals / _MORE))
+    class_ = 1
+    while class_ < CLASSES - 1 and _INTERVALS[class_] < intervals:
+        class_ += 1
+    return class_
+
+
+@internal
+def _rounding_of_height(motion):
+    """Error of the saddle's height over the energy: as in `kernels.disk.exact.near_turning_points.rounding_error`."""
+    away = abs(motion[of.TOP] - motion[of.Y_0])
+    terms = (motion[of.PULL] + motion[of.CURVATURE] * away) * away
+    return ROUNDING * (motion[of.KINETIC] + min(terms, motion[of.LEVEL]))
 
 
 @internal
@@ -126,7 +143,8 @@ def _load(chunk, at_saddle, first, last):
         block[at.SECOND_SLOPE + lane] = slope if swap else slope_behind
         block[at.W_0 + lane], block[at.AWAY + lane] = y0, away
         block[at.PASSES + lane] = 1.0 if passes else 0.0
-        block[at.WIDTH + lane] = _width(motion, ahead, behind)
+        block[at.PLACE_OF_SADDLE + lane] = motion[of.TOP]
+        block[at.SQUARE + lane] = -2.0 * motion[of.HEIGHT] / motion[of.BEND]
         block[at.FORCE + lane], block[at.KINETIC + lane] = motion[of.FORCE], motion[of.KINETIC]
         # elsewhere an error of the force shifts the swing as a whole
         block[at.PULL + lane] = motion[of.PULL] if at_saddle else 0.0
@@ -191,14 +209,14 @@ def _drop_ended(n, chunk):
 def find_periods(n, tables, chunk, measures, counts):
     """Write the periods of the bounded ones of n motions."""
     count, times = _collect(n, chunk, measures, counts), 1
-    while count > 0 and times * _FIRST <= _MOST:
+    while count > 0 and times <= 1 << _DOUBLINGS:
         for b in range(blocks_of(chunk.keys, count, LANES, chunk.order, chunk.ends, chunk.blocks)):
             key, first, last = chunk.blocks[KEY, b], chunk.blocks[FIRST, b], chunk.blocks[STOP, b]
             number, groups = key % CENTRES - SIDE, key // CENTRES % (at.GROUPS + 1)
             key //= CENTRES * (at.GROUPS + 1)
             class_, table = key % CLASSES, key // CLASSES
             alpha, at_saddle = tables.alphas[table], class_ > 0
-            intervals = times * (_MORE * class_ if at_saddle else _FIRST)
+            intervals = times * _INTERVALS[class_]
             _load(chunk, at_saddle, first, last)
             integrate(
                 chunk.block,
