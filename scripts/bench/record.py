@@ -96,6 +96,10 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
         named["exact with the period / extremes alone"] = (
             reduction["with_period_per_s"] / reduction["extremes_per_s"]
         )
+    for name, row in reduction.get("presets", {}).items():
+        named[f"exact with the period / extremes alone, {name}"] = (
+            row["with_period_per_s"] / row["extremes_per_s"]
+        )
     for name, seconds in found.get("start", {}).get("warm", {}).items():
         named[f"bare imports / {name}"] = found["start"]["bare"] / seconds
     for name, row in found.get("whole", {}).items():

@@ -54,6 +54,9 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
             f"exact reduction, {exact['cells']} cells, {exact['threads']} threads: extremes "
             f"{exact['extremes_per_s']:.3g} cells/s, with the period {exact['with_period_per_s']:.3g}"
         )
+        for name, row in exact.get("presets", {}).items():
+            ratio = row["extremes_per_s"] / row["with_period_per_s"]
+            yield f"  {name:10s} {row['cells']:9d} cells: with the period {ratio:.2f} times as long"
     yield from _losses_lines(found)
     yield from _whole_lines(found)
 

@@ -127,6 +127,42 @@ def test_periods_next_to_unstable_steady_motions(start, period):
     assert extremes(given, FALL, True)[0][EXACT_NUTATION_PERIOD, 0] == pytest.approx(period, rel=3e-10)
 
 
+@pytest.mark.parametrize(
+    ("start", "period"),
+    [
+        (
+            (
+                -0.035593015805694954,
+                2.561146326229011e-08,
+                0.7948066549052099,
+                0.06141664981030043,
+                0.24680867281259003,
+            ),
+            138.967020294028,
+        ),
+        (
+            (
+                -0.6128676939608386,
+                2.293569200025711,
+                0.5833722759236682,
+                0.7648911062986228,
+                0.39471761780091774,
+            ),
+            2.6505869868040657,
+        ),
+    ],
+)
+def test_roots_next_to_a_saddle(start, period):
+    """The roots are those of the saddle's expansion, or of its parabola where that says nothing.
+
+    With the place of the saddle as its height needs it the first period was wrong by 4e-10; with the expansion used far
+    beyond its reach the second one was none. True periods: scripts/quadruple.py.
+    """
+    names = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")
+    given = referee.starts(**dict(zip(names, start, strict=True)), radius=1.0, gravity=1.0)
+    assert extremes(given, FALL, True)[0][EXACT_NUTATION_PERIOD, 0] == pytest.approx(period, rel=3e-11)
+
+
 def test_bits_of_a_period_depend_on_the_cell_alone():
     """Order, company and chunks change no bit of a period; nor do motions that need more intervals or panels."""
     rng = np.random.default_rng()
