@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import signal
 import sys
 from pathlib import Path
 
@@ -14,6 +15,10 @@ settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True
 settings.load_profile("ci" if os.environ.get("CI") == "true" else "home")
 
 os.environ["MPLBACKEND"] = "agg"
+
+# A shell that starts the tests in the background has them ignore interrupts, and so every process that they start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Tests read what the commands print: no colours, and lines as wide as any message.
 for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):

@@ -109,9 +109,10 @@ def _preset_of(model: Model) -> str:
 
 
 def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
-    from sweep.explorer.motion import words_of
+    from sweep.explorer.motion import check_start, words_of
 
     start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+    check_start(start)
     words = words_of(view.spec, start, read_object(fields.get("losses") or {}, "losses"))
     if fields.get("duration") is not None:
         words["duration"] = read_number(fields, "duration")

@@ -118,7 +118,7 @@ def motion(
     -----
     It calls kernels, beside the maps: those that follow one motion have one thread.
     """
-    _check_start(start)
+    check_start(start)
     words = words_of(spec, start, losses or {})
     lossy = spec.model is LOSSY_MOTION.model or bool(loss_words(losses or {}))
     exact = {} if lossy else _exact(spec, start)
@@ -192,7 +192,16 @@ def stored_motions(spec: SweepSpec) -> dict[str, Any] | None:
     return {"fall_tilt": spec.fall_tilt, "quantities": quantities(), "words": words}
 
 
-def _check_start(start: Mapping[str, float]) -> None:
+def check_start(start: Mapping[str, float]) -> None:
+    """Refuse a start that has no motion.
+
+    Raises
+    ------
+    NoMotionError
+        If a rate was to keep the tilt constant and none does.
+    RequestError
+        If the energy of it is no number.
+    """
     none = [name for name in _STATE if not math.isfinite(start[name])]
     if none:
         raise NoMotionError(

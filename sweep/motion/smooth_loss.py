@@ -18,7 +18,14 @@ from sweep.model.quantity import Array
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-14
 
 #: Measures that come out of it.
-MEASURES = ("end_time", "tilt_min", "tilt_max", *(measure for _, measure in LOSSES.values()))
+MEASURES = (
+    "end_time",
+    "tilt_min",
+    "tilt_max",
+    *(measure for _, measure in LOSSES.values()),
+    "heading_turned",
+    "path_length",
+)
 
 
 def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
@@ -55,7 +62,7 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
     found = solve_ivp(
         motion,
         (0.0, spec.duration / unit),
-        [*first, *[0.0] * len(LOSSES)],
+        [*first, *[0.0] * (len(LOSSES) + 2)],
         method="DOP853",
         rtol=_RELATIVE,
         atol=_ABSOLUTE,
@@ -63,11 +70,13 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
     )
     # most extreme tilts lie between steps
     tilts = np.concatenate([found.y[0, [0, -1]], *(events[:, 0] for events in found.y_events if len(events))])
-    return dict(zip(MEASURES, (unit * found.t[-1], tilts.min(), tilts.max(), *found.y[4:, -1]), strict=True))
+    *sums, path = found.y[4:, -1]
+    values = (unit * found.t[-1], tilts.min(), tilts.max(), *sums, start["radius"] * path)
+    return dict(zip(MEASURES, values, strict=True))
 
 
 def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callable[[float, Any], list[float]]:
-    """Return the right-hand side for (tilt, w, o, s, loss of each law), all scaled."""
+    """Return the right-hand side for (tilt, w, o, s, loss of each law, heading, path), all scaled."""
     alpha, radius, mass = start["alpha"], start["radius"], start["mass"]
     rolling, pivoting, contour = (
         start[name] / radius for name in ("rolling_friction", "pivoting_friction", "contour_friction")
@@ -106,6 +115,8 @@ def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callab
             contour * normal * abs(along),
             damping * along * along,
             drag * along,
+            o / cos,
+            abs(along),
         ]
 
     return right

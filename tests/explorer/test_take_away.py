@@ -105,6 +105,12 @@ def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
         assert np.array_equal(held["motion"]["tilt"].values, motion["tilt"].values)
 
 
+def test_a_point_without_a_motion_has_no_command(url):
+    """No roll rate keeps the tilt of a disk that does not turn; a command with an infinite one helps nobody."""
+    _, error = refused(url, "command", view=VIEWS["circling"], width=9, height=9, x=0.0, y=0.2)
+    assert "no roll_rate keeps this tilt constant" in error["error"]
+
+
 @pytest.mark.parametrize("losses", [None, {"rolling_friction": 1e-4}])
 def test_the_command_of_a_point_falls_where_the_page_says(url, losses):
     """The tilt at which the disk has fallen is that of the page; of a disk with losses it is not a word."""

@@ -117,6 +117,16 @@ def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypa
         assert name in [each.name for each in findings(verify(wrong)).wrong], name
 
 
+@pytest.mark.parametrize("name", ["heading_turned", "path_length", "breach_time"])
+def test_a_second_computation_finds_what_the_ledger_cannot_see(name):
+    """Of an atlas of other code a measure that no balance holds is held against half the step, in a sample."""
+    atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
+    assert findings(verify(atlas, seed=1)).passed
+    wrong = atlas.copy(deep=True)
+    wrong[name].values[np.isfinite(wrong[name].values)] *= 1.001
+    assert name in [each.name for each in findings(verify(wrong, seed=1)).wrong]
+
+
 def test_verify_says_that_it_is_a_sample(command):
     """The report and its last line say how many cells were computed again, and with which seed; a seed repeats it."""
     assert command(f"run {TOY} -o a.nc")[0] == 0

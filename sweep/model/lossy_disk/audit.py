@@ -312,7 +312,7 @@ def _second(facts: _Facts) -> Iterator[CellCheck]:
                 apart = np.where(_endings_agree(facts) | ~judged, 0.0, 1.0)
                 yield CellCheck("ending", against, apart, np.zeros(apart.shape), judged, share=share)
             same_end = judged & ((prefix == OTHER) | (again == facts.ending))
-            for name in COMPARED[1:]:
+            for name in (each for each in COMPARED[1:] if each in facts.stored):
                 values = facts.truth[f"{prefix}{name}"]
                 known = same_end & np.isfinite(values)
                 with np.errstate(invalid="ignore"):

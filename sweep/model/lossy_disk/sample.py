@@ -27,6 +27,9 @@ COMPARED = (
     "tilt_min",
     "tilt_max",
     *(each for _, each in tables.LOSSES.values()),
+    "heading_turned",
+    "path_length",
+    "breach_time",
 )
 AGAIN, OTHER = "again_", "other_"
 
