@@ -120,6 +120,9 @@ def _direction(place, angle, senses, inertia, losses):
     _, _, growth, _ = change
     scale = time_scale(_placed(place, angle), inertia)
     h = _AHEAD * (scale if abs(growth) * scale < abs(size) else abs(size / growth))
+    if h == 0.0:
+        # at rest the angle may change at any rate
+        return angle
     later = _balanced(_along(place, h, change), angle, 0.0, senses, inertia, losses)
     return _balanced(place, angle, (later - angle) / h, senses, inertia, losses)
 

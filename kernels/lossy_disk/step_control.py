@@ -21,8 +21,9 @@ _MOST_STEPS = 1.0e8
 #: Part of the tolerance that a motion may have spent at its end; the least that it may spend from any look on.
 _SPENT, _LEAST_LEFT = 0.8, 0.1
 
-#: What a motion may have spent on this first part of its way: else it begins again, with shorter steps.
-_SPENT_AT_FIRST, _FIRST_PART = 0.2, 0.05
+#: What a motion may have spent on this first part of its way: else it begins again, with shorter steps, as often at
+#: most. Near the rounding of the energy shorter steps do not help.
+_SPENT_AT_FIRST, _FIRST_PART, _MOST_HASTY = 0.2, 0.05, 2.0
 
 #: Part of its way so far that a motion goes until it is looked at again. Not a number of steps: steps that were made
 #: ever shorter because of some noise would gain no way.
@@ -30,6 +31,9 @@ _UNTIL_NEXT = 0.5
 
 #: By how much one look may shorten and lengthen the steps; what is kept back, as the error is one of the past.
 _MOST_SHORTER, _MOST_LONGER, _CAUTION = 0.25, 2.0, 0.95
+
+#: The shortest steps on the way, of those that a cell may have at most.
+_SHORTEST = 1.0 / 8.0
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
@@ -130,12 +134,14 @@ def looked_at(lane, place, run, memory):
     if gained > 0.0 and progress > memory[at.TIME + lane] / memory[at.END + lane]:
         rate = max(spent - memory[at.SPENT + place], 0.0) / gained
         allowed = max(_SPENT * run.tolerance - spent, _LEAST_LEFT * run.tolerance)
-        scale = min(before * _factor(allowed, rate * max(1.0 - progress, 0.0)), memory[at.COARSEST + place])
+        coarsest = memory[at.COARSEST + place]
+        wanted = before * _factor(allowed, rate * max(1.0 - progress, 0.0))
+        scale = min(max(wanted, _SHORTEST * coarsest), coarsest)
         pace = (steps - memory[at.LOOKED + place]) / gained
         until_next = _UNTIL_NEXT * progress * pace * (before / scale)
         goes_on &= error <= run.tolerance
         if _hasty(spent, progress, run) and scale < memory[at.FIRST_SCALE + place]:
-            goes_on &= memory[at.REFINED + place] >= _MOST_REFINEMENTS
+            goes_on &= memory[at.REFINED + place] >= _MOST_HASTY
     return Look(error, spent, progress, scale, steps, until_next, goes_on)
 
 
@@ -180,12 +186,13 @@ def slowed_down(lane, run, lanes):
 
 @internal
 def refined(lane, error, run, lanes):
-    """Let no step of a cell be as long as before, if there is a shorter one left to try."""
+    """Let no step of a cell be as long as before, nor its first ones, if there are shorter ones left to try."""
     shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
-    coarsest = lanes[at.COARSEST + lane] * min(0.7, shrink)
-    return _counted(lane, coarsest, coarsest, lanes)
+    share = min(0.7, shrink)
+    coarsest = share * lanes[at.COARSEST + lane]
+    return _counted(lane, coarsest, min(coarsest, share * lanes[at.FIRST_SCALE + lane]), lanes)
 
 
 @internal

@@ -103,6 +103,7 @@ EXCEPTED = {
     "scripts/audit_compare.py 30000 7": "minutes; tests/scripts/test_audit_compare.py",
     "scripts/audit_contact.py": "minutes; tests/scripts/test_audit_contact.py",
     "scripts/damage.py": "a module of scripts/fuzz.py",
+    "explore toy.nc": "a server; tests/explorer/test_explorer.py opens one of such an atlas",
     "scripts/make_gallery.py": "minutes; tests/scripts/test_make_gallery.py",
     "pytest --eulerdisk-regen": "tests/test_pytest_plugin.py",
     "python -m pytest tests/promises/test_golden.py --eulerdisk-regen": "writes the files of reference anew",

@@ -95,13 +95,16 @@ function boundaryRows({ sides, numbers, lines }) {
  * @param {number[]} order  numbers of both sides in a point
  */
 function crossings(lines, wanted, [along, across]) {
-  return lines.flatMap((points) =>
-    points.slice(1).flatMap((end, i) => {
+  return lines.flatMap((points) => {
+    if (points.length === 1) return points[0][across] === wanted ? [points[0][along]] : [];
+    const isClosed = points[0].every((value, side) => value === points[points.length - 1][side]);
+    return points.slice(1).flatMap((end, i) => {
       const begin = points[i];
       const [before, after] = [begin[across] - wanted, end[across] - wanted];
-      // a segment has its first end, so that a point of the line is met once
-      if (before === after || before * after > 0 || after === 0) return [];
+      const isLast = i === points.length - 2 && !isClosed;
+      // a segment has its first end, so that a point of the line is met once; the last one has both
+      if (before === after || before * after > 0 || (after === 0 && !isLast)) return [];
       return [begin[along] + (before / (before - after)) * (end[along] - begin[along])];
-    }),
-  );
+    });
+  });
 }

@@ -16,8 +16,9 @@ from sweep.model.quantity import Array
 #: most: some seconds of work in all.
 CELLS, _FEW, _MOST_STEPS = 200, 8, 20_000
 
-#: Half the step is this much less of the tolerance, for a method of the fourth order; and the least tolerance there is.
-_FINER, _LEAST_TOLERANCE = 16.0, 1e-14
+#: Half the step is this much less of the tolerance, for a method of the fourth order; and the least tolerance that long
+#: motions meet in double precision.
+_FINER, _LEAST_TOLERANCE = 16.0, 5e-13
 
 #: What is compared, and the prefixes of the values of both second computations.
 COMPARED = (

@@ -29,10 +29,10 @@ INTEGRATE = """async ([starts, times, fall]) => {
   return JSON.stringify(starts.map((start) => integrate(start, times, fall)), plain);
 }"""
 
-STORED = """async ([start, stored]) => {
+STORED = """async ([start, stored, title]) => {
   const { storedMotion } = await import("eulerdisk/motion/stored_motion");
   const plain = (key, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value);
-  return JSON.stringify(storedMotion(start, stored), plain);
+  return JSON.stringify(storedMotion(start, stored, title), plain);
 }"""
 
 POSE = """async (poses) => {
@@ -103,8 +103,9 @@ def test_a_stored_motion_is_what_the_server_shows(page):
     spec = SweepSpec.preset("rolling")
     for start in random_starts(12, 0.5):
         told, arrays = motion(spec, start)
-        found = answer(page, STORED, [start, stored_motions(spec)])
+        found = answer(page, STORED, [start, stored_motions(spec), "where it is"])
         head = found["head"]
+        assert head["title"] == "where it is"
         assert head["ended"] == told["ended"]
         assert head["quantities"] == told["quantities"]
         assert head.keys() == told.keys()
@@ -138,8 +139,9 @@ def test_turning_points_of_a_stored_motion_are_those_of_the_server(page, radius)
     near_flat = [{**rest, "tilt": 0.4, "roll_rate": roll} for roll in (0.3, 2.0)]
     for start in [*random_starts(12, radius), *near_flat]:
         told, served = motion(spec, start)
-        found = answer(page, STORED, [start, stored_motions(spec)])
+        found = answer(page, STORED, [start, stored_motions(spec), "where it is"])
         head = found["head"]
+        assert head["title"] == "where it is"
         assert head["ended"] == told["ended"], start
         assert head["ending"].split()[0] == told["ending"].split()[0], start
         assert [turn for turn, _ in head["turns"]] == pytest.approx(
@@ -156,14 +158,18 @@ def test_turning_points_of_a_stored_motion_are_those_of_the_server(page, radius)
 
 
 def test_words_of_turning_points_are_those_of_the_server(page):
-    """A tilt is written in the same digits."""
+    """A tilt is written in the same unit, in the digits that the integration in the page can know."""
     spec = SweepSpec.preset("rolling")
     start = {"tilt": 0.02, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 3.0, "alpha": 0.5}
     start |= {"radius": 0.5, "gravity": 9.81}
-    found = answer(page, STORED, [start, stored_motions(spec)])
-    assert [words for _, words in found["head"]["turns"]] == [
-        words for _, words in motion(spec, start)[0]["turns"]
-    ]
+    found = answer(page, STORED, [start, stored_motions(spec)])["head"]["turns"]
+    told = motion(spec, start)[0]["turns"]
+    assert len(found) == len(told) == 2
+    for (_, mine), (_, served) in zip(found, told, strict=True):
+        (value, unit), (exact, its_unit) = mine.split(), served.split()
+        assert unit == its_unit == "deg"
+        assert float(value) == pytest.approx(float(exact), rel=1e-7)
+        assert len(value) <= len("12.345678")
 
 
 def test_a_tilt_that_never_changes_has_one_turning_point(page):
