@@ -66,7 +66,8 @@ class _Watch:
         while not self.done.wait(_LOOK):
             try:
                 self._check()
-            except SupersededError:
+            except (SupersededError, OSError):
+                # a connection that cannot be looked at has ended too
                 self._gone = True
             if self._gone and self._times is not None:
                 self._times[:] = 0.0

@@ -3,6 +3,9 @@
 /** Milliseconds until a server that did not answer is asked again: at first, and at most. */
 const [SOON, LATE] = [1000, 15_000];
 
+/** Status of an address without the token of the server. */
+const REFUSED = 403;
+
 /** The server did not answer at all. */
 export class Unreachable extends Error {
   unreachable = true;
@@ -60,7 +63,8 @@ export class Reach {
   #askAgain(after) {
     setTimeout(async () => {
       const answer = await fetch("./about").catch(() => null);
-      if (answer === null) {
+      // too many at once, or a fault: it is the same server; another one refuses the token of this page
+      if (answer === null || !(answer.ok || answer.status === REFUSED)) {
         this.#askAgain(Math.min(2 * after, LATE));
         return;
       }

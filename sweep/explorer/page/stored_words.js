@@ -94,7 +94,7 @@ function boundaryRows({ sides, numbers, lines }) {
  * @param {number} wanted  value along the other side
  * @param {number[]} order  numbers of both sides in a point
  */
-function crossings(lines, wanted, [along, across]) {
+export function crossings(lines, wanted, [along, across]) {
   return lines.flatMap((points) => {
     if (points.length === 1) return points[0][across] === wanted ? [points[0][along]] : [];
     const isClosed = points[0].every((value, side) => value === points[points.length - 1][side]);

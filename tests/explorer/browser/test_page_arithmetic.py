@@ -189,3 +189,27 @@ def test_colours_are_those_of_the_figures(quiet):
         }"""
     )
     assert painted == [to_hex(each) for each in regimes._COLOURS]
+
+
+def test_a_line_crosses_each_of_its_rows_once(quiet):
+    """A line whose points lie on the rows of cells has a value in every row, the last and a single one too."""
+    open_line = [[2.0, 0.1], [2.1, 0.2], [2.2, 0.3]]
+    ring = [[1.0, 0.1], [2.0, 0.2], [1.0, 0.3], [0.0, 0.2], [1.0, 0.1]]
+    asked = [
+        *(([open_line], row) for row in (0.1, 0.15, 0.2, 0.3, 0.4)),
+        ([[[5.0, 0.3]]], 0.3),
+        ([[[5.0, 0.3]]], 0.2),
+        ([ring], 0.1),
+        ([ring], 0.2),
+    ]
+    found = quiet.evaluate(
+        """async asked => {
+            const { crossings } = await import("eulerdisk/stored_words");
+            return asked.map(([lines, wanted]) => crossings(lines, wanted, [0, 1]));
+        }""",
+        asked,
+    )
+    expected = [[2.0], [2.05], [2.1], [2.2], [], [5.0], [], [1.0], [2.0, 0.0]]
+    assert len(found) == len(expected)
+    for mine, told in zip(found, expected, strict=True):
+        assert mine == pytest.approx(told, abs=1e-12)
