@@ -171,7 +171,7 @@ def select(visitor: Visitor) -> None:
     if chosen is None:
         return
     values = chosen.evaluate(
-        "list => [...list.options].filter((each) => !each.disabled).map((each) => each.value)"
+        "list => [...list.options].filter((each) => !each.matches(':disabled')).map((each) => each.value)"
     )
     if values:
         value = visitor.chance.choice(values)
