@@ -51,8 +51,7 @@ def follow(
     start : array
         That of `start_of`.
     begun : callable
-        Called with the times [s] of all samples each time before they are integrated. Whoever sets them to zero while
-        that lasts ends it at the next sample; what is returned then has no meaning.
+        As that of `sweep.motion.disk_path.follow`.
 
     Raises
     ------

@@ -1,0 +1,81 @@
+"""The page on every screen: widths, sharp pixels, dark and light, and nothing that is cut."""
+
+import re
+
+import pytest
+
+from tests.explorer.browser.map_page import BOTH, click, entries, plot, settled, shown
+
+
+def test_dark_and_light(opened):
+    """The page follows the system, the button goes to the other one, and the address keeps that."""
+    page = opened(BOTH, color_scheme="dark")
+    background = "getComputedStyle(document.body).backgroundColor"
+    dark = page.evaluate(background)
+    page.locator("#theme").click()
+    settled(page)
+    light = page.evaluate(background)
+    assert sum(map(int, re.findall(r"\d+", dark))) < 120 < 600 < sum(map(int, re.findall(r"\d+", light)))
+    assert entries(page)["theme"] == "light"
+    page.locator("#theme").click()
+    settled(page)
+    assert page.evaluate(background) == dark
+    assert "theme" not in entries(page)
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280, 2560])
+def test_page_fits_its_width(opened, width):
+    """Nothing is wider than the screen, the picture has most of a phone's width, and its pixels are the screen's."""
+    page = opened(BOTH, viewport={"width": width, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    box = plot(page)
+    assert box["width"] > (0.75 if width < 500 else 0.35) * width
+    assert shown(page)["width"] == box["width"]
+    page.set_viewport_size({"width": width - 40, "height": 800})
+    settled(page)
+    assert shown(page)["width"] == plot(page)["width"] < box["width"]
+
+
+#: Elements whose text is cut, and words of a drawing that leave it.
+CUT = """() => {
+  const shown = (each) => each.getClientRects().length && !each.closest("#spoken, label[for^=value-criterion]");
+  const cut = [...document.querySelectorAll("body *")].filter((each) =>
+    shown(each) && each.clientWidth > 1 && each.scrollWidth > each.clientWidth + 1 &&
+    !["visible", "auto"].includes(getComputedStyle(each).overflowX));
+  const beyond = [...document.querySelectorAll("svg.overlay text, .plot svg text")].filter((each) => {
+    const [word, all] = [each.getBoundingClientRect(), each.ownerSVGElement.getBoundingClientRect()];
+    return word.left < all.left - 0.5 || word.right > all.right + 0.5 || word.top < all.top - 0.5 ||
+      word.bottom > all.bottom + 0.5;
+  });
+  return [...cut, ...beyond].map((each) => each.textContent);
+}"""
+
+
+@pytest.mark.parametrize("width", [360, 390, 768, 1024, 1440, 1920, 2560])
+def test_nothing_is_cut(opened, width):
+    """At every width all numbers, titles, ticks and the samples of all lines are there, whole."""
+    page = opened(viewport={"width": width, "height": 900})
+    page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
+    click(page, 0.1, 0.2)
+    page.locator("#motions .motion.shown:not(.waiting)").wait_for()
+    page.locator("#readout").filter(has_not_text="\u2026").filter(has_text="wells").wait_for()
+    settled(page)
+    assert page.evaluate(CUT) == []
+    assert page.locator("#map .legend .line").count() == 3
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_words_of_a_start_fit_a_phone(opened):
+    """The long lines of an explanation are scrolled in their box: the page is not wider than the screen."""
+    page = opened(BOTH, viewport={"width": 360, "height": 740})
+    click(page, 0.3, 0.2)
+    page.wait_for_selector("#motions .slot[data-shown]")
+    page.locator("details.words summary").first.click()
+    page.locator(".explanation", has_text="because").first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+
+
+def test_sharp_screens_have_sharp_pictures(opened):
+    """On a screen with two pixels for one of CSS, the picture has them."""
+    page = opened(BOTH, device_scale_factor=2)
+    assert shown(page)["width"] == 2 * plot(page)["width"]
