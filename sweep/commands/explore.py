@@ -42,6 +42,7 @@ def explore(
     """
     from sweep.explorer.explorer import Explorer
     from sweep.explorer.subject import subject_of_words
+    from sweep.model.kernel import compile_apart
 
     subject = subject_of_words(what, words or [])
     if export is not None:
@@ -51,6 +52,7 @@ def explore(
             write(subject, export, overwrite=overwrite, check=check)
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
+    compile_apart()
     explorer = Explorer(subject, port)
     if browser:
         explorer.open_browser()

@@ -9,6 +9,7 @@ from sweep.errors import NoMotionError
 from sweep.explorer.abandon import abandoned_with
 from sweep.explorer.about import about
 from sweep.explorer.fields import read_count, read_number, read_object, read_text
+from sweep.explorer.freed_memory import give_back
 from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
@@ -22,6 +23,10 @@ JSON, BINARY = "application/json", "application/octet-stream"
 
 #: The largest number that a page may give a request.
 _MOST_NUMBER = 2**53
+
+
+#: What answers: called with the fields of a request, and with what tells whether the client has gone.
+_Answering = Callable[[Mapping[str, Any], Callable[[], bool]], "Answer"]
 
 
 @dataclass(frozen=True)
@@ -50,14 +55,14 @@ class Answers:
     def __init__(self, given: SweepSpec | None, stored: Stored | None = None) -> None:
         self.given, self.stored = given, stored
         self._lanes = Lanes()
-        self.posted: Mapping[str, Callable[[Mapping[str, Any], Callable[[], bool]], Answer]] = {
+        self.posted: Mapping[str, _Answering] = {
             "window": self._window,
             "point": self._point,
             "lines": self._lines,
-            "motion": self._motion,
-            "explain": self._explain,
+            "motion": _then_given_back(self._motion),
+            "explain": _then_given_back(self._explain),
             "command": self._command,
-            "data": self._data,
+            "data": _then_given_back(self._data),
         }
 
     def about(self) -> Answer:
@@ -119,3 +124,15 @@ class Answers:
 
     def _view(self, fields: Mapping[str, Any]) -> View:
         return View.read(fields.get("view"), self.given)
+
+
+def _then_given_back(answering: _Answering) -> _Answering:
+    """Return what answers likewise, and gives the memory back that it needed on the way."""
+
+    def answer(fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
+        try:
+            return answering(fields, gone)
+        finally:
+            give_back()
+
+    return answer

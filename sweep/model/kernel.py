@@ -21,7 +21,7 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.model import vector_width
 from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
-from sweep.model.second_process import SecondProcess
+from sweep.model.second_process import SecondProcess, compiled_by_another
 from sweep.notices import notice
 from sweep.platforms import check_settings, usual_threads, warn_of_processor
 
@@ -93,6 +93,19 @@ def _entry(name: str) -> Any:
     return getattr(import_module(module), function)
 
 
+_always_apart = False
+
+
+def compile_apart() -> None:
+    """From now on another process compiles what is not kept on disk, for kernels that are loaded later.
+
+    Numba and LLVM take 90 MB once and up to 170 MB for each kernel, and hold up all threads of a process. Where nothing
+    can be kept on disk, and where no other process can do it, this one compiles all the same.
+    """
+    global _always_apart
+    _always_apart = True
+
+
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
     check_settings()
@@ -102,16 +115,31 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     root = cache_root()
     names = kernel._entries
     folders = [usable_folder(root, cache_folder([name.partition(":")[0]]).name) for name in names]
-    second = SecondProcess(kernel.beside)
+    apart = _always_apart and all(folders)
+    beside = () if apart else kernel.beside
+    second = SecondProcess(beside)
     # one notice for all entry points of the kernel
     announce = lru_cache(partial(_announce, kernel, root, all(folders), second))
     for name, folder in zip(names, folders, strict=True):
         width = partial(vector_width.bits, root if folder else None)
         cache = KernelCache(folder, width, announce)
-        _entry(name).source = (
-            partial(_made_beside, cache, second) if name in kernel.beside else cache.machine_code
-        )
+        if apart:
+            _entry(name).source = partial(_made_apart, cache, root, announce, names)
+        elif name in beside:
+            _entry(name).source = partial(_made_beside, cache, second)
+        else:
+            _entry(name).source = cache.machine_code
     return found
+
+
+def _made_apart(
+    cache: KernelCache, root: Path, announce: Callable[[], None], names: tuple[str, ...], entry: Any
+) -> Any:
+    # without the width of vectors it is not known which file it would be
+    if not (vector_width.is_known(root) and cache.holds(entry)):
+        announce()
+        compiled_by_another(names)
+    return cache.machine_code(entry)
 
 
 def _made_beside(cache: KernelCache, second: SecondProcess, entry: Any) -> Any:
@@ -120,7 +148,7 @@ def _made_beside(cache: KernelCache, second: SecondProcess, entry: Any) -> Any:
 
 
 def _announce(kernel: Kernel, root: Path, kept: bool, second: SecondProcess) -> None:
-    shared = kept and bool(kernel.beside) and second.start()
+    shared = kept and second.start()
     seconds = kernel.seconds_beside if shared else kernel.seconds
     # a module may have several, as for each set of laws of losses
     named = (

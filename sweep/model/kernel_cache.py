@@ -70,6 +70,10 @@ class KernelCache:
             self._keep(entry, key, found)
         return found
 
+    def holds(self, entry: Any) -> bool:
+        """Whether the machine code of an entry point is kept, whole, and can be loaded."""
+        return self._kept(entry, _key(entry, self._width())) is not None
+
     def _kept(self, entry: Any, key: str) -> Any:
         """Return the machine code that is kept, None if there is none that is whole and can be loaded."""
         if self._folder is None:

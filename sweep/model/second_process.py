@@ -34,16 +34,14 @@ class SecondProcess:
 
     def start(self) -> bool:
         """Begin to compile, if there is a processor for it and nobody waits yet; returns whether it has begun."""
+        return usual_threads() > 1 and self._start()
+
+    def _start(self) -> bool:
         import subprocess
 
         # the program that a frozen application is made of is no Python interpreter
-        if (
-            self._over
-            or self._process is not None
-            or usual_threads() < 2
-            or not sys.executable
-            or getattr(sys, "frozen", False)
-        ):
+        is_python = bool(sys.executable) and not getattr(sys, "frozen", False)
+        if self._over or self._process is not None or not self._entries or not is_python:
             return False
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         line = [sys.executable, "-m", "sweep.model.compile_entry", *self._entries]
@@ -69,3 +67,10 @@ class SecondProcess:
             if process.poll() is None:
                 process.kill()
                 process.wait()
+
+
+def compiled_by_another(entries: Sequence[str]) -> None:
+    """Let another process compile entry points, those that are not kept, and wait for it: also with one processor."""
+    other = SecondProcess(entries)
+    other._start()
+    other.wait()

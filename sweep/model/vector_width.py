@@ -46,16 +46,22 @@ def bits(root: Path | None) -> int:
     root : Path or None
         The folder of all caches, in which the choice is remembered; None if it cannot be used.
     """
+    return _chosen(root) if _is_in_doubt() else 0
+
+
+def is_known(root: Path) -> bool:
+    """Whether `bits` need not measure."""
+    return not _is_in_doubt() or _remembered(_place(root)) is not None
+
+
+def _is_in_doubt() -> bool:
     named = os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES")
-    return 0 if any(each is not None for each in named) else _chosen(root)
+    return all(each is None for each in named) and bool(host_features().get("avx512f"))
 
 
 @lru_cache
 def _chosen(root: Path | None) -> int:
-    features = host_features()
-    if not features.get("avx512f"):
-        return 0
-    place = None if root is None else root / f"vector-width-{_digest(features)}.txt"
+    place = None if root is None else _place(root)
     remembered = _remembered(place)
     if remembered is not None:
         return remembered
@@ -97,6 +103,10 @@ def _probe(width: int) -> Any:
     with pipeline.preferring(width):
         probe(np.zeros(_NUMBERS), 1, 0.5, 0.25)
     return probe
+
+
+def _place(root: Path) -> Path:
+    return root / f"vector-width-{_digest(host_features())}.txt"
 
 
 def _digest(features: Mapping[str, bool]) -> str:

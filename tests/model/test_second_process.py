@@ -6,8 +6,9 @@ import sys
 import pytest
 
 from kernels.native import machine_code
-from sweep.model import second_process
-from sweep.model.kernel import Kernel
+from sweep.model import kernel as kernel_module
+from sweep.model import second_process, vector_width
+from sweep.model.kernel import Kernel, compile_apart
 
 CODE = """
 from kernels.native.entry import entry
@@ -99,3 +100,56 @@ def test_none_is_started_for_what_this_process_compiles(kernel, monkeypatch):
     half = sys.modules[halves.module].half
     assert half(3.0) == 1.5
     assert made_here == ["half"]
+
+
+@pytest.fixture
+def apart(kernel, monkeypatch):
+    """Return the kernel of a process that does not compile."""
+    monkeypatch.setattr(kernel_module, "_always_apart", False)
+    compile_apart()
+    return kernel
+
+
+@pytest.mark.parametrize("processors", [1, 2])
+def test_a_process_that_does_not_compile_loads_what_another_made(apart, monkeypatch, processors):
+    """All entry points are made in one go, on one processor too; the next ones are there."""
+    monkeypatch.setattr(second_process, "usual_threads", lambda: processors)
+    started, ordinary = [], subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda line, **more: started.append(line) or ordinary(line, **more)
+    )
+    all_three, made_here = apart[0].load(), apart[1]
+    double = sys.modules[apart[0].module].double
+    assert double(3.0) == 6.0
+    assert all_three(3.0) == (6.0, 1.5, 9.0)
+    assert made_here == []
+    assert len(started) == 1
+
+
+def test_a_process_that_does_not_compile_does_not_measure_either(apart, monkeypatch):
+    """The other process finds out how wide vectors should be, and remembers it for this one."""
+    monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
+    monkeypatch.delenv("NUMBA_CPU_FEATURES", raising=False)
+    monkeypatch.setattr(vector_width, "measured", None)
+    vector_width._chosen.cache_clear()
+    try:
+        assert apart[0].load()(3.0) == (6.0, 1.5, 9.0)
+    finally:
+        vector_width._chosen.cache_clear()
+    assert apart[1] == []
+
+
+def test_without_another_process_it_compiles_all_the_same(apart, monkeypatch):
+    """An answer that takes memory is better than none."""
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    assert apart[0].load()(3.0) == (6.0, 1.5, 9.0)
+    assert apart[1] == ["double", "half", "square"]
+
+
+def test_without_a_cache_it_compiles_at_once(apart, monkeypatch, tmp_path):
+    """Another process could not hand over what it makes."""
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(subprocess, "Popen", None)
+    assert apart[0].load()(3.0) == (6.0, 1.5, 9.0)
+    assert apart[1] == ["double", "half", "square"]
