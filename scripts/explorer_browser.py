@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -65,8 +66,16 @@ class Served:
     @property
     def memory(self) -> float:
         """Memory [MB] that is its own or shared with others, at the moment."""
+        return self._megabytes("VmRSS")
+
+    @property
+    def peak(self) -> float:
+        """The most memory [MB] that it has ever had."""
+        return self._megabytes("VmHWM")
+
+    def _megabytes(self, name: str) -> float:
         status = Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
-        (kilobytes,) = re.findall(r"VmRSS:\s+(\d+) kB", status)
+        (kilobytes,) = re.findall(rf"{name}:\s+(\d+) kB", status)
         return int(kilobytes) / 1000
 
 
@@ -113,6 +122,8 @@ class Watch:
     page: Page
     own: Sequence[str]
     problems: list[str] = field(default_factory=list)
+    #: What was asked and is not answered yet, and when it was asked, by the clock `time.monotonic`.
+    under_way: dict[Request, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Listen from now on."""
@@ -121,7 +132,16 @@ class Watch:
         self.page.on("crash", lambda _: self.problems.append("the page has crashed"))
         self.page.on("request", self._request)
         self.page.on("requestfailed", self._failed)
+        self.page.on("requestfinished", self._finished)
         self.page.on("response", self._response)
+
+    def waits_for(self) -> list[str]:
+        """Return what the page waits for, that which was asked first at the head: seconds, address and question."""
+        now = time.monotonic()
+        return [
+            f"{now - since:.1f} s: {request.url.rsplit('/', 1)[-1]} {request.post_data or ''}".rstrip()
+            for request, since in self.under_way.items()
+        ]
 
     def _message(self, message: ConsoleMessage) -> None:
         if not _HARMLESS.search(message.text):
@@ -130,10 +150,15 @@ class Watch:
             )
 
     def _request(self, request: Request) -> None:
+        self.under_way[request] = time.monotonic()
         if not request.url.startswith((*self.own, "data:", "blob:")):
             self.problems.append(f"a request to another address: {request.url}")
 
+    def _finished(self, request: Request) -> None:
+        self.under_way.pop(request, None)
+
     def _failed(self, request: Request) -> None:
+        self._finished(request)
         # the page itself ends requests whose answers are of no use any more
         if request.failure != "net::ERR_ABORTED":
             self.problems.append(f"a request failed: {request.url} {request.failure}")

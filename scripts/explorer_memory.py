@@ -31,7 +31,7 @@ GROWTH: Mapping[str, tuple[str, float]] = {
 }
 
 #: The most of it at any time.
-MOST = {"contexts": 2.0, "server": 600.0}
+MOST = {"contexts": 2.0, "server": 600.0, "peak": 600.0}
 
 #: Measurements that have a trend; of fewer the last third alone would say nothing.
 LEAST_MEASUREMENTS = 9
@@ -131,6 +131,7 @@ class Memory:
             "contexts": self.contexts(),
             "graphics": graphics,
             "server": self.server.memory,
+            "peak": self.server.peak,
         }
         self.measured.append((actions, found))
         for name, most in MOST.items():

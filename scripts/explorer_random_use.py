@@ -18,15 +18,16 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from explorer_browser import COMPLETE, Served, Watch, find_browser, launched, served
+from explorer_browser import COMPLETE, MAP, Served, Watch, find_browser, launched, served
 from explorer_memory import COUNT_GRAPHICS, LeakError, Memory
 from explorer_visitor import ProblemError, Visitor
 
 if TYPE_CHECKING:
     from playwright.sync_api import BrowserContext, Page
 
-#: Milliseconds in which a picture has to be complete, and after which the address is that of the picture.
-PATIENCE, REST = 20_000, 400
+#: Milliseconds in which a picture should be complete, in which it has to be while its server still computes it, and
+#: after which the address is that of the picture.
+PATIENCE, BUSY, REST = 20_000, 120_000, 400
 
 #: Actions between two looks at the picture.
 LOOK = 12
@@ -105,30 +106,54 @@ def new_page(context: BrowserContext, url: str) -> tuple[Page, Watch]:
     page.add_init_script(COUNT_GRAPHICS)
     watch = Watch(page, (url,))
     page.goto(url)
-    settle(page)
+    settle(page, watch)
     return page, watch
 
 
-def settle(page: Page) -> None:
-    """Wait until the picture is complete and the address is that of the picture."""
+def settle(page: Page, watch: Watch) -> None:
+    """Wait until the picture is complete and the address is that of the picture.
+
+    A picture that nobody computes is never complete: that is told at once. A server that is slow, as where others use
+    its processors, is told too, and waited for.
+    """
     from playwright.sync_api import TimeoutError as TooLateError
 
     page.wait_for_timeout(REST)
+    began = time.monotonic()
     try:
         page.wait_for_selector(COMPLETE, timeout=PATIENCE)
+        return
     except TooLateError:
-        raise ProblemError(f"the picture was not complete after {PATIENCE / 1000:g} s") from None
+        waits = watch.waits_for()
+    late = f"the picture was not complete after {PATIENCE / 1000:g} s"
+    if not any(" window " in each for each in waits):
+        raise ProblemError(f"{late}, and no window is under way: {waits or 'nothing is'}; {shown(page)}")
+    print(f"{late}: the page waits for", *waits, sep="\n    ", file=sys.stderr, flush=True)
+    try:
+        page.wait_for_selector(COMPLETE, timeout=BUSY)
+    except TooLateError:
+        still = "\n    ".join(watch.waits_for())
+        raise ProblemError(
+            f"the picture was not complete after {(PATIENCE + BUSY) / 1000:g} s; {shown(page)}\n    {still}"
+        ) from None
+    print(f"it was complete after {time.monotonic() - began:.1f} s", file=sys.stderr, flush=True)
 
 
-def look(page: Page) -> None:
+def shown(page: Page) -> str:
+    """Return what the page says of its picture."""
+    lane, busy = (page.get_attribute(MAP, name) for name in ("data-lane", "aria-busy"))
+    return f"lane {lane}, busy {busy}, notice {page.inner_text('#notice')!r}"
+
+
+def look(page: Page, watch: Watch) -> None:
     """Compare the picture with one that is asked for anew for the address."""
-    settle(page)
+    settle(page, watch)
     differing = page.evaluate(COMPARE)
     if differing:
         raise ProblemError(f"the picture is not that of its address: {differing} pixels differ")
 
 
-def measure(page: Page, memory: Memory, actions: int) -> Mapping[str, float]:
+def measure(page: Page, watch: Watch, memory: Memory, actions: int) -> Mapping[str, float]:
     """Measure in a state that is always the same: first two motions, then none, as after the page was opened."""
     page.set_viewport_size(SIZE)
     fragments = page.evaluate(TWO_MOTIONS)
@@ -136,10 +161,10 @@ def measure(page: Page, memory: Memory, actions: int) -> Mapping[str, float]:
     page.evaluate(go, fragments["two"])
     # some starts of a disk with losses have no motion
     page.locator(".motion:is(.shown, .refused):not(.waiting)").nth(1).wait_for(timeout=PATIENCE)
-    settle(page)
+    settle(page, watch)
     graphics = memory.graphics()
     page.evaluate(go, fragments["none"])
-    settle(page)
+    settle(page, watch)
     return memory.take(actions, graphics)
 
 
@@ -150,7 +175,7 @@ def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
         visitor.pause()
         if watch.problems:
             raise ProblemError("\n".join(watch.problems))
-    look(page)
+    look(page, watch)
     if watch.problems:
         raise ProblemError("\n".join(watch.problems))
 
@@ -166,12 +191,12 @@ def spend(context: BrowserContext, server: Served, seconds: float, seed: int) ->
     began = time.monotonic()
     count = 0
     try:
-        measure(page, memory, count)
+        measure(page, watch, memory, count)
         while time.monotonic() < began + seconds:
             use(page, watch, visitor, LOOK)
             count += LOOK
             if time.monotonic() > began + MEASURE * len(memory.measured):
-                report(time.monotonic() - began, count, measure(page, memory, count))
+                report(time.monotonic() - began, count, measure(page, watch, memory, count))
         memory.check()
     except Exception:
         print(

@@ -27,7 +27,7 @@ def test_a_short_random_use_has_no_problem(browser, explorer):
     page, watch = script.new_page(context, explorer.url)
     script.use(page, watch, Visitor(page, random.Random(3)), 30)
     memory = Memory(page, context.new_cdp_session(page), explorer)
-    before = script.measure(page, memory, 0)
+    before = script.measure(page, watch, memory, 0)
     empty = memory.graphics()
     # two tables, disks, arrows and paths, and next to nothing without them
     assert before["graphics"] > 100.0 > 4.0 * empty
@@ -49,10 +49,44 @@ def test_a_short_random_use_has_no_problem(browser, explorer):
 def test_a_stale_picture_is_seen(opened):
     """A picture whose address has changed without it is told, with how many pixels differ."""
     page = opened()
-    script.look(page)
+    watch = Watch(page, (page.url,))
+    script.look(page, watch)
     page.evaluate("history.replaceState(null, '', '#base=spinning')")
     with pytest.raises(ProblemError, match="pixels differ"):
-        script.look(page)
+        script.look(page, watch)
+
+
+def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened, monkeypatch, capsys):
+    """A page that waits for nothing is never complete; where a window is under way it is waited for, and told."""
+    page = opened()
+    watch = Watch(page, (page.url,))
+    monkeypatch.setattr(script, "PATIENCE", 300)
+    page.evaluate("document.querySelector('#map').setAttribute('aria-busy', 'true')")
+    with pytest.raises(ProblemError, match="no window is under way"):
+        script.settle(page, watch)
+    held, ordinary = [], watch.waits_for
+
+    def answered_then():
+        """What is under way; from now on the server answers."""
+        found = ordinary()
+        for route in held:
+            route.continue_()
+        return found
+
+    monkeypatch.setattr(watch, "waits_for", answered_then)
+    page.route("**/window", lambda route: held.append(route))
+    page.mouse.move(500, 400)
+    page.mouse.wheel(0, -400)
+    script.settle(page, watch)
+    told = capsys.readouterr().err
+    assert "after 0.3 s: the page waits for" in told
+    assert ' window {"view"' in told
+    assert "it was complete after" in told
+    monkeypatch.setattr(watch, "waits_for", ordinary)
+    page.mouse.wheel(0, -400)
+    monkeypatch.setattr(script, "BUSY", 300)
+    with pytest.raises(ProblemError, match=r'(?s)after 0.6 s; lane fine, busy true.* window {"view"'):
+        script.settle(page, watch)
 
 
 STEADY = dict.fromkeys(GROWTH, 100.0)
