@@ -190,8 +190,8 @@ export class AtlasMap {
   #take(wanted, answer, lane) {
     const now = JSON.stringify(wanted) === this.#asked;
     const { dataset } = this.#element;
-    // a coarse picture that comes after the fine one of its view is of no use
-    if (lane === "coarse" && dataset.lane === "fine" && dataset.shown === JSON.stringify(wanted)) return;
+    // once the fine picture of what is wanted is there, no coarse one is of use: of this view or of one before it
+    if (lane === "coarse" && dataset.lane === "fine" && dataset.shown === this.#asked) return;
     this.picture.take(wanted.view, quantityOf(this.#about, wanted.quantity), answer, this.#state.range);
     dataset.shown = JSON.stringify(wanted);
     dataset.lane = lane;
