@@ -9,6 +9,7 @@ from sweep.atlas.dataset import spec_of
 from sweep.atlas.selection import BETWEEN
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
+from sweep.request.as_given import as_given, in_unit
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import parameter_of
 from sweep.request.suggestions import unknown_word
@@ -87,8 +88,10 @@ def _places(spec: SweepSpec, name: str, raw: Any) -> "float | Array | xr.DataArr
     ends = axis.ends()
     values = value if isinstance(value, float) else value.array()
     if np.min(values) < ends[0] or np.max(values) > ends[1]:
+        unit = as_given(float(np.max(values)), quantity, raw).unit
         raise RequestError(
-            f"Outside of the cells nothing is known: {name} is {quantity.spell(ends[0])} to {quantity.spell(ends[1])}.",
+            f"Outside of the cells nothing is known: {name} is {in_unit(ends[0], quantity, unit)} to "
+            f"{in_unit(ends[1], quantity, unit)}.",
             hint=degrees_meant(quantity, raw, np.atleast_1d(values))
             or "Give values inside, or compute an atlas that holds them.",
             where=f"{name}={shown(raw.values if pointwise else raw)}",

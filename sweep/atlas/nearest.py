@@ -5,11 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model.quantity import Input
+from sweep.request.as_given import as_given, in_unit
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START
+from sweep.request.substitutes import parameter_of
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import read_number
 from sweep.request.words import degrees_meant
@@ -44,10 +46,11 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     for name in given:
         if name not in parameters and name not in spec.model.substitutes:
             unknown_word(name, (*parameters, *spec.model.substitutes), spec.model)
-    given = spec.resolve(given, read_number)
-    values = {name: read_number(raw, parameters[name]) for name, raw in given.items()}
+    words = {parameter_of(name, spec.model): name for name in given}
+    resolved = spec.resolve(given, read_number)
+    values = {name: read_number(raw, parameters[name]) for name, raw in resolved.items()}
     for name, value in values.items():
-        _check_inside(spec, name, value, given[name])
+        _check_inside(spec, name, value, words[name], given[words[name]])
     missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
     if missing:
         raise RequestError(
@@ -79,24 +82,26 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
     return ", ".join(others)
 
 
-def _check_inside(spec: SweepSpec, name: str, value: float, raw: object) -> None:
+def _check_inside(spec: SweepSpec, name: str, value: float, word: str, raw: object) -> None:
+    """Refuse a value of a parameter that no cell has; `word` and `raw` are what was given for it."""
     quantity, held = spec.quantities[name], getattr(spec, name)
     if isinstance(held, str) or name in spec.listed:
         how = "computed in every cell" if isinstance(held, str) else "another number in every start"
         raise RequestError(
             f"{name} is {how}: a cell of this atlas is named by {', '.join(spec.axes)}.",
             hint="Leave it out.",
-            where=f"{name}={quantity.spell(value)}",
+            where=f"{word}={shown(raw)}",
         )
     if is_inside(held, value):
         return
     axis = held.array() if isinstance(held, Range | Values) else np.array([held])
-    holds = " to ".join(quantity.spell(end) for end in axis[[0, -1]][: axis.size])
+    asked = as_given(value, quantity, raw)
+    holds = " to ".join(in_unit(end, quantity, asked.unit) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
-        f"This value is outside the atlas, whose {name} is {holds}.",
+        f"{asked.text} is outside the atlas, whose {name} is {holds}.",
         hint=degrees_meant(quantity, raw, np.array([value]))
         or "Give a value inside, or compute an atlas that holds it.",
-        where=f"{name}={quantity.spell(value)}",
+        where=f"{word}={shown(raw)}",
     )
 
 

@@ -9,6 +9,7 @@ from sweep.atlas.nearest import SAME, is_inside, is_other, nearest
 from sweep.atlas.selection import selected_spec, settled
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Input
+from sweep.request.as_given import as_given, in_unit
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
@@ -48,14 +49,15 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
     places: dict[str, int | list[int] | slice] = {}
     notes: list[str] = []
     check_once(words, spec.model)
-    for name, text in (_parameter(spec, *word) for word in words.items()):
+    for word, given in words.items():
+        name, text = _parameter(spec, word, given)
         if name not in spec.axes:
             _no_axis(spec, name)
         quantity = spec.quantities[name]
         try:
-            places[name] = _places(getattr(spec, name), text, quantity, notes)
+            places[name] = _places(getattr(spec, name), text, quantity, notes, given)
         except RequestError as error:
-            raise error.at(error.where or f"{name}={text}") from None
+            raise error.at(error.where if error.where and word == name else f"{word}={given}") from None
     return settled(dataset.isel(places)), notes
 
 
@@ -79,11 +81,13 @@ def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
     )
 
 
-def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) -> int | list[int] | slice:
-    """Return the places along an axis that a text names."""
+def _places(
+    axis: Range | Values, text: str, quantity: Input, notes: list[str], given: str
+) -> int | list[int] | slice:
+    """Return the places along an axis that a text names; `given` is the text of the request, perhaps of a speed."""
     if text.count(":") == 1:
         low, high = (read_number(part, quantity) for part in text.split(":"))
-        return _between(axis.array(), low, high, quantity, text)
+        return _between(axis.array(), low, high, quantity, given)
     value = read_value(text, quantity)
     if isinstance(value, Range):
         raise RequestError(
@@ -91,8 +95,8 @@ def _places(axis: Range | Values, text: str, quantity: Input, notes: list[str]) 
             hint=f"Write {quantity.name}={':'.join(text.split(':')[:2])}.",
         )
     if isinstance(value, Values):
-        return sorted({_nearest(axis, each, quantity, text, notes) for each in value.values})
-    return _nearest(axis, value, quantity, text, notes)
+        return sorted({_nearest(axis, each, quantity, given, notes) for each in value.values})
+    return _nearest(axis, value, quantity, given, notes)
 
 
 def _between(axis: Array, low: float, high: float, quantity: Input, text: str) -> slice:
@@ -100,9 +104,10 @@ def _between(axis: Array, low: float, high: float, quantity: Input, text: str) -
     inside = np.flatnonzero((axis >= low - margin) & (axis <= high + margin))
     if inside.size:
         return slice(int(inside[0]), int(inside[-1]) + 1)
+    first, last = (as_given(each, quantity, text) for each in (low, high))
     raise RequestError(
-        f"No value of {quantity.name} lies from {quantity.spell(low)} to {quantity.spell(high)}; the axis is "
-        f"{_extent(axis, quantity)}.",
+        f"No value of {quantity.name} lies from {first.text} to {last.text}; the axis is "
+        f"{_extent(axis, quantity, first.unit)}.",
         hint=degrees_meant(quantity, text, np.array([low, high]))
         or "Give two values with some of the axis between them, the smaller one first.",
     )
@@ -112,16 +117,18 @@ def _nearest(axis: Range | Values, value: float, quantity: Input, text: str, not
     """Return the place of the nearest value, and note which one it is where it is another one; `text` was given."""
     held = axis.array()
     if not is_inside(axis, value):
+        asked = as_given(value, quantity, text)
         raise RequestError(
-            f"{quantity.spell(value)} is outside this atlas, whose {quantity.name} is {_extent(held, quantity)}.",
+            f"{asked.text} is outside this atlas, whose {quantity.name} is {_extent(held, quantity, asked.unit)}.",
             hint=degrees_meant(quantity, text, np.array([value])) or "Give a value inside.",
         )
     place = nearest(axis, value, quantity)
     if is_other(axis, place, value):
-        taken, asked = quantity.spell(float(held[place]), 6), quantity.spell(value, 6)
-        notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked}")
+        asked = as_given(value, quantity, text)
+        taken = in_unit(float(held[place]), quantity, asked.unit, 6)
+        notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked.text}")
     return place
 
 
-def _extent(axis: Array, quantity: Input) -> str:
-    return " to ".join(quantity.spell(float(end), 6) for end in axis[[0, -1]][: axis.size])
+def _extent(axis: Array, quantity: Input, unit: str) -> str:
+    return " to ".join(in_unit(float(end), quantity, unit, 6) for end in axis[[0, -1]][: axis.size])

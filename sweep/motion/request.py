@@ -20,6 +20,7 @@ from sweep.model.quantity import Array, Input, Word
 from sweep.motion.disk_tables import DISK_MOTION
 from sweep.motion.kind import MotionKind
 from sweep.motion.lossy_tables import LOSSY_MOTION
+from sweep.request.as_given import at_word, words_given
 from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
@@ -63,12 +64,12 @@ class MotionRequest:
         made = request_class(words)
         kind = made.kind
         _check_kind(words, kind)
-        words = resolved(words, kind.model, read=read_number)
         given: dict[str, Any] = {row.name: row.default for row in kind.rows}
-        values = {name: _read_word(kind, name, raw) for name, raw in (given | words).items()}
+        given |= resolved(words, kind.model, read=read_number)
+        values = {name: _read_word(kind, name, raw) for name, raw in given.items()}
         spec = made(**values)
-        _check_start(spec)
-        _check_counts(spec)
+        _check_start(spec, words)
+        _check_counts(spec, words)
         return spec
 
     @classmethod
@@ -189,13 +190,14 @@ def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:
     return value
 
 
-def _check_start(spec: MotionRequest) -> None:
+def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
+    """Refuse a disk that has fallen already, and a start that its model does not take; `words` are as given."""
     name = spec.kind.largest_tilt
     largest = getattr(spec, name)
     if abs(spec.tilt) >= largest:
         raise RequestError(
             f"This disk has fallen before it starts: |tilt| must be below {name}; got "
-            f"tilt={math.degrees(spec.tilt):.6g}deg {name}={math.degrees(largest):.6g}deg.",
+            f"{_given(spec, words, 'tilt', name)}.",
             hint=f"Start with a smaller tilt, or give a larger {name}.",
             where="tilt",
         )
@@ -203,20 +205,25 @@ def _check_start(spec: MotionRequest) -> None:
         spec.kind.model.check(spec.words())
     except RequestError as error:
         if error.where not in ("precession_rate", "roll_rate"):
-            raise
+            raise at_word(error, words) from None
         # a hint of the model may be a range, and a motion takes one number
         number = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
         hint = number if ":" in error.hint else error.hint
         raise RequestError(error.message, hint=hint, where=error.where) from None
 
 
-def _check_counts(spec: MotionRequest) -> None:
+def _check_counts(spec: MotionRequest, words: Mapping[str, Any]) -> None:
     for name, most in (("interval", _MOST_SAMPLES), ("step", MOST_STEPS)):
         value = getattr(spec, name)
         if isinstance(value, float) and not spec.duration / value <= most:
             raise RequestError(
                 f"These are too many {'samples' if name == 'interval' else 'steps'}: duration / {name} must be at most "
-                f"{most}; got duration={spec.duration!r} {name}={value!r}.",
+                f"{most}; got {_given(spec, words, 'duration', name)}.",
                 hint=f"Give a longer {name}, a shorter duration, or {name}={AUTOMATIC}.",
                 where=name,
             )
+
+
+def _given(spec: MotionRequest, words: Mapping[str, Any], *names: str) -> str:
+    """Return words of a request as they were given."""
+    return words_given([spec.kind.inputs[name] for name in names], words, spec.words())

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.endings import FINAL, LOST, OPEN, Endings
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
@@ -40,10 +40,11 @@ class Aloft(Criterion):
 
     def __post_init__(self) -> None:
         """Read the time, and refuse one before the start."""
+        given = f"{self.kind}:{shown(self.limit)}"
         object.__setattr__(self, "limit", read_number(self.limit, _TIME))
         if not self.limit > 0.0:
             raise RequestError(
-                f"The time of a criterion must be above 0, or every motion lasts as long; got {self}.",
+                f"The time of a criterion must be above 0, or every motion lasts as long; got {given}.",
                 hint=f"Write {self.example}.",
                 where="criterion",
             )
@@ -56,7 +57,9 @@ class Aloft(Criterion):
     def read(cls, text: str, model: Model) -> Self | None:
         """Return the criterion that ``aloft:TIME`` spells."""
         word, colon, limit = text.partition(":")
-        return cls(cls.word, read_number(limit, _TIME)) if word.strip() == cls.word and colon else None
+        if word.strip() != cls.word or not colon:
+            return None
+        return cls(cls.word, limit)  # type: ignore[arg-type]  # it is read when it is made
 
     def __str__(self) -> str:
         """Return ``aloft:TIME``."""

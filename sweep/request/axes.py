@@ -4,7 +4,7 @@ import math
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import NoReturn, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,19 @@ _MOST_VALUES = 2**40
 
 #: Nearer to the largest float, the steps between the ends overflow; nearer to zero, values to the same number.
 _LARGEST, _SMALLEST = 1e300, 1e-300
+
+
+class AxisError(RequestError):
+    """Values that make no axis: the rule that they break, and what was given."""
+
+    @classmethod
+    def of(cls, rule: str, given: object, hint: str) -> Self:
+        """Return the error that some values break a rule."""
+        return cls(f"{rule}; got {shown(given)}.", hint)
+
+    def with_given(self, given: str) -> Self:
+        """Return the same error with what a request gave, in place of the values in SI."""
+        return type(self).of(self.message.partition("; got ")[0], given, self.hint)
 
 
 @dataclass(frozen=True)
@@ -110,7 +123,7 @@ class Range:
         return (self.stop / largest - self.start / largest) / gaps if largest > 0.0 else 0.0
 
     def _refuse(self, rule: str, hint: str) -> NoReturn:
-        raise RequestError(f"{rule}; got {shown(str(self))}.", hint)
+        raise AxisError.of(rule, str(self), hint)
 
     def __len__(self) -> int:
         """Return the number of values."""
@@ -176,7 +189,7 @@ class Values:
             )
 
     def _refuse(self, rule: str, hint: str) -> NoReturn:
-        raise RequestError(f"{rule}; got {shown(self.values)}.", hint)
+        raise AxisError.of(rule, self.values, hint)
 
     def __len__(self) -> int:
         """Return the number of values."""

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.endings import FINAL, LOST, OPEN, Endings
 from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
@@ -46,10 +46,11 @@ class Limit(Criterion):
 
     def __post_init__(self) -> None:
         """Read the limit, and refuse one that is not possible."""
+        given = f"{self.kind}:{shown(self.limit)}"
         object.__setattr__(self, "limit", read_number(self.limit, self.quantity))
         if not self.limit > 0.0:
             raise RequestError(
-                f"The limit of a criterion must be above 0, or nothing is stable; got {self}.",
+                f"The limit of a criterion must be above 0, or nothing is stable; got {given}.",
                 hint=f"Write {self.example}.",
                 where="criterion",
             )
@@ -64,7 +65,7 @@ class Limit(Criterion):
         word, colon, limit = text.partition(":")
         if word.strip() != cls.word or not colon:
             return None
-        return cls(cls.word, read_number(limit, cls.quantity))
+        return cls(cls.word, limit)  # type: ignore[arg-type]  # it is read when it is made
 
     def limit_text(self, coordinate: Quantity) -> str:
         """Return how far the coordinate must not go, in words: ``5 deg``, ``10 times the perturbation``."""
@@ -158,11 +159,12 @@ class Departure(Limit):
 
     def __post_init__(self) -> None:
         """Refuse an angle that no motion can reach."""
+        given = f"{self.kind}:{shown(self.limit)}"
         super().__post_init__()
         # Two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians.
         if self.limit >= math.pi:
             raise RequestError(
-                f"A departure must be below 180 deg; a bare number is in rad. Got {self}.",
+                f"A departure must be below 180 deg; a bare number is in rad. Got {given}.",
                 hint=f"Write {self.example}.",
                 where="criterion",
             )

@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array, Input, Quantity
+from sweep.request.as_given import as_given, rule_in
+from sweep.request.axes import AxisError
 from sweep.request.elementary import exp, log, normal_quantile
 from sweep.request.values import NOT_FINITE, read_numbers
 
@@ -79,7 +81,7 @@ class Distribution:
             )
 
     def _refuse(self, rule: str, hint: str) -> NoReturn:
-        raise RequestError(f"{rule}; got {shown(str(self))}.", hint)
+        raise AxisError.of(rule, str(self), hint)
 
     def __str__(self) -> str:
         """Return the distribution as it is written in a request, in SI."""
@@ -182,11 +184,13 @@ def parse_distribution(raw: object, quantity: Quantity) -> Distribution:
     """
     try:
         return raw if isinstance(raw, Distribution) else _read_text(str(raw), quantity)
+    except AxisError as error:
+        raise error.with_given(str(raw).strip()).at(f"{quantity.name}={shown(raw)}") from None
     except RequestError as error:
         raise error.at(f"{quantity.name}={shown(raw)}") from None
 
 
-def read_distribution(raw: object, quantity: Input) -> Distribution:
+def read_distribution(raw: object, quantity: Input, given: object = None) -> Distribution:
     """Return the distribution that was given for a parameter, in its SI units.
 
     Parameters
@@ -195,6 +199,8 @@ def read_distribution(raw: object, quantity: Input) -> Distribution:
         Such as ``normal:1deg:0.2deg``; bare numbers are SI.
     quantity : Input
         Says which units fit, and which values are allowed.
+    given : object, optional
+        What a request gave, if `raw` was made of it.
 
     Raises
     ------
@@ -205,10 +211,10 @@ def read_distribution(raw: object, quantity: Input) -> Distribution:
     required = found.required()
     if quantity.allows(required).all():
         return found
-    outside = float(required[~quantity.allows(required)][0])
+    outside = as_given(float(required[~quantity.allows(required)][0]), quantity, given or raw)
     what = "a mean of" if found.kind == NORMAL else "an end of"
     raise RequestError(
-        f"The distribution has {what} {quantity.spell(outside)}, which is not possible: {quantity.rule}.",
+        f"The distribution has {what} {outside.text}, which is not possible: {rule_in(quantity, outside.unit)}.",
         hint="Choose values with that rule; a bare number is in SI (radians for an angle).",
         where=where,
     )

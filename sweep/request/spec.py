@@ -20,6 +20,7 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
+from sweep.request.as_given import at_word
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.distributions import Distribution
@@ -133,8 +134,11 @@ class SweepSpec:
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
-        model.check(values)
-        check_steps(values)
+        try:
+            model.check(values)
+        except RequestError as error:
+            raise at_word(error, words) from None
+        check_steps(values, words)
         check_size([len(values[name]) for name in given])
         for name, value in (
             ("model", model),

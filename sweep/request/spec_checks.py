@@ -6,6 +6,8 @@ from typing import Any
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Request
+from sweep.model.quantity import DURATION, STEP
+from sweep.request.as_given import words_given
 
 #: Beyond this no disk holds the atlas.
 _MOST_CELLS = 2**40
@@ -50,14 +52,14 @@ def check_criterion(spec: Request) -> None:
         )
 
 
-def check_steps(values: Mapping[str, Any]) -> None:
-    """Refuse a step so short that a cell would never end."""
+def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
+    """Refuse a step so short that a cell would never end; `words` has what was given for the values."""
     step, duration = values["step"], values["duration"]
     if isinstance(step, str) or duration / step <= MOST_STEPS:
         return
     raise RequestError(
-        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got duration={duration!r} "
-        f"step={step!r}.",
+        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got "
+        f"{words_given((DURATION, STEP), words, values)}.",
         hint="Give a longer step, a shorter duration, or step=auto.",
         where="step",
     )

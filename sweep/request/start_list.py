@@ -6,7 +6,7 @@ its starts, so that each start stays the same.
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, NoReturn
 
 import numpy as np
@@ -116,7 +116,7 @@ def every_start(count: int) -> Range:
 
 
 def with_list(
-    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Collection[str]
+    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return the values and axes of a request, which are those of a list of starts if it asks for one.
 
@@ -127,8 +127,8 @@ def with_list(
         Of every word, read.
     axes : tuple of str
         The words with a list or a range, in the order given.
-    given : collection of str
-        The words that the request has; the others have their defaults.
+    given : mapping of str to anything
+        The words that the request has, as given; the others have their defaults.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def with_list(
     if values["starts"]:
         return _of_table(model, values, axes, given)
     if not values["samples"]:
-        _check_no_list(values, random)
+        _check_no_list(values, random, given)
         return dict(values), axes
     if not random:
         raise RequestError(
@@ -158,7 +158,7 @@ def with_list(
     if crossed:
         raise RequestError(
             f"samples and axes do not go together: every start has one value of each parameter; got samples="
-            f"{values['samples']} and {crossed[0]}={shown(str(values[crossed[0]]))}.",
+            f"{values['samples']} and {_said(crossed[0], given, values)}.",
             hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
             "samples out.",
             where=crossed[0],
@@ -168,11 +168,17 @@ def with_list(
     numbers = values["start"] or every_start(count)
     if numbers.ends()[1] >= count:
         raise RequestError(
-            f"The starts have the numbers 0 to {count - 1}; got start={shown(str(numbers))}.",
+            f"The starts have the numbers 0 to {count - 1}; got {_said(START.name, given, values)}.",
             hint="Choose numbers of that range, or leave start out for all.",
             where="start",
         )
     return {**values, START.name: numbers}, (START.name,)
+
+
+def _said(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+    """Return a word as a request gave it; what it did not give as text, as it is written in SI."""
+    raw = given.get(name)
+    return f"{name}={shown(raw if isinstance(raw, str) else str(values[name]))}"
 
 
 def _check_no_boundary(values: Mapping[str, Any]) -> None:
@@ -186,7 +192,7 @@ def _check_no_boundary(values: Mapping[str, Any]) -> None:
 
 
 def _of_table(
-    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Collection[str]
+    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return the values and axes of a request with a table; its columns take the place of defaults."""
     table: StartTable = values["starts"]
@@ -202,7 +208,7 @@ def _of_table(
     if other:
         raise RequestError(
             f"Starts of a table go with one number for every other parameter; got {table} and "
-            f"{other[0]}={shown(str(values[other[0]]))}.",
+            f"{_said(other[0], given, values)}.",
             hint=f"Leave {other[0]} out."
             if other[0] in (*table.names, "samples", "seed")
             else f"Give {other[0]} one number, or a column of the table.",
@@ -215,7 +221,7 @@ def _of_table(
     return {**values, **columns, "starts": table, START.name: table.numbers}, (START.name,)
 
 
-def _check_no_list(values: Mapping[str, Any], random: list[str]) -> None:
+def _check_no_list(values: Mapping[str, Any], random: list[str], given: Mapping[str, Any]) -> None:
     """Refuse the words of a list where there is none."""
     if lost := [name for name, value in values.items() if isinstance(value, Column)]:
         raise RequestError(
@@ -225,14 +231,14 @@ def _check_no_list(values: Mapping[str, Any], random: list[str]) -> None:
         )
     if random:
         raise RequestError(
-            f"{random[0]}={values[random[0]]} is a distribution, and how many starts are drawn from it is not said.",
+            f"{_said(random[0], given, values)} is a distribution, and how many starts are drawn from it is not said.",
             hint="Add samples=1e6, for instance.",
             where=random[0],
         )
     for name in ("seed", START.name):
         if values[name]:
             raise RequestError(
-                f"{name} belongs to random starts, which samples counts; got {name}={shown(str(values[name]))} without "
+                f"{name} belongs to random starts, which samples counts; got {_said(name, given, values)} without "
                 "samples.",
                 hint=f"Leave {name} out, or add samples=1e6 and a distribution.",
                 where=name,

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Quantity
+from sweep.request.as_given import in_unit, rule_in
 from sweep.request.axes import Range, Values
 from sweep.request.regular_files import read_regular
 from sweep.request.suggestions import unknown_word
@@ -254,6 +255,7 @@ class _Head:
     quantity: Input
     factor: float
     text: str
+    unit: str
 
 
 def _read_heads(texts: Iterable[object], model: Model, place: str) -> list[_Head]:
@@ -291,7 +293,7 @@ def _read_head(text: str, model: Model, place: str) -> _Head:
         factor = factor_to_si("" if pure else unit, quantity)
     except RequestError as error:
         raise error.at(f"{place}: column {shown(text)}") from None
-    return _Head(quantity, factor, text.strip())
+    return _Head(quantity, factor, text.strip(), "" if pure else unit)
 
 
 def _in_order(heads: list[_Head], columns: list[Array], model: Model) -> StartTable:
@@ -349,7 +351,8 @@ def _first_bad(head: _Head, values: Array) -> tuple[int, str] | None:
     place = int(np.argmin(good))
     if not finite[place]:
         return place, f"a finite number; got {values[place] / head.factor:g}"
-    return place, f"possible, {head.quantity.rule}; got {head.quantity.spell(float(values[place]))}"
+    got = in_unit(float(values[place]), head.quantity, head.unit)
+    return place, f"possible, {rule_in(head.quantity, head.unit)}; got {got}"
 
 
 def _refuse_value(place: str, what: str) -> NoReturn:

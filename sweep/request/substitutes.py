@@ -16,6 +16,7 @@ import numpy as np
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Substitute
+from sweep.request.as_given import as_given, rule_in
 from sweep.request.axes import Range, Values
 from sweep.request.distributions import (
     Distribution,
@@ -160,7 +161,7 @@ def _parameter(
     try:
         if isinstance(value, Distribution):
             found_one = _distribution(value, substitute, disk)
-            return read_distribution(found_one, model.parameters[substitute.parameter])
+            return read_distribution(found_one, model.parameters[substitute.parameter], raw)
         if isinstance(value, Range):
             found: Value = _range(value, substitute, disk)
         elif isinstance(value, Values):
@@ -185,10 +186,12 @@ def _allowed(value: Value, substitute: Substitute, raw: object, parameter: Input
     ends = np.array([value]) if isinstance(value, float) else value.ends()
     if parameter.allows(ends).all():
         return value
-    outside = ends[~parameter.allows(ends)][0]
+    # the parameter is in the unit of the substitute
+    outside = as_given(float(ends[~parameter.allows(ends)][0]), parameter, raw)
+    rule = rule_in(parameter, outside.unit)
     raise RequestError(
-        f"That is a {parameter.name} of {parameter.spell(outside)}, which is not possible: {parameter.rule}.",
-        hint=f"Choose values with {parameter.rule}; a bare number is in {substitute.units}.",
+        f"That is a {parameter.name} of {outside.text}, which is not possible: {rule}.",
+        hint=f"Choose values with {rule}; a bare number is in {substitute.units}.",
     )
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Quantity
-from sweep.request.axes import Range, Values
+from sweep.request.axes import AxisError, Range, Values
 
 Value = float | Range | Values
 
@@ -126,6 +126,10 @@ def read_value(raw: object, quantity: Quantity) -> Value:
         if isinstance(raw, Sequence) and not isinstance(raw, bytes | bytearray):
             return Values(_read_numbers(raw, quantity))
         return _read_numbers([raw], quantity)[0]
+    except AxisError as error:
+        # the ends of a range are in SI by now
+        said = error.with_given(raw.strip()) if isinstance(raw, str) else error
+        raise said.at(f"{quantity.name}={shown(raw)}") from None
     except RequestError as error:
         raise error.at(f"{quantity.name}={shown(raw)}") from None
 
@@ -209,10 +213,10 @@ def _read_number(raw: object, quantity: Quantity) -> tuple[float, str]:
 def _split(text: str) -> tuple[float, str]:
     if NOT_FINITE.fullmatch(text):
         return math.nan, ""
-    match = _NUMBER.fullmatch(text)
-    if match is None:
+    found = number_and_unit(text)
+    if found is None:
         _refuse(text)
-    return float(match[1]), " ".join(match[2].split())
+    return float(found[0]), found[1]
 
 
 def _plain(raw: object) -> float:
@@ -239,6 +243,12 @@ def _refuse(raw: object) -> NoReturn:
     if isinstance(raw, str) and any(sign in raw for sign in _MINUS):
         hint = "Write the minus sign as a hyphen, as in -1deg."
     raise RequestError(f"{shown(raw)} is no value. A value is {_VALUE}.", hint=hint)
+
+
+def number_and_unit(text: str) -> tuple[str, str] | None:
+    """Return the texts of the number and of the unit behind it, which may be empty; None if there is no number."""
+    match = _NUMBER.fullmatch(text.strip())
+    return (match[1], " ".join(match[2].split())) if match else None
 
 
 def plain_number(text: str) -> float:

@@ -10,6 +10,7 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
+from sweep.request.as_given import as_given, rule_in
 from sweep.request.criterion import Criterion, Expression
 from sweep.request.distributions import Distribution, is_distribution, read_distribution
 from sweep.request.regular_files import read_regular
@@ -288,10 +289,11 @@ def allowed(value: Value, quantity: Input, raw: object) -> Value:
     ends = np.array([value]) if isinstance(value, float) else value.ends()
     if quantity.allows(ends).all():
         return value
-    outside = ends[~quantity.allows(ends)][0]
+    outside = as_given(float(ends[~quantity.allows(ends)][0]), quantity, raw)
+    rule = rule_in(quantity, outside.unit)
     raise RequestError(
-        f"{quantity.spell(outside)} is not possible: {quantity.rule}.",
-        hint=degrees_meant(quantity, raw, ends) or f"Choose values with {quantity.rule}.",
+        f"{outside.text} is not possible: {rule}.",
+        hint=degrees_meant(quantity, raw, ends) or f"Choose values with {rule}.",
         where=f"{quantity.name}={shown(raw)}",
     )
 

@@ -26,7 +26,7 @@ def atlas():
         (
             {"roll_rate": "2.25rad/s"},
             {"roll_rate": 6},
-            ["roll_rate 2.2 rad s-1 is the nearest of the atlas to 2.25"],
+            ["roll_rate 2.2 rad/s is the nearest of the atlas to 2.25 rad/s"],
         ),
         ({"roll_rate": "0.91"}, {"roll_rate": 0}, ["roll_rate 1 rad s-1 is the nearest"]),
         ({"tilt": "1deg:4deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),

@@ -91,8 +91,8 @@ def test_every_quantity_is_complete(quantity):
         (["speed=1", "radius=1,2"], ["radius must be one number", "axis"]),
         (["spead=1"], ["Did you mean speed?"]),
         (["method=euler"], ["method", "rk4 or dop853", "euler"]),
-        (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-09", "longer interval"]),
-        (["step=1e-9"], ["too many steps", "100000000", "step=1e-09", "longer step"]),
+        (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-9", "longer interval"]),
+        (["step=1e-9"], ["too many steps", "100000000", "step=1e-9", "longer step"]),
         (["title=a\nb"], ["title", "one line", r"a\nb"]),
     ],
 )  # fmt: skip

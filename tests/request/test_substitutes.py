@@ -121,7 +121,7 @@ def test_the_inclination_of_random_starts():
 def test_an_inclination_of_no_tilt_is_refused_by_its_name(raw):
     """Flat and below, and degrees taken for radians: the message names what was given, and the rule of the tilt."""
     random = {"samples": 3} if "uniform" in str(raw) else {}
-    with pytest.raises(RequestError, match=r"\|tilt\| < 90 deg") as caught:
+    with pytest.raises(RequestError, match=r"\|tilt\| < (90 deg|1.570796327 rad)") as caught:
         SweepSpec(inclination=raw, **random)
     assert str(caught.value.where).startswith("inclination=")
 
@@ -216,7 +216,7 @@ def test_a_preset_covers_the_boundary_of_every_disk(name, disk):
         ("speed=nan", ["speed=nan", "finite"]),
         ("speed=1e300 radius=1e-100", ["speed=1e300", "inf rad s-1"]),
         ("speed=1:1e300:4 radius=1e-100", ["speed=1:1e300:4", "finite"]),
-        ("speed=2:1:4", ["speed=2:1:4", "2.0", "1.0"]),
+        ("speed=2:1:4", ["speed=2:1:4", "got 2:1:4"]),
         ("speed=2 radius=-1", ["radius=-1", "radius > 0"]),
         ("spede=2", ["speed?"]),
         ("scaled_rol_rate=2", ["scaled_roll_rate?"]),

@@ -101,7 +101,7 @@ def test_a_list_reads_back_as_itself(numbers):
 @pytest.mark.parametrize(
     ("raw", "quantity", "facts"),
     [
-        ("6:0.5:400", ROLL, ["start < stop", "6.0:0.5:400"]),
+        ("6:0.5:400", ROLL, ["start < stop", "got 6:0.5:400"]),
         ("1:1:2", ROLL, ["neighbouring values"]),
         ("1:2:1", ROLL, ["both ends", "equal"]),
         ("0.5:6:0", ROLL, ["count >= 1"]),

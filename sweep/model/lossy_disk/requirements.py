@@ -43,7 +43,7 @@ def _refuse_unused_air(values: Mapping[str, Any]) -> None:
     for name in ("air_viscosity", "air_density"):
         if some(values[name]):
             raise RequestError(
-                f"{name} is given, and no law uses it: air_law is {NO_AIR}; got {name}={values[name]}.",
+                f"{name} is given, and no law uses it: air_law is {NO_AIR}.",
                 hint=f"Add air_law={MOFFATT} or air_law={BILDSTEN}, or say {name}=0.",
                 where=name,
             )

@@ -1,0 +1,179 @@
+"""A refusal says a value as it was given, in its unit, and what is allowed in the same unit."""
+
+import math
+
+import pytest
+
+from sweep.atlas.nearest import nearest_cell
+from sweep.errors import RequestError
+from sweep.model import registry
+from sweep.model.disk.tables import PARAMETERS, SETTINGS
+from sweep.motion.request import TrajectorySpec
+from sweep.request.as_given import as_given, in_unit, rule_in
+from sweep.request.spec import SweepSpec
+from sweep.request.values import factor_to_si
+
+#: Units of a quantity in SI -> spellings that a request may use, none of which is the SI unit itself.
+UNITS = {
+    "rad": ("deg", "°", "arcmin"),
+    "rad s-1": ("rpm", "deg/s"),
+    "m": ("mm", "inch", "cm"),
+    "m s-1": ("cm/s", "km/h"),
+    "m s-2": ("cm/s2",),
+    "s": ("ms", "min"),
+    "kg": ("g",),
+    "kg m-3": ("g/cm3",),
+    "Pa s": ("uPa s",),
+    "N m s": ("mN m s",),
+    "1": ("%",),
+}
+
+#: Numbers one of which each rule forbids, whatever the unit.
+NUMBERS = ("-3.7", "123457", "0")
+
+
+#: Model, quantity and unit: all parameters and settings of all models, and what stands for them.
+CASES = [
+    pytest.param(model, row, unit, id=f"{model.name}-{row.name}-{unit}")
+    for model in registry.every()
+    for row in {**model.parameters, **model.settings, **model.substitutes}.values()
+    for unit in UNITS[row.units]
+]
+
+
+def _make(model, name, text, way, folder):
+    """Make the spec of a word, given as a word, in a file or in Python."""
+    path, line = folder / "spec.toml", f'{name} = "{text}"\n'
+    path.write_text(f'model = "{model.name}"\n{line if way == "toml" else ""}')
+    if way == "python":
+        return SweepSpec(model=model.name, **{name: text})
+    return SweepSpec.from_words(path, [f"{name}={text}"] if way == "words" else [])
+
+
+def _impossible(quantity, unit):
+    """Return a number that the rule of a quantity forbids in a unit; None if it forbids none."""
+    allows = getattr(quantity, "allows", None)
+    factor = factor_to_si(unit, quantity)
+    if quantity.name == "inclination":
+        return "-3.7"
+    return next((each for each in NUMBERS if allows and not allows(float(each) * factor)), None)
+
+
+@pytest.mark.parametrize("way", ["words", "toml", "python"])
+@pytest.mark.parametrize(("model", "quantity", "unit"), CASES)
+def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path):
+    """Numbers, lists, ranges and distributions of every quantity in every kind of unit: never the digits of SI."""
+    number, factor, name = _impossible(quantity, unit), factor_to_si(unit, quantity), quantity.name
+    forms = [f"5.3{unit}:4.1{unit}:7"] if name not in model.settings else []
+    if number is not None:
+        forms.append(f"{number}{unit}")
+        if name not in model.settings:
+            high = "200000"
+            forms += [
+                f"{number}{unit},",
+                f"{number}{unit}:{high}{unit}:5",
+                f"uniform:{number}{unit}:{high}{unit}",
+            ]
+    for text in forms:
+        with pytest.raises(RequestError) as refusal:
+            _make(model, name, text, way, tmp_path)
+        said = str(refusal.value)
+        assert f"{name}={text}" in said
+        for given in (number, "5.3", "4.1"):
+            if given is not None and f"{given}{unit}" in text:
+                in_si = repr(float(given) * factor)
+                assert (
+                    in_si == given or in_si.removesuffix(".0") in (given, "0", "-0") or in_si not in said
+                ), said
+        if number is not None and number in text and name != "inclination":
+            assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "raw", "text", "rule"),
+    [
+        ("tilt", "100deg", "100 deg", "|tilt| < 90 deg"),
+        ("tilt", "5500arcmin", "5500 arcmin", "|tilt| < 5400 arcmin"),
+        ("tilt", "2rad", "2 rad", "|tilt| < 1.570796327 rad"),
+        ("tilt", 2.0, "2.0 rad", "|tilt| < 1.570796327 rad"),
+        ("alpha", "150%", "150 %", "0 < alpha <= 100 %"),
+        ("alpha", "1.5", "1.5", "0 < alpha <= 1"),
+        ("radius", "-3mm", "-3 mm", "radius > 0"),
+        ("fall_tilt", "0", "0 deg", "0 deg < fall_tilt < 90 deg"),
+        ("fall_tilt", "6000arcmin", "6000 arcmin", "0 arcmin < fall_tilt < 5400 arcmin"),
+        ("tolerance", "6deg", "6 deg", "5.729577951e-11 deg <= tolerance <= 5.729577951 deg"),
+    ],
+)
+def test_what_is_allowed_is_said_in_the_unit_of_the_value(name, raw, text, rule):
+    """The whole sentence: the number as it was written, and the limits in its unit; bare numbers are SI."""
+    with pytest.raises(RequestError) as refusal:
+        SweepSpec(**{name: raw})
+    assert refusal.value.message == f"{text} is not possible: {rule}."
+
+
+def test_each_number_of_a_list_has_its_own_unit():
+    """The number that is refused counts, not the first of the text; what stands nowhere takes the first unit."""
+    tilt = PARAMETERS["tilt"]
+    assert as_given(2.0, tilt, "1deg,2rad") == ("2 rad", "rad")
+    assert as_given(math.radians(1.0), tilt, "1deg,2rad") == ("1 deg", "deg")
+    assert as_given(math.radians(3.0), tilt, "60arcmin:240arcmin:4") == ("180 arcmin", "arcmin")
+    assert as_given(0.25, tilt, 0.25) == ("0.25 rad", "")
+    assert in_unit(0.0123, PARAMETERS["radius"], "mm") == "12.3 mm"
+    assert rule_in(SETTINGS["duration"], "min") == "duration > 0"
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        (["step=1ns", "duration=3min"], ["got duration=3min step=1ns"]),
+        (["step=1ns"], ["got duration=300s step=1ns"]),
+        (["rolling_friction=50mm", "radius=4cm"], ["rolling_friction=50mm: ", "shorter than the radius"]),
+        (["air_viscosity=18uPa s", "rolling_friction=1um"], ["air_viscosity=18uPa s: "]),
+        (["criterion=aloft:-3min"], ["got aloft:-3min"]),
+        (["criterion=departure:12000arcmin"], ["Got departure:12000arcmin"]),
+        (["tilt=normal:1deg:0.2deg"], ["tilt=normal:1deg:0.2deg is a distribution"]),
+        (["samples=9", "roll_rate=9rpm:20rpm:4", "tilt=uniform:1deg:2deg"], ["and roll_rate=9rpm:20rpm:4"]),
+        (["samples=9", "tilt=normal:1deg:-0.2deg", "roll_rate=3"], ["got normal:1deg:-0.2deg"]),
+    ],
+)
+def test_words_that_do_not_go_together_are_said_as_given(words, facts):
+    """Checks of several words say them as they were given, and those that were not as people write them."""
+    with pytest.raises(RequestError) as refusal:
+        SweepSpec.from_words("rolling", words)
+    for each in facts:
+        assert each in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "fact"),
+    [
+        (["tilt=5300arcmin", "fall_tilt=80deg"], "got tilt=5300arcmin fall_tilt=80deg"),
+        (["tilt=5340arcmin"], "got tilt=5340arcmin fall_tilt=5100arcmin"),
+        (["inclination=12arcmin"], "got tilt=89.8deg fall_tilt=85deg"),
+        (["duration=1min", "step=1ns"], "got duration=1min step=1ns"),
+        (["interval=1ns"], "got duration=1e+10ns interval=1ns"),
+    ],
+)
+def test_a_motion_is_refused_in_the_units_of_its_words(words, fact):
+    """Words as given, defaults in the unit of the others."""
+    with pytest.raises(RequestError) as refusal:
+        TrajectorySpec.from_words(words)
+    assert fact in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"tilt": "600arcmin"}, "tilt=600arcmin: 600 arcmin is outside the atlas, whose tilt is 60 arcmin to 300 arc"),
+        ({"tilt": "0.5 rad"}, "0.5 rad is outside the atlas, whose tilt is 0.01745329252 rad to 0.0872664626 rad."),
+        ({"tilt": 0.5}, "tilt=0.5: 0.5 rad is outside the atlas"),
+        ({"inclination": "60deg"}, "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg."),
+        ({"tilt": "1deg", "speed": "9m/s"}, "speed=9m/s: 18 rad s-1 is outside the atlas"),
+    ],
+)  # fmt: skip
+def test_a_cell_outside_an_atlas_is_said_as_given(given, said):
+    """The value, and the axis in its unit; of a speed the rate that it is."""
+    spec = SweepSpec(roll_rate="1:4:4", tilt="1deg:5deg:5", radius=0.5)
+    with pytest.raises(RequestError) as refusal:
+        nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
+    assert said in str(refusal.value)
