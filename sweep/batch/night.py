@@ -6,7 +6,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sweep.batch.sweeps import Sweep
@@ -16,7 +16,7 @@ from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError, StoppedError
 from sweep.files.reading import opened, opened_file
-from sweep.progress.timetable import Show
+from sweep.progress.timetable import Show, Status
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, no_op
 from sweep.runs.run import Failures, run_to_file
@@ -124,6 +124,7 @@ def carry_out(
     for number, sweep in enumerate(sweeps):
         if stopping():
             raise StoppedError(f"{number} of {len(sweeps)} sweeps are finished")
+        show(Status("preparing", 0, 0, None))
         path = wishes.folder / f"{sweep.name}.nc"
         found = Outcome(sweep, path)
         if sweep.spec is None:
@@ -154,21 +155,27 @@ def carry_out(
                 )
                 found.state = COMPUTED
         if "run" not in found.problems:
-            _check(found, wishes, say)
+            _check(found, wishes, show, say)
         yield found
 
 
-def _check(found: Outcome, wishes: Wishes, say: Say) -> None:
+def _check(found: Outcome, wishes: Wishes, show: Show, say: Say) -> None:
     if wishes.verify:
         with _step(found, "verify", say), opened(found.path, indexed=False) as atlas:
-            found.findings = findings_of(atlas, found.path)
+            found.findings = findings_of(atlas, found.path, show=_of_step("verify", show))
     if wishes.reference is not None:
         found.trusted = wishes.reference / found.path.name
         with _step(found, "compare", say):
-            found.comparison = _compared(found.path, found.trusted)
+            found.comparison = _compared(found.path, found.trusted, _of_step("compare", show))
 
 
-def _compared(path: Path, trusted: Path) -> Comparison:
+def _of_step(step: str, show: Show) -> Show:
+    """Return what shows how far a step is; each begins anew, so that no time of the step before is shown for it."""
+    show(Status(step, 0, 0, None))
+    return lambda status: show(replace(status, stage=f"{step}: {status.stage}"))
+
+
+def _compared(path: Path, trusted: Path, show: Show) -> Comparison:
     if not os.path.lexists(trusted):
         raise RequestError(
             "There is no such file: the trusted atlas of this sweep is missing.",
@@ -178,7 +185,7 @@ def _compared(path: Path, trusted: Path) -> Comparison:
         )
     with opened(path, indexed=False) as new, opened(trusted, indexed=False) as reference:
         try:
-            return compare(new, reference, files=(path, trusted))
+            return compare(new, reference, files=(path, trusted), progress=show)
         except OtherGridError as error:
             # a batch compares whole atlases
             hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."

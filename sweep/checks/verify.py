@@ -36,9 +36,9 @@ from sweep.files.paths import check_target
 from sweep.files.publish import published
 from sweep.model.description import Reference
 from sweep.progress.display import following
-from sweep.progress.timetable import SEARCHING, Progress, Stage, Timetable
+from sweep.progress.timetable import SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
-from sweep.runs.executor import prefetch
+from sweep.runs.executor import no_op, prefetch
 from sweep.runs.progress import CHECKING, bisected_cells
 
 if TYPE_CHECKING:
@@ -152,13 +152,9 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
     with following(progress) as show, _audit(dataset, spec, reference) as audit:
-        timetable = Timetable([Stage(CHECKING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
-        timetable.begin(CHECKING)
-        for span, variables in audit.blocks():
+        for span, variables in _followed(audit, spec, show):
             for name, column in found.items():
                 column[span.start : span.stop] = variables[name]
-            timetable.report(span.stop)
-        timetable.begin(SEARCHING)
         statements = audit.statements()
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
@@ -261,7 +257,9 @@ def findings(audited: "xr.Dataset") -> Findings:
     )
 
 
-def findings_of(dataset: "xr.Dataset", file: Path | None = None, seed: int | None = None) -> Findings:
+def findings_of(
+    dataset: "xr.Dataset", file: Path | None = None, seed: int | None = None, show: Show = no_op
+) -> Findings:
     """Return `findings` of the audit of an atlas, of which no more than some blocks are in memory at once.
 
     Parameters
@@ -271,6 +269,8 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None, seed: int | Non
         The file that it has just been opened from; see `sweep.files.cell_reader.CellReader`.
     seed : int, optional
         As in `verify`.
+    show : callable, optional
+        Called with how far the audit is.
 
     Raises
     ------
@@ -281,7 +281,7 @@ def findings_of(dataset: "xr.Dataset", file: Path | None = None, seed: int | Non
     spec, reference = _checked(dataset, seed)
     summary = AuditSummary(reference.audit)
     with _audit(dataset, spec, reference, file) as audit:
-        for span, found in audit.blocks():
+        for span, found in _followed(audit, spec, show):
             summary.add(span.start, found)
         statements = audit.statements()
     return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)), reference.sampled)
@@ -329,6 +329,17 @@ def _audit(
     held = _held(dataset, spec, reference)
     with CellReader(dataset, held, file) as reader:
         yield _Audit(dataset, spec, reference, reader, held)
+
+
+def _followed(audit: "_Audit", spec: SweepSpec, show: Show) -> Iterator[AuditedBlock]:
+    """Yield the blocks of an audit, and show how far it is; after the last one the boundary is next."""
+    timetable = Timetable([Stage(CHECKING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
+    timetable.begin(CHECKING)
+    for span, variables in audit.blocks():
+        yield span, variables
+        # kernels that are not kept on disk are compiled in the first block
+        (timetable.report if span.start else timetable.measure_from)(span.stop)
+    timetable.begin(SEARCHING)
 
 
 class _Audit:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 #: Seconds between two lines in a log, and between two pictures of a bar in a notebook.
 _LOG_INTERVAL, _NOTEBOOK_INTERVAL = 5.0, 0.1
 
+#: Seconds after the expected end from which on nothing is expected any more.
+_LATE = 2.0
+
 #: Seconds of work before a bar appears by itself.
 _PATIENCE = 0.5
 
@@ -118,8 +121,11 @@ class _Latest:
         """Return how long all will take from now on; empty if that is not known, or if all is done."""
         if self.status is None or not self.status.seconds:
             return ""
+        left = self.status.seconds - (time.monotonic() - self._at)
+        if left < -_LATE:
+            return "longer than expected"
         # as long as there is something to do it takes some time, however long it was expected to take
-        return f"{duration(max(1.0, self.status.seconds - (time.monotonic() - self._at)))} to go"
+        return f"{duration(max(1.0, left))} to go"
 
     def line(self) -> str:
         """Return the line of a log."""

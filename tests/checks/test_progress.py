@@ -1,10 +1,12 @@
 """verify, compare and refine tell how far they are: every pass from its beginning, and what they find is the same."""
 
 import itertools
+import time
 
 import pytest
 
 import sweep
+from sweep.checks.cell_audit import CellAudit
 from sweep.checks.compare import COMPARING
 from sweep.errors import RequestError
 from sweep.progress.timetable import SEARCHING
@@ -38,6 +40,22 @@ def test_verify_tells_its_cells(atlas):
     assert (cells[0], cells[-1], cells) == (0, SPEC.size, sorted(set(cells)))
     assert len(cells) > 2
     assert sweep.findings(found) == sweep.findings(sweep.verify(atlas))
+
+
+@pytest.mark.compiled
+def test_compiling_in_the_first_block_is_no_pace(atlas, monkeypatch):
+    """What the first block waited for is not expected of the others: kernels are compiled once."""
+    heard, audited = [], CellAudit.audited
+
+    def compiling(self, stored):
+        time.sleep(3.0)
+        yield from audited(self, stored)
+
+    monkeypatch.setattr(CellAudit, "audited", compiling)
+    sweep.verify(atlas, progress=heard.append)
+    seconds = [each.seconds for each in heard if each.stage == CHECKING]
+    assert seconds[:2] == [None, None]
+    assert max(each for each in seconds if each is not None) < 1.5
 
 
 @pytest.mark.compiled

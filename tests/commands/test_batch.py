@@ -98,6 +98,23 @@ def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
     assert [each.state for each in night.carry_out(sweeps, wishes)] == [night.KEPT, night.COMPUTED]
 
 
+def test_every_step_tells_its_own_progress(batch, tmp_path):
+    """A step begins without a time to go: that of the step before is not shown while kernels are compiled for it."""
+    batch("")
+    shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
+    heard, folder = [], tmp_path / "again"
+    folder.mkdir()
+    wishes = night.Wishes(folder, verify=True, reference=tmp_path / "trusted")
+    list(night.carry_out(read_sweeps(["two.toml"]), wishes, show=heard.append))
+    stages = [each.stage for each in heard]
+    first = [heard[stages.index(name)] for name in ("preparing", "verify", "compare")]
+    assert [(each.size, each.seconds) for each in first] == [(0, None)] * 3
+    assert stages.count("preparing") == stages.count("verify") == stages.count("compare") == 2
+    assert {"verify: checking", "compare: comparing"} < {*stages}
+    last = max(i for i, each in enumerate(heard) if each.stage == "verify: checking")
+    assert (heard[last].done, heard[last].size) == (15, 15)
+
+
 def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, tmp_path):
     """A wrong spec, a defect, too little memory: each is told in a sentence, the others are computed; status 1."""
     spec_file("rol_rate = 3\n", "bad.toml")

@@ -62,6 +62,17 @@ def test_cells_of_an_earlier_run_do_not_count_as_pace(clock, heard):
     assert heard == [Status("a", 900, 1000, None), Status("a", 910, 1000, pytest.approx(90.0))]
 
 
+def test_compiling_does_not_count_as_pace(clock, heard):
+    """A first block that took 15 s, because kernels were compiled, says nothing of the nine others of 1 s each."""
+    timetable = Timetable([Stage("a", 1000)], heard.append, clock)
+    timetable.begin("a")
+    clock.now += 15.0
+    timetable.measure_from(100)
+    clock.now += 1.0
+    timetable.report(200)
+    assert heard[1:] == [Status("a", 100, 1000, None), Status("a", 200, 1000, pytest.approx(8.0))]
+
+
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [
