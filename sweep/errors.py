@@ -79,6 +79,17 @@ def shown(raw: object) -> str:
     return text if len(text) <= 80 else f"{text[:60]} ... {text[-15:]}"
 
 
+def counted(count: int, thing: str, of: int | None = None) -> str:
+    """Return a count with its noun: ``1 cell``, ``0 cells``; `of` so many: ``1 of 3 cells``, ``1 of 1 cell``."""
+    noun = thing if (count if of is None else of) == 1 else f"{thing}s"
+    return f"{count} {noun}" if of is None else f"{count} of {of} {noun}"
+
+
+def are(count: int, one: str = "is", more: str = "are") -> str:
+    """Return the verb of so many things: ``is`` of one, ``are`` of none or several."""
+    return one if count == 1 else more
+
+
 def printable(text: str) -> str:
     """Return a text on one line with all that does not print escaped: XML may not hold it, and a terminal obeys it."""
     if text.isprintable():

@@ -6,6 +6,8 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from sweep.errors import counted
+
 #: The codes.
 ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT, FOUND, MORE_THAN_ONE, OTHER_EDGE_ONLY = range(6)
 
@@ -40,13 +42,13 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "") -> list
     without, lines = status.size - several - found, []
     what = f"{edge} edge" if edge else "boundary"
     if without:
-        where = "" if without == status.size else f" in {without} of {status.size} rows along {axis}"
+        where = "" if without == status.size else f" in {counted(without, 'row', status.size)} along {axis}"
         reasons = (
             list(missing) if len(missing) == 1 else [f"{count} {word}" for word, count in missing.items()]
         )
         lines.append(f"no {what}{where}: {', '.join(reasons)}")
     if several:
-        where = "" if several == status.size else f" in {several} of {status.size} rows along {axis}"
+        where = "" if several == status.size else f" in {counted(several, 'row', status.size)} along {axis}"
         lines.append(f"more than one {edge} edge{where}".replace("  ", " "))
     return lines
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import place_of, require, spec_named
-from sweep.errors import RequestError
+from sweep.errors import RequestError, counted
 from sweep.model.endings import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNSTABLE
 
@@ -104,4 +104,5 @@ def in_words(found: Share) -> str:
     if not found.decided:
         return f"no start has a verdict{left_out}"
     share, low, high = found.percentages()
-    return f"{share} % of {found.decided} starts with a verdict; 95 % interval {low} to {high} % (Wilson){left_out}"
+    decided = counted(found.decided, "start")
+    return f"{share} % of {decided} with a verdict; 95 % interval {low} to {high} % (Wilson){left_out}"

@@ -23,7 +23,7 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.slices import slices_of
-from sweep.errors import RequestError, printable, shown
+from sweep.errors import RequestError, counted, printable, shown
 from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
 
@@ -227,7 +227,7 @@ def _curve_problems(dataset: Atlas) -> Iterator[str]:
             # integers of 64 bits could add up to anything
             total += float(part.sum(dtype=np.float64)) if (part > 0).all() else math.inf
         if total != points:
-            yield f"curve_point_count must add up to the {points} points of the curves"
+            yield f"curve_point_count must add up to the {counted(points, 'point')} of the curves"
 
 
 def _attribute_problems(dataset: Atlas) -> Iterator[str]:

@@ -14,7 +14,7 @@ from sweep.checks.alignment import OtherGridError
 from sweep.checks.compare import Comparison, compare
 from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
-from sweep.errors import RequestError, StoppedError
+from sweep.errors import RequestError, StoppedError, are, counted
 from sweep.files.reading import opened, opened_file
 from sweep.progress.timetable import Show, Status
 from sweep.request.spec import SweepSpec
@@ -123,7 +123,7 @@ def carry_out(
     """
     for number, sweep in enumerate(sweeps):
         if stopping():
-            raise StoppedError(f"{number} of {len(sweeps)} sweeps are finished")
+            raise StoppedError(f"{counted(number, 'sweep', len(sweeps))} {are(number)} finished")
         show(Status("preparing", 0, 0, None))
         path = wishes.folder / f"{sweep.name}.nc"
         found = Outcome(sweep, path)

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from sweep.batch.night import KEPT, REFUSED, Outcome
 from sweep.batch.sweeps import Sweep
 from sweep.checks.comparison_report import what
-from sweep.errors import printable
+from sweep.errors import are, counted, printable
 from sweep.progress.timetable import duration
 
 #: Why a sweep has no outcome.
@@ -43,9 +43,11 @@ def in_words(outcomes: Sequence[Outcome], most: float) -> str:
     total = duration(sum(sum(each.seconds.values()) for each in outcomes))
     count = len(outcomes)
     fine = (
-        f"all {count} sweeps are as they should be"
-        if not bad
-        else f"NOT as it should be: {bad} of {count} sweeps"
+        f"NOT as it should be: {counted(bad, 'sweep', count)}"
+        if bad
+        else "the one sweep is as it should be"
+        if count == 1
+        else f"all {count} sweeps are as they should be"
     )
     return "\n".join([*lines, *([""] if problems else []), *problems, "", f"{fine}, {total}"])
 
@@ -160,10 +162,14 @@ def _problems(found: Outcome, most: float) -> Iterator[tuple[str, str]]:
         yield "run", "; ".join(line.strip() for line in found.failures.describe())
     if found.findings is not None and not found.findings.passed:
         wrong = [each.name for each in found.findings.wrong]
-        counts = f"{found.findings.disagreeing} cells disagree with the exact reduction, {found.findings.missing} lack"
+        apart, missing = found.findings.disagreeing, found.findings.missing
+        disagree = f"{counted(apart, 'cell')} {are(apart, 'disagrees', 'disagree')} with the exact reduction"
         named = f"; wrong: {', '.join(wrong[:6])}" if wrong else ""
         command = shlex.join(["eulerdisk", "verify", str(found.path)])
-        yield "verify", f"{counts} a value{named}. More is said by: {command}"
+        yield (
+            "verify",
+            f"{disagree}, {missing} {are(missing, 'lacks', 'lack')} a value{named}. More is said by: {command}",
+        )
     if found.comparison is not None and not found.comparison.same:
         worst = next(each for each in found.comparison.findings if each.different)
         command = shlex.join(["eulerdisk", "compare", str(found.path), str(found.trusted)])

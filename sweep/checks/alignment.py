@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from sweep.atlas.dataset import spec_of
 from sweep.checks.coordinates import check_coordinates, values_of
-from sweep.errors import RequestError
+from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
@@ -137,7 +137,9 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
             name: quantity for each in specs for name, quantity in each.model.cell_variables(each).items()
         },
         notes=tuple(
-            f"only a part of {name} is common: {places[name].count} values" for name in axes if name in cut
+            f"only a part of {name} is common: {counted(places[name].count, 'value')}"
+            for name in axes
+            if name in cut
         ),
         as_given=as_given,
         in_blocks=(in_order[0] and sliced[0], in_order[1] and sliced[1]),

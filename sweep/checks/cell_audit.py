@@ -12,6 +12,7 @@ import numpy.typing as npt
 from sweep.checks.statement import MOST_NAMED, Statement, unchecked
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
+from sweep.errors import counted
 from sweep.model.description import CellCheck, Columns, Reference, Starts
 from sweep.model.endings import MISSING
 from sweep.model.quantity import Quantity, Truths
@@ -355,7 +356,9 @@ def _with_what_is_open(statement: Statement, tallies: Sequence[_Tally]) -> State
     count = min((each.unknown for each in tallies), default=0)
     if not count:
         return statement
-    return replace(statement, against=f"{statement.against}; otherwise not checked: {count} values")
+    return replace(
+        statement, against=f"{statement.against}; otherwise not checked: {counted(count, 'value')}"
+    )
 
 
 def cell_in_words(spec: SweepSpec, place: int) -> str:

@@ -32,7 +32,7 @@ from sweep.checks.variables import (
     variables,
 )
 from sweep.engine.grid import Span
-from sweep.errors import RequestError
+from sweep.errors import RequestError, counted
 from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
 from sweep.progress.display import following
 from sweep.progress.timetable import Progress, Show, Stage, Timetable
@@ -378,7 +378,7 @@ def _elsewhere(variable: Variable, pair: Pair) -> str:
 def _other_kind(new: "xr.DataArray", old: "xr.DataArray") -> str:
     if new.shape != old.shape:
         # curves of different numbers or lengths cannot be compared point by point
-        return f"{new.size} values, in the reference {old.size}"
+        return f"{counted(new.size, 'value')}, in the reference {old.size}"
     if new.dims != old.dims:
         return f"its dimensions differ: {', '.join(map(str, new.dims))} and {', '.join(map(str, old.dims))}"
     if {new.dtype.kind, old.dtype.kind} - set("biuf"):

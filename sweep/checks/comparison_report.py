@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from sweep.checks.compare import Comparison, Finding
-from sweep.errors import printable
+from sweep.errors import are, counted, printable
 
 #: Characters of an attribute that the words show; the JSON has all.
 _SHOWN = 60
@@ -49,7 +49,7 @@ def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
 
 
 def _outcome(comparison: Comparison) -> str:
-    cells = f"{comparison.cells} {'common ' if comparison.common else ''}cell{'s' * (comparison.cells != 1)}"
+    cells = counted(comparison.cells, "common cell" if comparison.common else "cell")
     different = [finding for finding in comparison.findings if finding.different]
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
@@ -58,7 +58,7 @@ def _outcome(comparison: Comparison) -> str:
         compared = f"; compared were {cells}" if comparison.common else ""
         return f"DIFFERENT in {', '.join(map(_counted, different))}{compared}{apart}"
     if comparison.identical:
-        return f"identical: {cells}, all {len(comparison.findings)} variables bit for bit"
+        return f"identical: {cells}, all {counted(len(comparison.findings), 'variable')} bit for bit"
     least = max(comparison.findings, key=lambda finding: finding.share)
     most = f"; at most {_percent(least.share)} of what is allowed ({least.name})" if least.share else ""
     return f"within tolerance: {cells}{most}{apart}"
@@ -68,7 +68,7 @@ def _counted(finding: Finding) -> str:
     # all values of a variable with other units, or that one atlas lacks
     if finding.note:
         return finding.name
-    return f"{finding.name} ({finding.different} of {finding.values} value{'s' * (finding.values != 1)})"
+    return f"{finding.name} ({counted(finding.different, 'value', finding.values)})"
 
 
 def _lines(finding: Finding) -> Iterator[str]:
@@ -91,7 +91,11 @@ def what(finding: Finding) -> str:
     """Return how a variable differs: how many of its values, the largest difference, what is allowed."""
     if finding.note:
         return printable(finding.note)
-    parts = [f"{finding.different} of {finding.values} differ"] if finding.different else []
+    parts = (
+        [f"{finding.different} of {finding.values} {are(finding.different, 'differs', 'differ')}"]
+        if finding.different
+        else []
+    )
     parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
     units = f" {finding.units}".removesuffix(" 1")
     if finding.largest:

@@ -7,6 +7,7 @@ import numpy as np
 
 from sweep.checks.statement import Statement
 from sweep.checks.verify import Findings
+from sweep.errors import are, counted
 from sweep.request.spec import SweepSpec
 
 #: Number of wrong variables and attributes that the last line of an audit names.
@@ -83,24 +84,26 @@ def _small(value: float) -> str:
 
 def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
+    agreeing = counted(found.agreeing, "cell", found.cells)
     if found.passed and found.sampled:
         return (
-            f"verified: {found.agreeing} of {found.cells} cells against themselves, and only a sample against a second "
+            f"verified: {agreeing} against themselves, and only a sample against a second "
             f"computation ({found.sampled}), largest difference {found.extremes[2]:.1e} {found.units}"
         )
     if found.passed and not np.isfinite(found.extremes[2]):
-        cells = f"{found.agreeing} of {found.cells} cells"
-        return f"verified: {cells}; none has extremes that could be held against exact ones"
+        return f"verified: {agreeing}; none has extremes that could be held against exact ones"
     if found.passed:
         return (
-            f"verified: {found.agreeing} of {found.cells} cells within {found.tolerance:g} {found.units}, "
+            f"verified: {agreeing} within {found.tolerance:g} {found.units}, "
             f"largest difference {found.extremes[2]:.1e} {found.units}"
         )
     names = [each.name for each in found.wrong]
     wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
     more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""
-    counted = f"{found.disagreeing} of {found.cells} cells disagree, {found.missing} are not computed"
-    return f"NOT verified: {counted}{wrong}{more}"
+    disagree = (
+        f"{counted(found.disagreeing, 'cell', found.cells)} {are(found.disagreeing, 'disagrees', 'disagree')}"
+    )
+    return f"NOT verified: {disagree}, {found.missing} {are(found.missing)} not computed{wrong}{more}"
 
 
 def _spread(distribution: tuple[float, float, float]) -> str:

@@ -8,7 +8,7 @@ import typer
 
 from sweep.commands.arguments import MaxFailed, Quiet, Threads
 from sweep.commands.terminal import say, show, stoppable
-from sweep.errors import RequestError
+from sweep.errors import RequestError, counted
 from sweep.progress.display import showing
 
 if TYPE_CHECKING:
@@ -141,7 +141,9 @@ def _carry_out(
                     continue
                 wrong = problems_of(found, most) if found.state != FAILED else {}
                 but = f", NOT as it should be ({' and '.join(wrong)})" if wrong else ""
-                say(f"{found.sweep.label}: {found.state}{but}, {len(outcomes)} of {len(sweeps)} sweeps done")
+                say(
+                    f"{found.sweep.label}: {found.state}{but}, {counted(len(outcomes), 'sweep', len(sweeps))} done"
+                )
     finally:
         _write_junit(junit, outcomes, most, sweeps[len(outcomes) :])
     return outcomes

@@ -17,7 +17,7 @@ from sweep.commands.arguments import (
 )
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, counted, shown
 
 if TYPE_CHECKING:
     from sweep.atlas.contents import Atlas
@@ -92,7 +92,7 @@ def _tell_run(folder: Path, partial: Path | None) -> None:
         check_atlas_name(partial)
         enter_baseline(None, folder)
         done, cells = write_partial(folder, partial)
-        say(f"{partial}: {done} of {cells} cells computed")
+        say(f"{partial}: {counted(done, 'cell', cells)} computed")
     else:
         show(describe(folder))
 
@@ -341,6 +341,6 @@ def export(
         check_apart(boundary_file(target), atlas)
         cells, *boundary_files = exported(dataset, target, kind, overwrite=overwrite)
         size = dataset["ending"].size
-    say(f"{cells}: {size} cell{'s' * (size != 1)}")
+    say(f"{cells}: {counted(size, 'cell')}")
     for path in boundary_files:
         say(f"{path}: the boundary")

@@ -6,7 +6,7 @@ import numpy as np
 
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require
-from sweep.errors import plain_text, printable
+from sweep.errors import counted, plain_text, printable
 from sweep.files.atlas_file import AtlasFile
 from sweep.motion.kind import TIME
 from sweep.motion.sampling import end_of, kind_of, losses_of
@@ -43,7 +43,7 @@ def describe_motion(path: Path) -> str:
         title,
         f"start       {_pairs(start_names, start)}",
         f"disk        {_pairs(tuple(values), disk)}",
-        f"time        {times.size} samples from {times[0]:g} to {times[-1]:g} s{ending}",
+        f"time        {counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} s{ending}",
         f"peak tilt   {peak}",
         *losses,
         f"made        {made}",

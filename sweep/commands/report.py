@@ -9,7 +9,7 @@ from sweep.atlas import row_status, share
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.errors import plain_text
+from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Quantity
 from sweep.request.spec import SweepSpec
 
@@ -141,10 +141,10 @@ def _grid(spec: SweepSpec) -> str:
         return f"{spec.size} of a table, SHA-256 {spec.starts.sha256[:16]}"
     if spec.is_list:
         part = f" of {spec.samples}" if spec.size < spec.samples else ""
-        return f"{spec.size} random start{'s' * (spec.size != 1)}{part}, seed {spec.seed}"
+        return f"{counted(spec.size, 'random start')}{part}, seed {spec.seed}"
     if len(spec.axes) < 2:
-        return f"{spec.size} cells" if spec.axes else "one cell"
-    return f"{' x '.join(map(str, spec.shape))} = {spec.size} cells"
+        return counted(spec.size, "cell") if spec.axes else "one cell"
+    return f"{' x '.join(map(str, spec.shape))} = {counted(spec.size, 'cell')}"
 
 
 def _axis_lines(spec: SweepSpec) -> Iterator[str]:
@@ -155,7 +155,7 @@ def _axis_lines(spec: SweepSpec) -> Iterator[str]:
         low, high = axis.ends() * quantity.plot_scale
         spacing = getattr(axis, "spacing", "listed")
         ends = f"{low:.6g} to {high:.6g} {quantity.shown_units}".strip()
-        yield f"  {name:<17} {ends}, {len(axis)} values, {spacing}"
+        yield f"  {name:<17} {ends}, {counted(len(axis), 'value')}, {spacing}"
 
 
 def _fixed(dataset: Atlas, spec: SweepSpec) -> str:
@@ -240,7 +240,8 @@ def _boundary_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
             lines.insert(
                 0,
                 f"stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in {count} of {found.size} rows along {axis}",
+                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in "
+                f"{counted(count, 'row', found.size)} along {axis}",
             )
         else:
             lines[0] += f", along {axis} (stable {side})"
@@ -248,7 +249,8 @@ def _boundary_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
         yield from (f"            {line}" for line in lines[1:])
     if "curve_point_count" in dataset:
         counts, closed = dataset["curve_point_count"].values, int(dataset["curve_closed"].values.sum())
+        points = counted(int(counts.sum()), "point")
         yield (
-            f"curves      {counts.size} of the boundary through {counts.sum()} points, {closed} closed, in planes of "
+            f"curves      {counts.size} of the boundary through {points}, {closed} closed, in planes of "
             f"{' and '.join(spec.axes[-2:])}; bisected to {spec.boundary_width:g} in SI"
         )

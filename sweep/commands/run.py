@@ -28,7 +28,7 @@ from sweep.commands.arguments import (
     with_starts,
 )
 from sweep.commands.terminal import say, show, stoppable
-from sweep.errors import RequestError
+from sweep.errors import RequestError, are, counted
 from sweep.progress.display import showing
 
 if TYPE_CHECKING:
@@ -132,8 +132,7 @@ def prepare(
         request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
     )
     show(str(journal.folder))
-    blocks = len(journal.spans)
-    say(f"{request.size} cells in {blocks} block{'s' * (blocks != 1)}")
+    say(f"{counted(request.size, 'cell')} in {counted(len(journal.spans), 'block')}")
     _warn(request)
 
 
@@ -159,7 +158,7 @@ def block(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
     if not quiet:
-        say(f"part {part}: {kept} blocks were there, {computed} computed")
+        say(f"part {part}: {counted(kept, 'block')} {are(kept, 'was', 'were')} there, {computed} computed")
 
 
 def assemble(
@@ -272,7 +271,7 @@ def _conclude(failures: "Failures", output: Path, most: float, quiet: bool) -> N
     """Say what was written, unless `quiet`, and which cells failed; exit with 1 if more than `most` percent did."""
     cells = failures.spec.size
     if not quiet:
-        say(f"{output}: {cells} cell{'s' * (cells != 1)}")
+        say(f"{output}: {counted(cells, 'cell')}")
     if failures.total:
         for line in failures.describe():
             say(line)

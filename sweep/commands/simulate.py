@@ -11,7 +11,7 @@ import typer
 
 from sweep.commands.arguments import Output, Overwrite, number, whole_number
 from sweep.commands.terminal import abandonable, reporting, say
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, counted, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,7 +100,7 @@ def simulate(
         plots.save(plots.motion_figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
     parts = [
-        f"{dataset['tilt'].size} samples",
+        counted(dataset["tilt"].size, "sample"),
         f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg",
     ]
     say(f"{output}: {', '.join(filter(None, (*parts, end_of(dataset))))}")

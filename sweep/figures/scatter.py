@@ -14,7 +14,7 @@ from sweep.atlas.boundary import theory_lines
 from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
-from sweep.errors import RequestError, plain_text
+from sweep.errors import RequestError, are, counted, plain_text
 from sweep.figures.blocks import broken
 from sweep.figures.drawing import HALO, INK, sheet
 from sweep.figures.look import LINEAR, Look
@@ -282,9 +282,9 @@ def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int
         value, low, high = share.percentages()
         lines.append(f"{value} % of {share.decided} unstable (95 %: {low} to {high} %)")
     if drawn < count:
-        lines.append(f"{drawn} of {count} starts are drawn")
+        lines.append(f"{counted(drawn, 'start', count)} {are(drawn)} drawn")
     if plane.hidden:
-        verb = "varies" if len(plane.hidden) == 1 else "vary"
+        verb = are(len(plane.hidden), "varies", "vary")
         lines.append(f"not seen: {' and '.join(plane.hidden)} {verb} too")
     return list(filter(None, lines))
 

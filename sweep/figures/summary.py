@@ -9,7 +9,7 @@ import numpy as np
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.dataset import spec_named
 from sweep.atlas.selection import is_atlas
-from sweep.errors import RequestError, plain_text, printable, shown
+from sweep.errors import RequestError, counted, plain_text, printable, shown
 from sweep.figures.thumbnail import COLOURS, UNDECIDED_COLOUR, Line, thumbnail
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
@@ -69,10 +69,10 @@ def _axes(dataset: "xr.Dataset") -> Iterator[str]:
     """Yield an axis each with its values; the sizes multiplied if there are more of them."""
     sizes = {str(name): count for name, count in dataset["ending"].sizes.items()}
     if len(sizes) > 1:
-        yield " x ".join(map(str, sizes.values())) + f" = {dataset['ending'].size} cells"
+        yield " x ".join(map(str, sizes.values())) + f" = {counted(dataset['ending'].size, 'cell')}"
     for name, count in sizes.items():
         # the numbers of starts say nothing
-        yield f"{count} starts" if name == START.name else f"{name} {count}{_extent(dataset, name)}"
+        yield counted(count, "start") if name == START.name else f"{name} {count}{_extent(dataset, name)}"
     if not sizes:
         yield "one cell"
 
@@ -142,7 +142,11 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
             continue
         units = _text(dataset[name].attrs.get("units", ""))
         along = name.removeprefix("boundary_").removeprefix("lower_")
-        rows = f" in {np.count_nonzero(there)} of {there.size} rows along {along}" if there.size > 1 else ""
+        rows = (
+            f" in {counted(int(np.count_nonzero(there)), 'row', there.size)} along {along}"
+            if there.size > 1
+            else ""
+        )
         yield "boundary", f"{name}: {_range(measured[there])} {units}{rows}"
         for kind in ("predicted", "critical"):
             other = name.replace("boundary", kind, 1)
@@ -227,7 +231,7 @@ def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
     times = dataset["elapsed_time"].values
     yield "motion", _text(dataset.attrs.get("title", ""))
     yield "disk", caption(dataset)
-    samples = f"{times.size} samples from {times[0]:g} to {times[-1]:g} s"
+    samples = f"{counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} s"
     yield "time", ", ".join(filter(None, (samples, end_of(dataset))))
     if lost := losses_of(dataset):
         yield "losses", lost

@@ -17,7 +17,7 @@ from typing import Any, NoReturn, Self
 import numpy as np
 import numpy.typing as npt
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, are, counted, shown
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.as_given import in_unit, rule_in
@@ -70,8 +70,7 @@ class StartTable:
 
     def __str__(self) -> str:
         """Return what messages call the table."""
-        starts = "1 start" if len(self) == 1 else f"{len(self)} starts"
-        return f"{starts} of {', '.join(self.names)} (SHA-256 {self.sha256[:12]})"
+        return f"{counted(len(self), 'start')} of {', '.join(self.names)} (SHA-256 {self.sha256[:12]})"
 
     def values(self, name: str) -> Array:
         """Return the values of a parameter, shape (n,).
@@ -158,7 +157,7 @@ class StartTable:
         if held is not None:
             numbers = Range(**held) if "count" in held else Values(**held)
         if len(numbers) != count:
-            raise ValueError(f"{count} starts have {len(numbers)} numbers")
+            raise ValueError(f"{counted(count, 'start')} {are(count, 'has', 'have')} {len(numbers)} numbers")
         return cls(tuple(names), numbers, digest)
 
 
@@ -442,7 +441,7 @@ def _numbers_of(row: list[str], heads: list[_Head], lines: _Lines, path: Path) -
     place = f"{path}: line {lines.number}"
     if len(row) != len(heads):
         raise RequestError(
-            f"Every line has {len(heads)} cells, as the first has; got {len(row)}.",
+            f"Every line has {counted(len(heads), 'cell')}, as the first has; got {len(row)}.",
             hint="Add what is missing, or take out what is too much.",
             where=place,
         )

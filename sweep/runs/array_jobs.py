@@ -5,7 +5,7 @@ from pathlib import Path
 
 from sweep.engine import estimate
 from sweep.engine.compute import usable_threads
-from sweep.errors import RequestError, StoppedError
+from sweep.errors import RequestError, StoppedError, are, counted
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.progress.timetable import COMPUTING, Show
@@ -104,8 +104,8 @@ def assemble(
         if missing:
             set_aside = f" Damaged and set aside: {'; '.join(damaged[:10])}." if damaged else ""
             raise RequestError(
-                f"An atlas is assembled from all of its blocks; {len(missing)} of {len(journal.spans)} blocks are "
-                f"missing, the first is block {missing[0]}.{set_aside}",
+                f"An atlas is assembled from all of its blocks; {counted(len(missing), 'block', len(journal.spans))} "
+                f"{are(len(missing))} missing, the first is block {missing[0]}.{set_aside}",
                 hint="Run the parts again that did not end well; finished blocks are kept.",
                 where=str(folder),
             )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.engine.compute import measure_block, usable_threads, use_threads
-from sweep.errors import FailedBlocksError, RequestError
+from sweep.errors import FailedBlocksError, RequestError, are, counted
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, no_op
 from sweep.runs.journal import Journal
 from sweep.runs.run_directory import check_same_run
@@ -109,7 +109,8 @@ def _without_logs(package: str) -> Iterator[None]:
 def _lost(journal: Journal) -> FailedBlocksError:
     missing = len(journal.spans) - len(journal.held())
     return FailedBlocksError(
-        f"The dask scheduler has ended before the run: {missing} of {len(journal.spans)} blocks were not computed yet.",
+        f"The dask scheduler has ended before the run: {counted(missing, 'block', len(journal.spans))} "
+        f"{are(missing, 'was', 'were')} not computed yet.",
         hint="Start scheduler and workers again, and run the same command again; finished blocks are kept.",
         where=str(journal.folder),
     )
@@ -170,7 +171,8 @@ def _computed(
     elif failed:
         first = ", ".join(map(str, sorted(failed)[:10]))
         raise FailedBlocksError(
-            f"In three attempts each, the workers could not compute {len(failed)} of {len(numbers)} blocks ({first}); "
+            f"In three attempts each, the workers could not compute "
+            f"{counted(len(failed), 'block', len(numbers))} ({first}); "
             f"one of the errors is {next(iter(failed.values()))!r}.",
             hint="Remove the cause and run the same command again; finished blocks are kept.",
             where=str(journal.folder),

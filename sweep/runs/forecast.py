@@ -14,7 +14,7 @@ from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import compute, derive_block, measure_block
 from sweep.engine.grid import MOST_BLOCK_CELLS, Span, whole
-from sweep.errors import RequestError
+from sweep.errors import RequestError, counted
 from sweep.files.chunk_filter import packed
 from sweep.progress.timetable import duration
 from sweep.request.spec import SweepSpec
@@ -131,7 +131,7 @@ def describe(
         if spec.starts
         else " x ".join(map(str, spec.shape)) or "one"
     )
-    blocks = f"{math.ceil(spec.size / most)} of {min(most, spec.size)} cells"
+    blocks = f"{math.ceil(spec.size / most)} of {counted(min(most, spec.size), 'cell')}"
     expected, about = "not measured", "at most"
     journal, file = estimate.journal_bytes(spec, spec.size), estimate.file_bytes(spec)
     if found is not None:

@@ -9,7 +9,7 @@ from sweep.atlas.dataset import assemble, empty_columns
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
-from sweep.errors import StoppedError
+from sweep.errors import StoppedError, are, counted
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
@@ -40,7 +40,7 @@ class _Cells:
     def kept(self) -> str:
         """Return in words what is kept."""
         size = estimate.size(self.done * estimate.cell_bytes(self.spec))
-        return f"{self.done} of {self.spec.size} cells are computed and kept in memory ({size})"
+        return f"{counted(self.done, 'cell', self.spec.size)} {are(self.done)} computed and kept in memory ({size})"
 
 
 #: The cells of the last call that did not come to its end, if no call has gone on with them.

@@ -25,7 +25,7 @@ from isal.isal_zlib import crc32
 from sweep.atomic import publish_bytes, rename_aside
 from sweep.engine.compute import measured_quantities
 from sweep.engine.estimate import journal_bytes
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, are, counted, shown
 from sweep.request.regular_files import read_regular
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD
@@ -104,7 +104,7 @@ class Journal:
         count = len(self.held())
         if not count:
             return "no block was finished"
-        return f"{count} of {len(self.spans)} blocks are kept in {self.folder}"
+        return f"{counted(count, 'block', len(self.spans))} {are(count)} kept in {self.folder}"
 
     def keep(self, number: int, measured: Columns) -> None:
         """Write a finished block; after this has returned, the block survives a power cut.
@@ -187,7 +187,7 @@ class Journal:
             if given != expected[name].dtype or not (stored == given or narrowed):
                 raise ValueError(f"{name} has the types {kind} and {stored_kind}")
             if type(count) is not int or not 1 <= count <= cells:
-                raise ValueError(f"{name} has {shown(count)} values for {cells} cells")
+                raise ValueError(f"{name} has {shown(count)} values for {counted(cells, 'cell')}")
             size += count * stored.itemsize
         if size != len(values):
             raise ValueError(f"its columns need {size} bytes; it has {len(values)}")

@@ -10,6 +10,7 @@ from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import Block, derive_block, usable_threads
 from sweep.engine.grid import starts_of
+from sweep.errors import counted
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import published
@@ -33,7 +34,7 @@ def describe(folder: Path) -> str:
     return "\n".join(
         [
             f"{folder}: a run that is not finished",
-            f"blocks      {len(held)} of {len(journal.spans)}, {done} of {spec.size} cells "
+            f"blocks      {len(held)} of {len(journal.spans)}, {counted(done, 'cell', spec.size)} "
             f"({100 * done / spec.size:.0f} %), {estimate.size(taken)}",
             f"begun       {journal.manifest.created} {journal.manifest.command}",
             f"program     {', '.join(f'{name} {text[:16]}' for name, text in journal.manifest.arithmetic.items())}",
@@ -56,7 +57,7 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     done: list[int] = []
     held = journal.held()
     attributes = attributes_of(journal.manifest) | {
-        "comment": f"Partial: {len(held)} of {len(journal.spans)} blocks; the other cells are not computed."
+        "comment": f"Partial: {counted(len(held), 'block', len(journal.spans))}; the other cells are not computed."
     }
     with published(path) as temporary:
         writer = AtlasWriter(temporary, spec, attributes, usable_threads(None))

@@ -18,7 +18,7 @@ from sweep.atlas.slices import SlicedVariables
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
-from sweep.errors import StoppedError, StorageError
+from sweep.errors import StoppedError, StorageError, are, counted
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
@@ -98,7 +98,7 @@ class Failures:
         names = self.spec.model.endings.flags
         kinds = " and ".join(f"{count} {names[code]}" for code, count in self._counts.items() if count)
         return [
-            f"{self.total} of {self.spec.size} cells could not be computed "
+            f"{counted(self.total, 'cell', self.spec.size)} could not be computed "
             f"({100.0 * self.total / self.spec.size:.3g} %): {kinds}",
             *(f"    {self._coordinates(cell)}: {names[code]}" for cell, code in self._first),
             *(["    ..."] if self.total > _LISTED else []),
@@ -106,7 +106,7 @@ class Failures:
 
     def __repr__(self) -> str:
         """Return what `describe` says, for whoever looks at the result of a call."""
-        return "\n".join(self.describe()) if self.total else f"all {self.spec.size} cells were computed"
+        return "\n".join(self.describe()) if self.total else _all_computed(self.spec.size)
 
     def _coordinates(self, cell: int) -> str:
         words = []
@@ -115,6 +115,10 @@ class Failures:
             units = "deg" if quantity.units == "rad" else ""
             words.append(f"{name}={getattr(self.spec, name).at(place) * quantity.plot_scale:.9g}{units}")
         return " ".join(words) or "the only cell"
+
+
+def _all_computed(cells: int) -> str:
+    return "the one cell was computed" if cells == 1 else f"all {cells} cells were computed"
 
 
 def run_to_file(
@@ -235,7 +239,8 @@ def _missing_blocks(journal: Journal, say: Say, show: Show) -> list[int]:
     missing, damaged = journal.verify(range(blocks), timetable.report)
     for each in damaged:
         say(f"damaged, set aside and computed again: {each}")
-    say(f"going on: {blocks - len(missing)} of {blocks} blocks are there, {len(missing)} to compute")
+    there = blocks - len(missing)
+    say(f"going on: {counted(there, 'block', blocks)} {are(there)} there, {len(missing)} to compute")
     return missing
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from sweep.errors import are
+
 CHECKOUT = Path(__file__).parents[2]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT), "SOURCE_DATE_EPOCH": "1700000000"}
 WORDS = ["rolling", "roll_rate=2:4:100", "tilt=0.1deg:5deg:100", "--block-cells", "500", "-o", "a.nc"]
@@ -114,7 +116,7 @@ def test_a_full_disk(small_disk, left):
     ballast.unlink()
     again = begun()
     assert again.returncode == 0, again.stderr
-    assert f"going on: {len(kept)} of 20 blocks are there" in again.stderr
+    assert f"going on: {len(kept)} of 20 blocks {are(len(kept))} there" in again.stderr
     assert [each.name for each in small_disk.iterdir()] == ["a.nc"]
 
 

@@ -160,7 +160,7 @@ def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
     name = spoilt(tmp_path / "a.nc.run")
     status, _, err = command("assemble a.nc.run")
     assert status == 2
-    assert "1 of 4 blocks are missing, the first is block 0. Damaged and set aside: " in err
+    assert "1 of 4 blocks is missing, the first is block 0. Damaged and set aside: " in err
     assert name in err
     assert command("block --run a.nc.run --part 1/1")[0] == 0
     name = spoilt(tmp_path / "a.nc.run")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweep.errors import counted
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.model.quantity import Array
 from sweep.motion.kind import TIME
@@ -69,7 +70,7 @@ class Timing:
     def words(self) -> str:
         """Return what to know of the film in words, for the one who asked for it."""
         speed = "in real time" if self.speed == 1.0 else f"at {self.speed:g} times real time"
-        text = f"{self.moments.size} frames, {self.moments.size / self.fps:.3g} s {speed}"
+        text = f"{counted(self.moments.size, 'frame')}, {self.moments.size / self.fps:.3g} s {speed}"
         if not self.whole:
             text += f"; it shows the {'last' if self.to_its_end else 'first'} {self.shown:.4g} s of {self.length:.4g} s"
         if self.aliased:

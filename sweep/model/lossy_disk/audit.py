@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep.errors import counted
 from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
 from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample
@@ -86,7 +87,8 @@ class SampledAudit:
     def sampled(self) -> str:
         """What was computed a second time, and which cells."""
         found, seed = self._sample, self._sample.seed
-        return f"{found.count} cells, drawn with seed {seed}, by half the step, {found.others} of them by DOP853 too"
+        drawn = f"{counted(found.count, 'cell')}, drawn with seed {seed}, by half the step"
+        return f"{drawn}, {found.others} of them by DOP853 too"
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
