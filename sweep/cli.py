@@ -8,20 +8,20 @@ refused before numba or xarray is loaded.
 """
 
 import os
+import signal
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
-from typing import Annotated
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from sweep.commands import process
-from sweep.commands.terminal import say
-from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
-from sweep.notices import listen
-from sweep.platforms import check_memory, check_system
 from sweep.version import __version__
+
+# Nothing else is imported here: on a busy machine it takes seconds, in which Ctrl-C is not told yet.
+if TYPE_CHECKING:
+    from typer import Typer
 
 _HELP = (
     "Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?\n\n"
@@ -51,11 +51,20 @@ _COMMANDS = {
 }
 
 
-def parser(words: Sequence[str]) -> typer.Typer:
+def parser(words: Sequence[str]) -> "Typer":
     """Return the parser of a command line: with the command that its first word names, with all if it names none.
 
     Building all commands takes as long as reading a small file.
     """
+    import typer
+
+    def options(
+        version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    ) -> None:
+        if version:
+            print(f"eulerdisk {__version__}")
+            raise typer.Exit
+
     app = typer.Typer(
         name="eulerdisk",
         help=_HELP,
@@ -64,19 +73,59 @@ def parser(words: Sequence[str]) -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
-    app.callback(invoke_without_command=True)(_options)
+    app.callback(invoke_without_command=True)(options)
     for name in words[:1] if words and words[0] in _COMMANDS else _COMMANDS:
         module, line = _COMMANDS[name]
         app.command(short_help=line)(getattr(import_module(f"sweep.commands.{module}"), name))
     return app
 
 
-def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
-) -> None:
-    if version:
-        print(f"eulerdisk {__version__}")
-        raise typer.Exit
+def _check_command(words: Sequence[str]) -> None:
+    """Refuse a command line that begins with a word which is no command, and say which one was probably meant.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not words or words[0].startswith("-") or words[0] in _COMMANDS:
+        return
+    from sweep.errors import RequestError, shown
+    from sweep.request.suggestions import suggestion
+
+    about = [each for each in words[1:2] if each in _COMMANDS]
+    instead = {"help": ["eulerdisk", *about, "--help"], "version": ["eulerdisk", "--version"]}
+    word = shown(words[0])
+    meant = suggestion(words[0], (*_COMMANDS, *instead)).removeprefix("Did you mean ").removesuffix("?")
+    hint = f"Did you mean {meant}? " * bool(meant) + "See eulerdisk --help for what each of them does."
+    if meant in instead:
+        hint = f"Write {' '.join(instead[meant])}."
+    raise RequestError(f"There is no command {word!r}; commands are {', '.join(_COMMANDS)}.", hint, word)
+
+
+@contextmanager
+def _ended_by_interrupts() -> Iterator[None]:
+    """End the process on Ctrl-C, at once and without a traceback: for as long as there is nothing to tidy up.
+
+    The exception that Python raises otherwise would come from the middle of an import, where nobody catches it.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        # a shell that starts a program in the background lets it ignore Ctrl-C
+        yield
+        return
+    with suppress(ValueError):
+        # not the main thread, to which no signal comes
+        signal.signal(signal.SIGINT, _end)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    with suppress(OSError):
+        os.write(2, b"eulerdisk: interrupted; no unfinished file was written.\n")
+    os._exit(128 + number)
 
 
 def main() -> None:
@@ -85,13 +134,25 @@ def main() -> None:
     The parser ends with 2 if a command, option or argument is wrong, with 130 on Ctrl-C where nothing is kept, and
     with 1 if the reader of the output has gone, as in ``eulerdisk boundary a.nc | head``.
     """
-    process.open_streams()
+    with _ended_by_interrupts():
+        import typer  # noqa: F401  # most of the time before the words are read
+
+        from sweep import platforms  # noqa: F401
+        from sweep.commands import process
+
+        process.open_streams()
     # figures are drawn without a window, and matplotlib refuses to be imported if it does not know this name
     os.environ.pop("MPLBACKEND", None)
     sys.exit(process.exit_status(_run))
 
 
 def _run() -> None:
+    from sweep.commands import process
+    from sweep.commands.terminal import say
+    from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
+    from sweep.notices import listen
+    from sweep.platforms import check_memory, check_system
+
     check_system()
     # help needs no memory to speak of
     if "--help" not in sys.argv and len(sys.argv) > 1:
@@ -102,4 +163,5 @@ def _run() -> None:
     listen(say)
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
+    _check_command(sys.argv[1:])
     parser(sys.argv[1:])(prog_name="eulerdisk")

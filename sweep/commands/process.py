@@ -175,6 +175,9 @@ def _code(end: SystemExit) -> int:
 
 
 def _interrupted() -> int:
+    # An interrupt that came while a text was executed, as `dataclasses` do, would decide how the interpreter ends,
+    # whatever its status: it remembers the last text.
+    exec("")
     say("interrupted; no unfinished file was written.")
     return 128 + signal.SIGINT
 

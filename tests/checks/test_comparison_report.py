@@ -38,7 +38,7 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
     where = f"roll_rate 0.5 rad s-1, tilt {np.degrees(reference.tilt.values[3]):.10g} deg"
     assert f"worst cell: {where}: 1 and " in text
     assert re.search(
-        r"DIFFERS +tilt_max +1 of 78 differ, largest difference [\d.]+ rad, allowed 2e-08\n", text
+        r"DIFFERS +tilt_max +1 of 78 differs, largest difference [\d.]+ rad, allowed 2e-08\n", text
     )
     assert "because each extreme tilt is as near to the true one as its atlas states" in text
     suite = ElementTree.fromstring(to_junit(comparison, "a.nc", 4.8))[0]
@@ -132,9 +132,10 @@ def test_flags_are_named(reference):
     text = in_words(compare(changed(stable, "ending", (12, 1), 3), reference))
     assert text.startswith("DIFFERENT in ending (1 of 78 values), stability (1 of 78 values)\n")
     assert re.search(
-        r"DIFFERS +ending +1 of 78 differ\n +worst cell: roll_rate 3 rad s-1, .*: horizon and bounded\n", text
+        r"DIFFERS +ending +1 of 78 differs\n +worst cell: roll_rate 3 rad s-1, .*: horizon and bounded\n",
+        text,
     )
-    assert re.search(r"DIFFERS +stability +1 of 78 differ\n +worst cell: .*: unstable and stable\n", text)
+    assert re.search(r"DIFFERS +stability +1 of 78 differs\n +worst cell: .*: unstable and stable\n", text)
     assert text.count("nothing is allowed because a decision is the same or it is not") == 2
     assert "largest difference" not in text
 

@@ -61,7 +61,7 @@ def test_a_corrupted_cell_is_caught(preset, variable, change, flag):
     text = audit_text(found, SweepSpec.preset(preset))
     assert f"1 {flag.replace('_', ' ')}" in text
     assert f"tilt {np.degrees(where['tilt']):.10g} deg" in text
-    assert "\nNOT verified: 1 of 1200 cells disagree, 0 are not computed; wrong: " in text
+    assert "\nNOT verified: 1 of 1200 cells disagrees, 0 are not computed; wrong: " in text
     assert variable in text.splitlines()[-1]
 
 

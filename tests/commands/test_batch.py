@@ -91,7 +91,7 @@ def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
     (tmp_path / "tonight").mkdir()
     sweeps, done = read_sweeps(["two.toml"]), []
     wishes = night.Wishes(tmp_path / "tonight")
-    with pytest.raises(StoppedError, match="1 of 2 sweeps are finished"):
+    with pytest.raises(StoppedError, match="1 of 2 sweeps is finished"):
         done.extend(
             night.carry_out(sweeps, wishes, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
         )

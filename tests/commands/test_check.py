@@ -75,7 +75,7 @@ def test_a_wrong_cell_fails_and_is_named(command):
     assert "209 agrees, 1 extremes differ" in out
     tilt = np.degrees(SPEC.tilt.array()[4])
     assert f"wrong        roll_rate 2.3 rad s-1, tilt {tilt:.10g} deg, extremes differ\n" in out
-    assert "\nNOT verified: 1 of 210 cells disagree, 0 are not computed; wrong: tilt_max" in out
+    assert "\nNOT verified: 1 of 210 cells disagrees, 0 are not computed; wrong: tilt_max" in out
 
 
 def test_a_part_fails(command):

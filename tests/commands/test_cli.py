@@ -31,7 +31,7 @@ SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib",
         ("run rolling radius=0 -o a.nc", ["radius > 0", "radius=0"]),
         ("run rolling gravity=-9.81 -o a.nc", ["gravity > 0", "gravity=-9.81"]),
         ("run rolling tilt=0:90deg:9 -o a.nc", ["90 deg", "|tilt| < 90 deg", "0:90deg:9"]),
-        ("run rolling tilt=20 -o a.nc", ["|tilt| < 90 deg", "tilt=20", "tilt=20deg"]),
+        ("run rolling tilt=20 -o a.nc", ["20 rad", "|tilt| < 1.570796327 rad", "tilt=20", "tilt=20deg"]),
         ("run circling precession_rate=0 -o a.nc", ["precession", "other than 0", "steady"]),
         ("run rolling criterion=depart -o a.nc", ["criterion", "depart", "departure:5deg"]),
         ("run rolling 'criterion=peek_tilt > 1' -o a.nc", ["criterion=peek_tilt > 1", "character 1:", "peak_tilt?"]),
@@ -99,6 +99,36 @@ def test_the_parser_names_what_it_refuses(command, tmp_path, line, facts):
     for fact in facts:
         assert fact in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("help", "Write eulerdisk --help."),
+        ("hlep", "Write eulerdisk --help."),
+        ("help plot", "Write eulerdisk plot --help."),
+        ("help me", "Write eulerdisk --help."),
+        ("version", "Write eulerdisk --version."),
+        ("runn", "Did you mean run? See eulerdisk --help for what each of them does."),
+        ("PLOT a.nc", "Did you mean plot? See eulerdisk --help for what each of them does."),
+        ("rolling", "See eulerdisk --help for what each of them does."),
+        ("''", "See eulerdisk --help for what each of them does."),
+    ],
+)
+def test_a_word_that_is_no_command(command, line, hint):
+    """The commands are named, with the one that was probably meant; `help` is an option here."""
+    status, out, err = command(line)
+    assert (status, out) == (2, "")
+    assert "; commands are run, plan, batch, plot, info," in err
+    assert err.endswith(f"{hint}\n")
+    assert len(err.splitlines()) == 1
+
+
+def test_a_misspelt_option_is_told_with_the_right_one(command):
+    """`--hlep` is refused with `--help`."""
+    status, _, err = command("run --hlep")
+    assert status == 2
+    assert "--help" in err.splitlines()[-1]
 
 
 def test_no_command_at_all_shows_the_help(command):

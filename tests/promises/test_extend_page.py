@@ -113,7 +113,7 @@ def test_a_derived_output_is_verified(fork, tmp_path):
     )
     (found, told, _), (refused, _, why) = ends.values()
     assert found == 1
-    assert "1 of 8 cells disagree" in told
+    assert "1 of 8 cells disagrees" in told
     assert told.endswith("wrong: swing\n")
     assert refused == 2
     assert "fall_rate, of which method=exact knows no value" in why

@@ -1,0 +1,100 @@
+"""Ctrl-C while a command is loaded: it ends at once with 130, in one line, whichever module is being imported."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).parents[2]
+
+#: A finder of modules that finds none, and sends Ctrl-C to its process when a certain one is looked for.
+INTERRUPTED = """
+import os, signal, sys
+signal.signal(signal.SIGINT, {handler})
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == {name!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+from sweep.cli import main
+sys.argv = ["eulerdisk", *{words!r}]
+main()
+"""
+WORDS = ["plan", "rolling", "--no-calibrate"]
+TOLD = "eulerdisk: interrupted; no unfinished file was written.\n"
+
+
+def python(code, folder, *words):
+    """Run code, or what other words of the interpreter say, in a fresh process."""
+    return subprocess.run(
+        [sys.executable, *(words or ("-c", code))],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(CHECKOUT)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+def interrupted_at(name, folder, handler="signal.default_int_handler"):
+    """Run a command that Ctrl-C meets while it imports a module; a shell may have let it ignore the signal."""
+    return python(INTERRUPTED.format(name=name, words=WORDS, handler=handler), folder)
+
+
+@pytest.fixture(scope="module")
+def imported(tmp_path_factory):
+    """Return the modules that a command imports, in their order: after the package itself and what `main` needs."""
+    code = f"import sys, signal, sweep; before = {{*sys.modules, 'sweep.cli'}}; sys.argv = ['eulerdisk', *{WORDS}]\n"
+    code += "try: __import__('sweep.cli').cli.main()\n"
+    code += "finally: print(*(each for each in sys.modules if each not in before), file=sys.stderr)"
+    found = python(code, tmp_path_factory.mktemp("imported")).stderr.splitlines()[-1].split()
+    assert len(found) > 100
+    return [each for each in found if each != "builtins"]
+
+
+def test_an_interrupt_while_modules_are_imported(imported, tmp_path):
+    """Twelve of them, from the parser to what a request needs: no traceback, one line, status 130."""
+    places = {round(i * (len(imported) - 1) / 11) for i in range(12)}
+    for name in [imported[place] for place in sorted(places)]:
+        done = interrupted_at(name, tmp_path)
+        assert (name, done.returncode, done.stderr) == (name, 130, TOLD)
+
+
+@pytest.mark.parametrize("name", ["typer", "sweep.request.spec"])
+def test_who_ignores_interrupts_goes_on(name, tmp_path):
+    """A shell lets what it starts in the background ignore Ctrl-C: then the command goes on."""
+    done = interrupted_at(name, tmp_path, "signal.SIG_IGN")
+    assert done.returncode == 0
+    assert "160200" in done.stdout
+    assert done.stderr == ""
+
+
+def test_an_interrupt_while_text_is_executed(tmp_path):
+    """`dataclasses` execute text, and ``python -m`` would end as if nobody had caught the interrupt."""
+    code = """
+import sys
+from sweep import cli
+
+def parser(words):
+    exec("raise KeyboardInterrupt")
+
+cli.parser = parser
+sys.argv = ["eulerdisk", "plan", "rolling"]
+cli.main()
+"""
+    (tmp_path / "program.py").write_text(code)
+    done = python("", tmp_path, "-m", "program")
+    assert (done.returncode, done.stderr) == (130, TOLD)
+
+
+def test_a_program_that_calls_the_command_line_has_its_interrupts_back(command):
+    """After a command Ctrl-C is what it was."""
+    before = signal.getsignal(signal.SIGINT)
+    assert command("--version")[0] == 0
+    assert signal.getsignal(signal.SIGINT) is before
