@@ -113,7 +113,7 @@ def test_a_file_system_that_refuses_at_the_end(path, monkeypatch, step):
     with monkeypatch.context() as patch:
         patch.setattr(publish.os, step, refuse)
         text = refused(r"could not be written.*Input/output error.*MB are free", run_to_file, SPEC, path)
-    assert f"1 of 1 blocks are kept in {path}.run" in text
+    assert f"1 of 1 block is kept in {path}.run" in text
     assert not path.exists()
     run_to_file(SPEC, path)
     assert list(path.parent.iterdir()) == [path]
@@ -315,7 +315,7 @@ def test_a_run_is_stopped_after_its_last_block_too(path, stage):
     """A signal during the search or the check ends the run; all blocks are kept, and the next one makes the file."""
     spec, seen = SPEC.replace(boundary="refined"), []
 
-    with pytest.raises(StoppedError, match="blocks are kept"):
+    with pytest.raises(StoppedError, match="1 of 1 block is kept"):
         run_to_file(
             spec, path, progress=lambda status: seen.append(status.stage), stopping=lambda: stage in seen
         )

@@ -1,6 +1,5 @@
 """A film of one motion: the disk with its painted radius in perspective, and the trail of the contact point."""
 
-import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,20 +8,19 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sweep.errors import plain_text
-from sweep.figures.disk.captions import caption, nice_length, spell_length
+from sweep.figures.disk.captions import nice_length
 from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
-from sweep.figures.disk.film_files import WARNING, write_gif, write_mp4
+from sweep.figures.disk.film_files import write_gif, write_mp4
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.disk.film_timing import Timing, timing
+from sweep.figures.disk.film_words import FilmWords
 from sweep.figures.disk.motion_plots import SHADE, poses_at
 from sweep.figures.disk.view import dots_per_inch, view
 from sweep.figures.drawing import styled
-from sweep.figures.texts import fitted
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.kind import TIME
-from sweep.motion.rolling_limit import RollingLimit, rolling_limit
+from sweep.motion.rolling_limit import rolling_limit
 from sweep.motion.sampling import closely_sampled
 
 if TYPE_CHECKING:
@@ -31,18 +29,11 @@ if TYPE_CHECKING:
 #: Called with the number of frames that are drawn, and of all frames.
 Progress = Callable[[int, int], None]
 
-#: Sizes of the words [points] of a narrow picture and of one of `_WIDE` inches or more; a caption that is too long is
-#: written smaller, down to the last number.
-_WORDS, _WIDE, _LEAST = (9.0, 12.0), 6.4, 6.0
-
 #: The trail of the contact point fades in this time of the film [s].
 _TRAIL = 4.0
 
 #: Side of the squares of the floor at most, and how far it is drawn, over the radius of the scene.
 _SQUARE, _FLOOR = 0.25, 2.4
-
-#: Where the words begin [in] from the left, and from above or below: title, caption; time, what is impossible.
-_LEFT, _LINES_ABOVE, _LINES_BELOW = 0.16, (0.12, 0.36), (0.14, 0.38)
 
 
 def save(
@@ -88,15 +79,16 @@ def _frames(
 ) -> Iterator[Array]:
     """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
-    shot = view(dataset, poses, options.size, options.camera)
     limit = rolling_limit(dataset)
     trail = _Trail(dataset, _TRAIL * times.speed)
     with styled():
         drawn = _sheet(options.size)
         canvas = FigureCanvasAgg(drawn)
         axes = drawn.add_axes((0.0, 0.0, 1.0, 1.0))
+        words = FilmWords(drawn, dataset, times, limit)
+        shot = view(dataset, poses, options.size, options.camera, words.room)
         frame_picture(axes, shot.low, shot.high)
-        words = _Words(drawn, dataset, times, limit, spacing := nice_length(_SQUARE * shot.reach))
+        words.scale(spacing := nice_length(_SQUARE * shot.reach))
         frames = zip(times.moments.tolist(), poses, shot.cameras, strict=True)
         for done, (moment, pose, camera) in enumerate(frames, 1):
             drawn.patch.set_facecolor(SHADE if moment >= limit.time else "white")
@@ -150,42 +142,3 @@ class _Trail:
             np.append(self._y[first:last], pose.y),
             np.clip(1.0 - age / self._age, 0.0, 1.0),
         )
-
-
-class _Words:
-    """What is written on the frames: title and caption above; time, speed, scale and what is impossible below."""
-
-    def __init__(
-        self, drawn: Figure, dataset: "xr.Dataset", times: Timing, limit: RollingLimit, spacing: float
-    ) -> None:
-        """Write what does not change; the squares of the floor have sides of `spacing` [m]."""
-        self._limit, self._start = limit, float(dataset[TIME.name][0])
-        width, height = drawn.get_size_inches()
-        left, room = _LEFT / width, width - 2.0 * _LEFT
-        above, below = ([each / height for each in lines] for lines in (_LINES_ABOVE, _LINES_BELOW))
-        letter = min(max(_WORDS[0], _WORDS[1] * width / _WIDE), _WORDS[1])
-        look: dict[str, Any] = {"parse_math": False, "fontsize": letter}
-        title, words = plain_text(dataset.attrs.get("title", "")), caption(dataset)
-        bold = look | {"fontsize": 1.1 * letter, "fontweight": "bold", "va": "top"}
-        drawn.text(left, 1.0 - above[0], fitted(title, 1.1 * letter, room), **bold)
-        smaller = np.arange(letter, _LEAST - 1.0, -1.0).clip(_LEAST).tolist()
-        size = next((each for each in smaller if fitted(words, each, room, "normal") == words), _LEAST)
-        small = look | {"fontsize": size, "va": "top"}
-        drawn.text(left, 1.0 - above[1], fitted(words, size, room, "normal"), **small)
-        drawn.text(1.0 - left, below[0], f"squares of {spell_length(spacing)}", ha="right", **look)
-        self._time = drawn.text(left, below[0], "", **look)
-        self._impossible = drawn.text(left, below[1], "", color=WARNING, **look)
-        self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
-        # as many decimals as tell one frame from the next
-        self._decimals = max(0, math.ceil(-math.log10(times.speed / times.fps) - 1e-9))
-
-    def write(self, moment: float) -> None:
-        """Write what belongs to a moment [s]."""
-        time = f"{TIME.symbol} = {moment:.{self._decimals}f} {TIME.units}"
-        self._time.set_text(f"{time}   ({self._speed})")
-        limit, text = self._limit, ""
-        if limit.lifts_off is not None and moment >= limit.lifts_off:
-            text = f"Impossible: the disk would have lifted off {limit.when(limit.lifts_off, self._start)}"
-        elif limit.slips is not None and moment >= limit.slips:
-            text = f"Impossible: the disk would have slipped {limit.when(limit.slips, self._start)}"
-        self._impossible.set_text(text)

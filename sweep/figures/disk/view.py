@@ -27,8 +27,9 @@ _ROUNDING = 1e-9
 #: A camera that goes along sees this many radii to each side at least.
 _AROUND = 2.6
 
-#: Height of the words of a picture [in], above and below.
-_ABOVE, _BELOW = 0.62, 0.55
+#: Height of the words of a picture [in], above and below, if nothing else is said; and the least share of the height
+#: that is left for the disk, however many there are.
+_ROOM, _LEAST_SHARE = (0.62, 0.55), 0.3
 
 #: A picture of this size has so many dots per inch; the lines and words of a larger one are larger likewise. With fewer
 #: dots than the last number, words could not be read.
@@ -76,7 +77,13 @@ def goes_far(dataset: "xr.Dataset") -> bool:
     return way > _WHOLE * radius and 2.0 * roll_rate > _WHOLE * precession_rate
 
 
-def view(dataset: "xr.Dataset", poses: Sequence[Pose], size: tuple[int, int], camera: str | None) -> View:
+def view(
+    dataset: "xr.Dataset",
+    poses: Sequence[Pose],
+    size: tuple[int, int],
+    camera: str | None,
+    room: tuple[float, float] = _ROOM,
+) -> View:
     """Return the view of a film.
 
     Parameters
@@ -89,6 +96,8 @@ def view(dataset: "xr.Dataset", poses: Sequence[Pose], size: tuple[int, int], ca
         Width and height of the picture [dots].
     camera : str or None
         One of `sweep.figures.disk.film_options.CAMERAS`; None follows a disk that `goes_far`.
+    room : (float, float)
+        Height of the words above and below [in].
     """
     radius = poses[0].radius
     rims = np.stack([pose.rim() for pose in poses])
@@ -106,7 +115,7 @@ def view(dataset: "xr.Dataset", poses: Sequence[Pose], size: tuple[int, int], ca
         # the floor around the disk, so that the trail is seen too
         seen.append(cameras[0].project(cameras[0].target * [1.0, 1.0, 0.0] + 0.7 * corners))
     points = np.concatenate(seen)
-    return View(cameras, *_framed(points.min(axis=0), points.max(axis=0), size), reach)
+    return View(cameras, *_framed(points.min(axis=0), points.max(axis=0), size, room), reach)
 
 
 def dots_per_inch(size: tuple[int, int]) -> float:
@@ -140,10 +149,10 @@ def _standing(rims: Array, azimuth: float | None) -> tuple[list[Camera], float]:
     return [camera] * len(rims), reach
 
 
-def _framed(low: Array, high: Array, size: tuple[int, int]) -> tuple[Array, Array]:
+def _framed(low: Array, high: Array, size: tuple[int, int], room: tuple[float, float]) -> tuple[Array, Array]:
     """Return the rectangle of the shape of the picture that holds another one between the words."""
-    above, below = (each * dots_per_inch(size) / size[1] for each in (_ABOVE, _BELOW))
-    free = np.array([1.0 - 2.0 * _MARGIN, 1.0 - above - below])
+    above, below = (each * dots_per_inch(size) / size[1] for each in room)
+    free = np.array([1.0 - 2.0 * _MARGIN, max(_LEAST_SHARE, 1.0 - above - below)])
     scale = float(((high - low) / (free * size)).max())
     whole = scale * np.array(size, dtype=np.float64)
     # the middle of what is seen is that of the room between the words

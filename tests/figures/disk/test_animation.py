@@ -1,12 +1,17 @@
 """The pictures of films, dot by dot: the disk is inside, the trail fades, and what is impossible is shaded."""
 
+from itertools import islice
+
 import numpy as np
 import pytest
+from figure_words import misplaced
 
 import sweep
 from sweep.figures.disk import animation
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.disk.film_timing import timing
+from sweep.figures.disk.film_words import FilmWords
+from sweep.figures.disk.view import dots_per_inch
 from sweep.motion.rolling_limit import rolling_limit
 
 pytestmark = pytest.mark.compiled
@@ -76,7 +81,9 @@ def test_words_grow_with_the_picture(size):
     motion = sweep.simulate(radius="12mm", tilt="1deg", precession_rate=12.34, duration=2.0)
     drawn = animation._sheet(size)
     times = timing(motion, FilmOptions.read("a.gif"))
-    animation._Words(drawn, motion, times, rolling_limit(motion), 0.005).write(0.19)
+    words = FilmWords(drawn, motion, times, rolling_limit(motion))
+    words.scale(0.005)
+    words.write(0.19)
     letters = [each.get_fontsize() * drawn.dpi / 72.0 for each in drawn.texts]
     if size[0] > size[1] and size[1] >= 480:
         assert min(letters) > size[1] / 30.0
@@ -87,18 +94,60 @@ def test_words_grow_with_the_picture(size):
         assert not any(box.overlaps(other) for other in boxes[:i])
 
 
+#: A title that no frame of 640 dots shows in one line, and one of more than two.
+TITLE = "A coin of twelve millimetres on a table of glass, nudged by one degree while it spins"
+TITLES = ("", TITLE, f"{TITLE}, and what happens to it within two seconds of time")
+
+
+@pytest.mark.parametrize("size", [(200, 300), (320, 240), (480, 640), (640, 480), (1280, 720)])
+@pytest.mark.parametrize("title", TITLES, ids=["short", "long", "longer"])
+def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
+    """Titles, captions with every rate, and what is impossible are wrapped; none leaves a frame or lies on another."""
+    start = {"tilt": "1.234deg", "tilt_rate": -12.34, "precession_rate": -12.34, "roll_rate": -123.4}
+    motion = sweep.simulate(
+        radius="12.345mm", gravity=1.625, duration=2.0, **start, **({"title": title} if title else {})
+    )
+    sheets, made = [], animation._sheet
+    monkeypatch.setattr(animation, "_sheet", lambda size: sheets.append(made(size)) or sheets[-1])
+    options = FilmOptions.read("a.gif", size=size, fps=1)
+    words = set()
+    for _ in islice(animation._frames(motion, timing(motion, options), options), 5):
+        assert misplaced(sheets[0]) == []
+        words |= {" ".join(each.get_text().split()) for each in sheets[0].texts}
+    assert (title or "Motion of a rolling disk") in words
+    assert any(
+        "tilt rate -12.34 rad/s, precession rate -12.34 rad/s, roll rate -123.4" in each for each in words
+    )
+    assert any(each.startswith("Impossible") for each in words)
+
+
+@pytest.mark.parametrize("size", [(200, 200), (640, 480)])
+def test_the_disk_is_below_the_lines_of_a_long_title(size):
+    """The room for the words grows with them, and the disk becomes smaller."""
+    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0, title=TITLE)
+    options = FilmOptions.read("a.gif", size=size, fps=5)
+    times = timing(motion, options)
+    words = FilmWords(animation._sheet(size), motion, times, rolling_limit(motion))
+    inch = dots_per_inch(size)
+    for picture in animation._frames(motion, times, options):
+        disk = of_the_disk(picture[..., :3].astype(int))
+        assert not disk[: int(words.room[0] * inch)].any()
+        assert not disk[-int(words.room[1] * inch) :].any()
+
+
 def test_words_say_disk_speed_and_scale():
     """Caption, time with as many digits as tell frames apart, speed and the side of the squares are on the picture."""
     motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
     times = timing(motion, FilmOptions.read("a.gif"))
     drawn = animation._sheet((640, 480))
-    words = animation._Words(drawn, motion, times, rolling_limit(motion), 0.005)
+    words = FilmWords(drawn, motion, times, rolling_limit(motion))
+    words.scale(0.005)
     words.write(0.1)
     assert [each.get_text() for each in drawn.texts] == [
         "Motion of a rolling disk",
         "R = 12 mm, α = 0.5; start: tilt 1 deg, at rest",
-        "squares of 5 mm",
         "t = 0.100 s   (0.05 \u00d7 real time)",
+        "squares of 5 mm",
         "",
     ]
     words.write(0.185)
