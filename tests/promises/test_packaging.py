@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 import sweep
+from sweep import platforms
+from sweep.errors import RequestError
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
@@ -83,6 +85,20 @@ def metadata(wheel: zipfile.ZipFile, name: str) -> str:
     """Return one file of the wheel's own description."""
     (path,) = (path for path in wheel.namelist() if path.endswith(f".dist-info/{name}"))
     return wheel.read(path).decode()
+
+
+def test_one_list_of_systems(monkeypatch):
+    """The first pages, the classifiers and the refusal of another system name the same ones; WSL is Linux."""
+    with (CHECKOUT / "pyproject.toml").open("rb") as file:
+        classifiers = tomllib.load(file)["project"]["classifiers"]
+    systems = {each.rpartition(" :: ")[2] for each in classifiers if each.startswith("Operating System")}
+    assert systems == {"Linux", "MacOS"}
+    needed = "From a checkout, with Python 3.11 or newer (venv and pip) and bash, on Linux, macOS or WSL:"
+    for page in ("README.md", "docs/index.md"):
+        assert needed in (CHECKOUT / page).read_text().splitlines()
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    with pytest.raises(RequestError, match=r"Linux and macOS are supported; .* \(WSL\)"):
+        platforms.check_system()
 
 
 def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
