@@ -44,9 +44,9 @@ def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
         if (unit or float(text)) and float(text) * (_factor(unit, quantity) or 1.0) == value:
             return Wording(f"{text} {unit or _si(quantity)}".rstrip(), unit)
     unit = next((unit for _, unit in found if unit), "")
-    # zero is zero in every unit: then that which people read
+    # zero is zero in every unit: then that of its rule
     if found and not any(unit or float(text) for text, unit in found):
-        unit = quantity.shown_units
+        unit = "deg" if " deg" in getattr(quantity, "rule", "") else ""
     return Wording(in_unit(value, quantity, unit), unit)
 
 

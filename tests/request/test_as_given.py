@@ -100,6 +100,7 @@ def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path)
         ("alpha", "1.5", "1.5", "0 < alpha <= 1"),
         ("radius", "-3mm", "-3 mm", "radius > 0"),
         ("fall_tilt", "0", "0 deg", "0 deg < fall_tilt < 90 deg"),
+        ("tolerance", "0", "0 rad", "1e-12 rad <= tolerance <= 0.1 rad"),
         ("fall_tilt", "6000arcmin", "6000 arcmin", "0 arcmin < fall_tilt < 5400 arcmin"),
         ("tolerance", "6deg", "6 deg", "5.729577951e-11 deg <= tolerance <= 5.729577951 deg"),
     ],
