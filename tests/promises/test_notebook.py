@@ -95,7 +95,7 @@ def test_an_interrupted_sweep_goes_on(outputs):
 @pytest.mark.compiled
 def test_an_interrupted_file_goes_on(outputs):
     """Finished blocks are in the folder beside the file; then the same call ends with the same atlas, to the bit."""
-    assert re.search(r"blocks (is|are) kept in", raised(outputs["file interrupted"]))
+    assert re.search(r"blocks? (is|are) kept in", raised(outputs["file interrupted"]))
     assert outputs["left"][0].text == "['a.nc.run']\n"
     bar, said = shown(outputs["file"], "text/plain")
     assert "finished after" in bar
