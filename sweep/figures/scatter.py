@@ -1,6 +1,6 @@
 """Figures of lists of starts: a point for every start in the plane of two parameters, coloured by its verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import numpy.typing as npt
 from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.contents import Atlas
@@ -36,6 +37,9 @@ _WIDTH, _LEAST_WIDTH, _HEIGHT, _LEGEND = 3.9, 2.6, 3.2, 1.25
 
 #: The width [in] from which a legend has two columns; in letters, what numbers and label of an axis take at most.
 _TWO_COLUMNS, _BESIDE = 2.5, 6.5
+
+#: In letters: from the axes down to the legend, and the height of a line of a title. How often a sheet is laid out.
+_BELOW, _LINE, _LAYOUTS = 4.0, 1.2, 2
 
 #: Letters [points] for which these sizes are meant; the title is larger by one point.
 _LETTERS = 8.0
@@ -144,9 +148,20 @@ def figure(datasets: Sequence[Atlas], look: Look, axes: "Axes | None" = None) ->
             _draw(each, dataset, width / columns)
         for each in panels[len(datasets) :]:
             each.set_visible(False)
-        # the layout needs the numbers that follow from it: without this, labels leave the sheet by some dots
-        drawn.draw_without_rendering()
+        if look.height is None:
+            drawn.set_figheight(height + sum(map(_further_lines, panels.reshape(rows, columns))))
+        # the layout needs the numbers that follow from it, and moves them: without this, labels leave the sheet by
+        # some dots
+        for _ in range(_LAYOUTS):
+            drawn.draw_without_rendering()
     return drawn
+
+
+def _further_lines(panels: "Iterable[Axes]") -> float:
+    """Return the height [in] that titles of several lines take more than those of one, in a row of panels."""
+    return max(
+        each.get_title().count("\n") * _LINE * float(each.title.get_fontsize()) / 72.0 for each in panels
+    )
 
 
 def _check_look(look: Look) -> None:
@@ -297,8 +312,11 @@ def _add_legend(axes: "Axes", handles: list[Line2D], caption: list[str], width: 
     probe.set_fontsize(rcParams["legend.title_fontsize"] or rcParams["legend.fontsize"])
     title = "\n".join(line for part in caption for line in broken(probe, part, width * drawn.dpi))
     probe.remove()
+    # below the numbers and the label, however high the axes are
+    down = ScaledTranslation(0.0, -_BELOW * float(rcParams["font.size"]) / 72.0, drawn.dpi_scale_trans)
     axes.legend(
-        handles=handles, title=title, loc="upper left", bbox_to_anchor=(0.0, -0.18), alignment="left",
+        handles=handles, title=title, loc="upper left", bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=axes.transAxes + down, alignment="left",
         frameon=False, borderpad=0.0, borderaxespad=0.0, ncols=2 if width > _TWO_COLUMNS else 1, handlelength=2.4,
         columnspacing=1.2,
     )  # fmt: skip

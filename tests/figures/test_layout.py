@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from figure_words import misplaced
+from figure_words import misplaced, words_drawn
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -158,6 +158,42 @@ def test_the_title_of_axes_of_a_user_is_whole():
     spec = sweep.SweepSpec.preset("toy", **TITLED["toy"])
     sweep.run(spec).eulerdisk.plot(ax=drawn.subplots())
     assert misplaced(drawn) == []
+
+
+#: A title of two lines or more in every figure.
+LONG = "A coin of twelve millimetres on glass, nudged by four degrees as it rolls"
+
+
+@pytest.mark.parametrize("look", ["default", "column", "narrow"])
+@pytest.mark.parametrize("name", ["rolling", "random"])
+def test_a_long_title_pushes_the_panels_down(name, look):
+    """Its lines lie above the panels, and none of them is cut; in several panels, beside a common title too."""
+    spec = sweep.SweepSpec.preset("rolling", title=LONG, **TITLED[name])
+    atlas = sweep.run(spec)
+    drawn = plots.figure([atlas], look=LOOKS[look])
+    assert misplaced(drawn) == []
+    assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
+    if name == "rolling":
+        assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == []
+
+
+def test_a_long_title_of_more_than_two_axes_is_whole():
+    """A family of maps has one title over all of them."""
+    atlas = sweep.run(PLAIN.replace(alpha="0.5,1", title=LONG))
+    for width in ("86mm", "120mm", "180mm"):
+        drawn = plots.figure([atlas], look=Look.read(width=width))
+        assert misplaced(drawn) == []
+        assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
+
+
+@pytest.mark.parametrize("start", [{}, {"rolling_friction": "10um"}], ids=["disk", "losses"])
+def test_a_long_title_of_a_motion_is_whole(start):
+    """The panels of a motion lie below all lines of its title and caption."""
+    rates = {"tilt_rate": -1.234, "precession_rate": -12.34, "roll_rate": -12.34, "gravity": 9.625}
+    motion = sweep.simulate(radius="12.345mm", tilt="1.234deg", duration=1.0, title=LONG, **rates, **start)
+    drawn = plots.motion_figure(motion)
+    assert misplaced(drawn) == []
+    assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
 
 
 def check_words(drawn):
