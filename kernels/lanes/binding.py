@@ -11,7 +11,9 @@ each variant is an entry point of its own, which computes nothing that it does n
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
-_FUNCTIONS = tuple(name for name in interface.LaneModel._fields if name not in ("name", "layout", "parts"))
+_FUNCTIONS = tuple(
+    name for name in interface.LaneModel._fields if name not in ("name", "layout", "coasts", "parts")
+)
 
 
 def bind(model):
@@ -33,7 +35,7 @@ def bind(model):
 
 def replacements(model):
     """What takes the place of names of `kernels.lanes.interface` (str), and of functions, in a model: a dict."""
-    numbers = {name: getattr(model.layout, name) for name in _LAYOUT}
+    numbers = {name: getattr(model.layout, name) for name in _LAYOUT} | {"COASTS": model.coasts}
     return numbers | {name: getattr(model, name) for name in _FUNCTIONS} | dict(model.parts)
 
 

@@ -36,6 +36,8 @@ Arguments
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from kernels.jit import internal, simd
 
 #: Numbers of LANES cells that `advance` reads and writes: they come first in the layout.
@@ -49,6 +51,9 @@ STEPS: Any = None
 
 #: Numbers of LANES cells of a block.
 SIZE: Any = None
+
+#: One number for each call of `coast` after one of `advance`, which is told it.
+COASTS: Any = None
 
 
 def prepared_settings(settings):
@@ -115,8 +120,10 @@ def advance(lane, run, lanes):
 
 
 @simd
-def coast(lane, run, lanes):
+def coast(lane, number, run, lanes):
     """Make another step of a lane after `advance`, without looking for events (vector); a model may have none.
+
+    `number` is that of COASTS.
 
     It runs for a lane with an event too, which has to rest.
     """
@@ -169,6 +176,8 @@ class LaneModel(NamedTuple):
         Unlike that of any other model: the machine code of the copies of the machinery is named after it.
     layout : module
         Has STEPPING, RETURNED, STEPS and SIZE.
+    coasts : float64[:]
+        COASTS.
     parts : tuple of pairs of functions, optional
         Functions that the model's functions call, each with the one that takes its place in this variant of the model.
     """
@@ -185,5 +194,6 @@ class LaneModel(NamedTuple):
     land: Any
     finish_leg: Any
     coast: Any = coast
+    coasts: Any = np.zeros(0)
     go_on: Any = go_on
     parts: tuple[tuple[Any, Any], ...] = ()

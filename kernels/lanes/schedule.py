@@ -18,6 +18,7 @@ import numpy as np
 
 from kernels.jit import internal, simd
 from kernels.lanes.interface import (
+    COASTS,
     RETURNED,
     SIZE,
     STEPPING,
@@ -64,13 +65,14 @@ _NOTE_ROWS = _SINCE + 1
 
 @simd
 def _advance_all(run, lanes):
-    """One step of every lane, and one that looks for no event; returns the word of the lanes with an event."""
+    """One step of every lane, and those that look for no event; returns the word of the lanes with an event."""
     going = 0
     for lane in range(LANES):
         # one masked instruction; shifting a bit to its place would take five
         going |= 0 if advance(lane, run, lanes) else _WORDS[lane]
-    for lane in range(LANES):
-        coast(lane, run, lanes)
+    for n in range(COASTS.size):
+        for lane in range(LANES):
+            coast(lane, COASTS[n], run, lanes)
     return _ALL & ~going
 
 

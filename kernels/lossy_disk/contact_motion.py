@@ -11,7 +11,15 @@ from typing import NamedTuple
 
 from kernels.jit import internal, kernel
 from kernels.lossy_disk.equations import roll_rate, turning_rate
-from kernels.lossy_disk.loss_laws import Load, drag, dry_force, normal_force, rolling_friction, rub_force
+from kernels.lossy_disk.loss_laws import (
+    Load,
+    drag,
+    dry_force,
+    normal_force,
+    rolling_friction,
+    rub_force,
+)
+from kernels.lossy_disk.loss_laws import horizontal_rate as size_of_horizontal_rate
 
 
 class Senses(NamedTuple):
@@ -113,8 +121,9 @@ def contact_rates(state, senses, inertia, losses):
     # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
     pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
     load = Load(1.0 - w * w * C, S, inertia.i_tilt)
-    torque, _, rolled, slid = rolling_friction((C, opposed, f), free, load, losses.rolling)
-    normal, blown = normal_force(load, torque), drag(f, (S, C, T), losses)
+    turning = size_of_horizontal_rate((C, opposed, f))
+    torque, _, rolled, slid = rolling_friction((C, opposed, f), turning, free, load, losses.rolling, 1.0)
+    normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), losses)
     rubbed = dry_force(f, senses.roll, load, torque, losses)
     roll = -(rub_force(f, rubbed, losses) + blown + slid)
     turn = -losses.pivoting * normal * senses.turn

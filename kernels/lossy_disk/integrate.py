@@ -23,7 +23,7 @@ from typing import Any
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.lossy_disk import layout, loss_laws, rk4, simd_stages, step_control, step_size
+from kernels.lossy_disk import lane_step, layout, loss_laws, simd_stages, step_control, step_size
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
 
@@ -41,6 +41,7 @@ LANE_MODEL = LaneModel(
     land=simd_stages.land,
     finish_leg=finish_leg,
     coast=simd_stages.coast,
+    coasts=simd_stages.BOOLE,
     go_on=step_control.go_on,
 )
 
@@ -60,30 +61,39 @@ _BARE = (
     (simd_stages.keep_damped, simd_stages.keep_nothing),
 )
 _WITHOUT_ROLLING = (
+    (loss_laws.horizontal_rate, loss_laws.no_horizontal_rate),
+    (loss_laws.horizontal_rate_near, loss_laws.no_horizontal_rate_near),
+    (loss_laws.horizontal_rate_nearer, loss_laws.no_horizontal_rate_near),
     (loss_laws.rolling_friction, loss_laws.no_rolling_friction),
     (step_size.hurry_by_rolling_friction, step_size.no_hurry_by_rolling_friction),
     (simd_stages.goes_on_rolling, simd_stages.always_goes_on_rolling),
     (simd_stages.keep_rolled, simd_stages.keep_nothing),
+    (simd_stages.keep_inverse, simd_stages.keep_nothing),
 )
-_ROLLING = ((rk4.tangent, rk4.corrected_tangent),)
+_ROLLING = ((lane_step.tangent, lane_step.corrected_tangent),)
 _WITHOUT_PIVOTING = (
+    (loss_laws.pivoting_force, loss_laws.no_pivoting_force),
     (loss_laws.pivoting_friction, loss_laws.no_pivoting_friction),
+    (lane_step.with_pivoting, lane_step.without_pivoting),
     (simd_stages.goes_on_turning, simd_stages.always_goes_on_turning),
     (simd_stages.keep_pivoted, simd_stages.keep_nothing),
 )
 _WITHOUT_AIR = (
     (loss_laws.drag, loss_laws.no_drag),
+    (loss_laws.drag_near, loss_laws.no_drag_near),
     (loss_laws.viscosity, loss_laws.no_viscosity),
     (simd_stages.keep_blown, simd_stages.keep_nothing),
 )
 _MOFFATT = (
     (loss_laws.drag, loss_laws.film_drag),
+    (loss_laws.drag_near, loss_laws.film_drag_near),
     (loss_laws.viscosity, loss_laws.film_viscosity),
 )
 _BILDSTEN = (
     (loss_laws.drag, loss_laws.layer_drag),
+    (loss_laws.drag_near, loss_laws.layer_drag_near),
     (loss_laws.viscosity, loss_laws.layer_viscosity),
-    (rk4.tangent, rk4.corrected_tangent),
+    (lane_step.tangent, lane_step.corrected_tangent),
 )
 _WITHOUT_SLIP = ((simd_stages.grips, simd_stages.always_grips),)
 

@@ -6,44 +6,47 @@ from kernels.lanes.layout import LANES, offsets
 S, C, T, W, O_RATE, P, TIME = offsets(0, 7)
 #: the ledger: heading, path over R, and what each law took over m g R,
 TURNED, PATH, ROLLED, PIVOTED, RUBBED, DAMPED, BLOWN = offsets(7, 14)
-#: sines of the extreme tilts before the last two steps, half the length of one of them,
+#: sines of the extreme tilts before the last call of `advance`, half the length of one of its steps,
 LEAST, GREATEST, LAST = offsets(14, 17)
-#: sines of the extreme tilts in the last two steps, steps until the lane is looked at, half the length of each of the
-#: next two; and of the present ones.
-LATEST_LEAST, LATEST_GREATEST, STEPS_LEFT, HALF, TAKEN = offsets(17, 22)
+#: its state nearest to a turning point: S, C, |w|, acceleration of the tilt, the longest time to that,
+NEAR_S, NEAR_C, NEAR_W, NEAR_ACCELERATION, NEAR_REACH = offsets(17, 22)
+#: steps until the lane is looked at, half the length of each of the next call, and what the motion asked for last;
+#: whether the disk slid as before at all beginnings of steps; half the length of each of the present call, reciprocal
+#: of the horizontal turning rate at its last stage.
+STEPS_LEFT, HALF, ASKED, SLIDES, TAKEN, INVERSE = offsets(22, 28)
 
 # What a step only reads: `kernels.lossy_disk.rk4.Inertia`,
-I_TILT, I_ROLL, I_SPIN, I_INVERSE, DRAG, INVERSE_SPIN = offsets(22, 28)
+I_TILT, I_ROLL, I_SPIN, I_INVERSE, DRAG, INVERSE_SPIN = offsets(28, 34)
 #: `kernels.lossy_disk.loss_laws.Losses`, the friction coefficient,
-CONTOUR, DAMPING, ROLLING, PIVOTING, FILM, LAYER, FRICTION = offsets(28, 35)
+CONTOUR, DAMPING, ROLLING, PIVOTING, FILM, LAYER, FRICTION = offsets(34, 41)
 #: signs of the roll rate and of the turning rate about the vertical, the scaled duration,
-ROLL_SENSE, TURN_SENSE, END = offsets(35, 38)
+ROLL_SENSE, TURN_SENSE, END = offsets(41, 44)
 #: half the relative step, half the longest step,
-SCALE, LONGEST = offsets(38, 40)
+SCALE, LONGEST = offsets(44, 46)
 #: sines of the tilts where the criterion is broken.
-LOW, HIGH = offsets(40, 42)
+LOW, HIGH = offsets(46, 48)
 
 #: Numbers of the lanes while they step; of these, the numbers that a block needs back after an event.
-STEPPING, RETURNED = 42 * LANES, TAKEN
+STEPPING, RETURNED = 48 * LANES, TAKEN
 
 # What is kept of a cell between its events: the start,
-S_0, C_0, W_0, O_RATE_0, P_0, ENERGY_0 = offsets(42, 48)
+S_0, C_0, W_0, O_RATE_0, P_0, ENERGY_0 = offsets(48, 54)
 #: alpha, sqrt(R/g) in s, the radius,
-ALPHA, UNIT, RADIUS = offsets(48, 51)
+ALPHA, UNIT, RADIUS = offsets(54, 57)
 #: tilt from which the criterion measures, distance that breaks it [rad], sines of both tilts where that is,
-REFERENCE, REACH, LOW_0, HIGH_0 = offsets(51, 55)
+REFERENCE, REACH, LOW_0, HIGH_0 = offsets(57, 61)
 #: where the next leg begins: state, time, signs,
-LEG_S, LEG_C, LEG_T, LEG_W, LEG_O_RATE, LEG_P, LEG_TIME, LEG_ROLL_SENSE, LEG_TURN_SENSE = offsets(55, 64)
+LEG_S, LEG_C, LEG_T, LEG_W, LEG_O_RATE, LEG_P, LEG_TIME, LEG_ROLL_SENSE, LEG_TURN_SENSE = offsets(61, 70)
 #: ledger,
-LEG_TURNED, LEG_PATH, LEG_ROLLED, LEG_PIVOTED, LEG_RUBBED, LEG_DAMPED, LEG_BLOWN = offsets(64, 71)
+LEG_TURNED, LEG_PATH, LEG_ROLLED, LEG_PIVOTED, LEG_RUBBED, LEG_DAMPED, LEG_BLOWN = offsets(70, 77)
 #: sines of the extreme tilts.
-LEG_LEAST, LEG_GREATEST = offsets(71, 73)
+LEG_LEAST, LEG_GREATEST = offsets(77, 79)
 
 #: When the criterion was first broken, the largest imbalance, steps, switches, reductions of the step, steps of a leg.
-BREACH, IMBALANCE, STEPS_KEPT, SWITCHES, REFINED, STEPS = offsets(73, 79)
+BREACH, IMBALANCE, STEPS_KEPT, SWITCHES, REFINED, STEPS = offsets(79, 85)
 #: `kernels.lossy_disk.step_control`: the largest SCALE and that of the start; steps of the cell when it is looked at
 #: next; what was spent, the part of the way and the steps when it was last.
-COARSEST, FIRST_SCALE, CHECK, SPENT, PROGRESS, LOOKED = offsets(79, 85)
+COARSEST, FIRST_SCALE, CHECK, SPENT, PROGRESS, LOOKED = offsets(85, 91)
 
 #: Numbers of LANES cells.
-SIZE = 85 * LANES
+SIZE = 91 * LANES

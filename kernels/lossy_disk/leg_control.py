@@ -2,7 +2,7 @@
 
 `lanes` is the flat array of `kernels.lossy_disk.layout`.
 
-A leg ends with whatever a sliding motion in a lane cannot decide. The lane goes back by two of its steps, to a moment
+A leg ends with whatever a sliding motion in a lane cannot decide. The lane goes back by some of its steps, to a moment
 before the event, and `kernels.lossy_disk.follow` goes on from there in scalar code: to the ending of the cell, or until
 the disk slides again, when the lane takes it over.
 """
@@ -54,19 +54,26 @@ from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
-from kernels.lossy_disk.rk4 import step
+from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
     STEPS_OF_A_CALL,
     begin,
     inertia_of,
     losses_of,
+    near_of,
     sense_of,
     set_off,
+    slides_on,
+    state_of,
+    turning_sine,
 )
 from kernels.lossy_disk.step_control import added, imbalance_of, present, refined, slowed_down
 
 #: What becomes of a cell: its results are written, it goes on in its lane, it begins again.
 _WRITTEN, _GOES_ON, _AGAIN = range(3)
+
+#: Steps that a lane goes back at an event.
+_STEPS_BACK = int(STEPS_OF_A_CALL) + 1
 
 
 @internal
@@ -342,16 +349,19 @@ def _leg_ledger(lane, lanes):
 
 @internal
 def _gone_back(lane, lanes):
-    """Return the motion of a lane four of its steps before its end, or at the beginning of the leg if that is later."""
+    """Return the motion of a lane before its last call, or at the beginning of the leg if that is later.
+
+    That is one step more: a turning point next to the beginning of the call may lie before it.
+    """
     t, last, began = lanes[at.TIME + lane], lanes[at.LAST + lane], lanes[at.LEG_TIME + lane]
     sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
     h = -2.0 * last
-    if 4.0 * h <= began - t:
+    if _STEPS_BACK * h <= began - t:
         # going back errs by as much as a step does, which is much of an event that comes early in it
         state, t, ledger = _start_of(lane, lanes), began, _leg_ledger(lane, lanes)
     else:
         state, ledger = present(lane, lanes)
-        for _ in range(4):
+        for _ in range(_STEPS_BACK):
             state, gain = step(state, sense, inertia, losses, h)
             t, ledger = t + h, added(ledger, gain, 1.0)
     S, C, w, f, v = contact_state(state, inertia)
@@ -387,10 +397,23 @@ def _followed(motion, record, case, lane, past, lanes):
 
 
 @internal
-def _breaks_only(lane, lanes):
-    """Whether a leg ended because of the criterion: its lane can go on as if nothing had been."""
-    breaks = lanes[at.LATEST_LEAST + lane] < lanes[at.LOW + lane]
-    return breaks or lanes[at.LATEST_GREATEST + lane] > lanes[at.HIGH + lane]
+def _slides_on(lane, run, lanes):
+    """Whether a leg ended although the disk slides as before and has time left."""
+    state, sense, friction = state_of(lane, lanes), sense_of(lane, lanes), lanes[at.FRICTION + lane]
+    inertia, losses = inertia_of(lane, lanes), losses_of(lane, lanes)
+    change, forces = changes(state, sense, inertia, losses)
+    left = lanes[at.TIME + lane] < lanes[at.END + lane] and state[1] >= run.cos_flat_tilt
+    slid = lanes[at.SLIDES + lane] > 0.0
+    return left and slid and slides_on(state, change, forces, sense, inertia, losses, friction)
+
+
+@internal
+def _breaks_only(lane, run, lanes):
+    """Whether a leg ended because of the criterion alone: its lane can go on as if nothing had been."""
+    if not _slides_on(lane, run, lanes):
+        return False
+    S, extreme = lanes[at.S + lane], turning_sine(near_of(lane, lanes))
+    return min(S, extreme) < lanes[at.LOW + lane] or max(S, extreme) > lanes[at.HIGH + lane]
 
 
 @internal
@@ -421,7 +444,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         return _slowed_down(cell, lane, run, lanes, measures, counts)
     motion, case, past = _gone_back(lane, lanes), _case_of(lane, run, lanes), lanes[at.TIME + lane]
     record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
-    if _breaks_only(lane, lanes):
+    if _breaks_only(lane, run, lanes):
         lanes[at.BREACH + lane] = _breach(motion, record, case, lane, past, lanes)
         lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
         return True

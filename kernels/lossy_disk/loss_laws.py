@@ -22,6 +22,9 @@ NOTHING = -0.0
 #: Added to the square of the horizontal turning rate that rolling friction opposes: below it friction holds the disk.
 _LEAST_SQUARE = 1.0e-200
 
+#: Least value of 1 - (its square) / (that of the stage before) of the horizontal turning rate that a stage follows.
+_LARGEST_CHANGE = -0.5
+
 
 class Losses(NamedTuple):
     """Coefficients of the laws in scaled form.
@@ -142,24 +145,86 @@ def dry_rub_force(f, dry, losses):
 
 
 @simd
-def rolling_friction(motion, free, load, arm):
+def horizontal_rate(motion):
+    """Return the square of the horizontal turning rate (w, C f) of a motion (C, w, f), the rate and its reciprocal."""
+    C, w, f = motion
+    across = C * f
+    # what is added keeps a quotient finite
+    square = (w * w + _LEAST_SQUARE) + across * across
+    root = math.sqrt(square)
+    return square, root, 1.0 / root
+
+
+@simd
+def horizontal_rate_near(motion, inverse):
+    """`horizontal_rate` half a step from a motion with the reciprocal `inverse`, without a root.
+
+    Notes
+    -----
+    The series of the root about the known one: with the relative change e of the square, which a step keeps below a
+    tenth where there is rolling friction, it errs by e^5/4. That is of higher order than a step's own error.
+    """
+    square, near, e = _change_of_square(motion, inverse)
+    # the last products, which a step waits for, are as few as can be
+    share = (1.0 + 0.5 * e) + (e * e) * ((0.375 + 0.3125 * e) + 0.2734375 * (e * e))
+    return square, near * share, inverse * share
+
+
+@simd
+def horizontal_rate_nearer(motion, inverse):
+    """`horizontal_rate_near` where the change is of the second order of a step, by e^3/3."""
+    square, near, e = _change_of_square(motion, inverse)
+    share = 1.0 + e * (0.5 + 0.375 * e)
+    return square, near * share, inverse * share
+
+
+@simd
+def _change_of_square(motion, inverse):
+    """Square of the horizontal turning rate, the same times `inverse`, and one less the same times its square."""
+    C, w, f = motion
+    across = C * f
+    square = (w * w + _LEAST_SQUARE) + across * across
+    near = square * inverse
+    e = 1.0 - near * inverse
+    # A motion with rolling friction has no larger change. Without it what is cut keeps all numbers finite.
+    return square, near, e if e > _LARGEST_CHANGE else _LARGEST_CHANGE
+
+
+@simd
+def no_horizontal_rate(motion):
+    """`horizontal_rate` without rolling friction."""
+    return 0.0, 0.0, 0.0
+
+
+@simd
+def no_horizontal_rate_near(motion, inverse):
+    """`horizontal_rate_near` and `horizontal_rate_nearer` without rolling friction."""
+    return 0.0, 0.0, 0.0
+
+
+@simd
+def rolling_friction(motion, turning, free, load, arm, weight):
     """What rolling friction does to the tilt and to the roll rate.
 
     Parameters
     ----------
     motion : tuple of 3 floats
         C, w, f.
+    turning : tuple of 3 floats
+        Of `horizontal_rate`.
     free : float
         Torque over m g R that accelerates the tilt without rolling friction.
     load : Load
     arm : float
         Lever arm over the radius.
+    weight : float
+        What the force is multiplied by.
 
     Returns
     -------
     (torque, slowed, power, force)
         The torque with it; its own torque over the horizontal turning rate; the power that is lost; the force that the
-        roll rate loses.
+        roll rate loses, times `weight`.
 
     Notes
     -----
@@ -167,44 +232,79 @@ def rolling_friction(motion, free, load, arm):
     tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = level - i_tilt S free.
     """
     C, w, f = motion
-    across = C * f
-    # what is added keeps a quotient finite
-    square = (w * w + _LEAST_SQUARE) + across * across
+    square, root, _ = turning
     lean = arm * load.i_tilt * load.S
-    slowed = (-lean * free + arm * load.level) / (math.sqrt(square) - lean * w)
-    return free - slowed * w, slowed, slowed * square, slowed * (C * across)
+    slowed = (-lean * free + arm * load.level) / (root - lean * w)
+    return free - slowed * w, slowed, slowed * square, slowed * (weight * C * (C * f))
 
 
 @simd
-def no_rolling_friction(motion, free, load, arm):
+def no_rolling_friction(motion, turning, free, load, arm, weight):
     """`rolling_friction` of a disk without it."""
     return free, 0.0, 0.0, NOTHING
 
 
 @simd
 def drag(f, place, losses):
-    """Force that the roll rate f loses to the drag of air, by either law; `place` is S, C, T of the tilt."""
+    """Force that the roll rate f loses to the drag of air, by either law, and the root of |f| in Bildsten's.
+
+    `place` is S, C, T of the tilt.
+    """
     S, C, T = place
-    return (losses.film * f) * (C + S * T) + (losses.layer * f) * math.sqrt(abs(f))
+    root = math.sqrt(abs(f))
+    return (losses.film * f) * (C + S * T) + (losses.layer * f) * root, root
+
+
+@simd
+def drag_near(f, place, losses, before, blow):
+    """`drag` next to the roll rate `before` with the drag `blow`, without a root.
+
+    Notes
+    -----
+    Two stages in the middle of a step differ by its second order. So a force that is linear about the first errs by the
+    fourth order of the second, which is of the order of the step's own error. For f = 0 it is zero and no infinity.
+    """
+    S, C, T = place
+    return (losses.film * f) * (C + S * T) + (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
 
 
 @simd
 def film_drag(f, place, losses):
     """`drag` by Moffatt's law."""
     S, C, T = place
-    return (losses.film * f) * (C + S * T)
+    return (losses.film * f) * (C + S * T), 0.0
+
+
+@simd
+def film_drag_near(f, place, losses, before, blow):
+    """`drag_near` by Moffatt's law."""
+    S, C, T = place
+    return (losses.film * f) * (C + S * T), 0.0
 
 
 @simd
 def layer_drag(f, place, losses):
     """`drag` by Bildsten's law."""
-    return (losses.layer * f) * math.sqrt(abs(f))
+    root = math.sqrt(abs(f))
+    return (losses.layer * f) * root, root
+
+
+@simd
+def layer_drag_near(f, place, losses, before, blow):
+    """`drag_near` by Bildsten's law."""
+    return (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
 
 
 @simd
 def no_drag(f, place, losses):
     """`drag` without air."""
-    return NOTHING
+    return NOTHING, 0.0
+
+
+@simd
+def no_drag_near(f, place, losses, before, blow):
+    """`drag_near` without air."""
+    return NOTHING, 0.0
 
 
 @simd
@@ -234,8 +334,8 @@ def no_viscosity(f, place, losses):
 
 
 @simd
-def pivoting_friction(state, changes, normal, sense, inertia, arm):
-    """What pivoting friction does to o and p.
+def pivoting_force(state, changes, normal, sense, inertia, arm):
+    """Force of pivoting friction on the turning rate about the vertical v = o C + s S.
 
     Parameters
     ----------
@@ -246,31 +346,40 @@ def pivoting_friction(state, changes, normal, sense, inertia, arm):
     normal : float
         Normal force over m g.
     sense : float
-        Sign of the turning rate about the vertical v = o C + s S, or 0 where friction holds it at zero.
+        Sign of v, or 0 where friction holds it at zero.
     inertia : kernels.lossy_disk.rk4.Inertia
     arm : float
         Lever arm over the radius.
 
-    Returns
-    -------
-    (do, dp, force, power)
-        o' and p' with it; the force on v; the power that is lost.
-
     Notes
     -----
-    Where friction holds, its force is what keeps v' = 0.
+    Where friction holds, its force is what keeps v' = 0. With w, o', p' and the arm multiplied by a number, so is the
+    force.
     """
     S, C, w, o, p = state
     do, dp = changes
     s, inverse = inertia.i_inverse * p, inertia.i_inverse * S
     free = do * C + dp * inverse + w * (s * C - o * S)
-    turned = inertia.inverse_spin * C
-    held = -free / (turned * C + inverse * S)
-    force = held if sense == 0.0 else -arm * normal * sense
-    return do + turned * force, dp + S * force, force, -force * (o * C + s * S) * abs(sense)
+    held = -free / ((inertia.inverse_spin * C) * C + inverse * S)
+    return held if sense == 0.0 else -arm * normal * sense
 
 
 @simd
-def no_pivoting_friction(state, changes, normal, sense, inertia, arm):
+def no_pivoting_force(state, changes, normal, sense, inertia, arm):
+    """`pivoting_force` of a disk without pivoting friction."""
+    return 0.0
+
+
+@simd
+def pivoting_friction(state, changes, force, sense, inertia):
+    """Return o', p' and the power that is lost, with the `pivoting_force`; parameters as there."""
+    S, C, _, o, p = state
+    do, dp = changes
+    v = o * C + inertia.i_inverse * p * S
+    return do + inertia.inverse_spin * C * force, dp + S * force, -force * v * abs(sense)
+
+
+@simd
+def no_pivoting_friction(state, changes, force, sense, inertia):
     """`pivoting_friction` of a disk without it."""
-    return changes[0], changes[1], 0.0, 0.0
+    return changes[0], changes[1], 0.0

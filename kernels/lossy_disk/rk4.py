@@ -1,8 +1,7 @@
-"""One classical Runge-Kutta step of a sliding motion with losses.
+"""How a sliding motion with losses changes, and one classical Runge-Kutta step of one motion.
 
 Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its derivative costs a multiplication less;
-1/C = C + S T then. At its end T is S/C: the quotient takes less time than the sums, and on the way to flat an error of
-T would grow like 1/C, which the energy does not show.
+1/C = C + S T then. The step of the lanes is `kernels.lossy_disk.lane_step`.
 """
 
 from typing import NamedTuple
@@ -12,7 +11,10 @@ from kernels.lossy_disk.loss_laws import (
     Load,
     drag,
     dry_force,
+    horizontal_rate,
+    horizontal_rate_nearer,
     normal_force,
+    pivoting_force,
     pivoting_friction,
     rolling_friction,
     rub_force,
@@ -56,6 +58,12 @@ class Forces(NamedTuple):
         Torque of rolling friction over the horizontal turning rate, and its power.
     held, pivoted : float
         Force of pivoting friction on the turning rate about the vertical, and its power.
+    torque, slope : float
+        Torque that accelerates the tilt; change of o over that of the tilt without forces.
+    drag : tuple of 2 floats
+        Of `loss_laws.drag`.
+    inverse : float
+        Reciprocal of the horizontal turning rate, with rolling friction.
     """
 
     f: float
@@ -68,6 +76,17 @@ class Forces(NamedTuple):
     rolled: float
     held: float
     pivoted: float
+    torque: float
+    slope: float
+    drag: tuple
+    inverse: float
+
+
+@simd
+def changes_near(state, sense, inertia, losses, inverse):
+    """`changes` where the horizontal turning rate has about the reciprocal `inverse`."""
+    turning = horizontal_rate_nearer((state[1], state[3], rolls(state, inertia)), inverse)
+    return changes_with(turning, state, sense, inertia, losses)
 
 
 @simd
@@ -88,24 +107,37 @@ def changes(state, sense, inertia, losses):
     (dS, dC, dT, torque, do, dp), forces
         Derivatives of the state, of the tilt rate the torque that accelerates it; the `Forces`.
     """
+    return changes_with(
+        horizontal_rate((state[1], state[3], rolls(state, inertia))), state, sense, inertia, losses
+    )
+
+
+@simd
+def rolls(state, inertia):
+    """Roll rate of a state."""
+    _, _, T, _, o, p = state
+    return inertia.i_inverse * p - o * T
+
+
+@simd
+def changes_with(turning, state, sense, inertia, losses):
+    """`changes` with the `horizontal_rate`."""
     S, C, T, w, o, p = state
-    oT = o * T
-    f = inertia.i_inverse * p - oT
+    oT, f = o * T, rolls(state, inertia)
     dS, minus_dC, wT = C * w, S * w, w * T
     load = Load(1.0 - w * dS, S, inertia.i_tilt)
     torque, slowed, rolled, slid = rolling_friction(
-        (C, w, f), S + o * (p - inertia.i_spin * oT), load, losses.rolling
+        (C, w, f), turning, S + o * (p - inertia.i_spin * oT), load, losses.rolling, 1.0
     )
-    dry = dry_force(f, sense[0], load, torque, losses)
-    rub, blow = rub_force(f, dry, losses), drag(f, (S, C, T), losses)
-    along = rub + blow + slid
-    normal = normal_force(load, torque)
-    do = along * (inertia.inverse_spin * T) + w * (oT - inertia.drag * p)
-    do, dp, held, pivoted = pivoting_friction(
-        (S, C, w, o, p), (do, -w * o - along), normal, sense[1], inertia, losses.pivoting
-    )
+    dry, blow = dry_force(f, sense[0], load, torque, losses), drag(f, (S, C, T), losses)
+    rub = rub_force(f, dry, losses)
+    along, slope, normal = rub + blow[0] + slid, oT - inertia.drag * p, normal_force(load, torque)
+    unheld = along * (inertia.inverse_spin * T) + w * slope, -w * o - along
+    inner = S, C, w, o, p
+    held = pivoting_force(inner, unheld, normal, sense[1], inertia, losses.pivoting)
+    do, dp, pivoted = pivoting_friction(inner, unheld, held, sense[1], inertia)
     return (dS, -minus_dC, w + wT * T, torque, do, dp), Forces(
-        f, normal, dry, rub, blow, along, slowed, rolled, held, pivoted
+        f, normal, dry, rub, blow[0], along, slowed, rolled, held, pivoted, torque, slope, blow, turning[2]
     )
 
 
@@ -142,14 +174,6 @@ def _moved(state, h, change):
 
 
 @simd
-def _turned(state, h, turn, change):
-    """`state` + h * `change`, but for the tilt rate, which changes by `turn` times a torque."""
-    S, C, T, w, o, p = state
-    dS, dC, dT, torque, do, dp = change
-    return S + h * dS, C + h * dC, T + h * dT, w + turn * torque, o + h * do, p + h * dp
-
-
-@simd
 def _entered(ledger, h, rates):
     """`ledger` + h * `rates`, of seven numbers each."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
@@ -157,51 +181,6 @@ def _entered(ledger, h, rates):
     return (
         a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5, a6 + h * b6,
     )  # fmt: skip
-
-
-@simd
-def tangent(S, C, T, half):
-    """Tangent of the tilt at the end of a step, where T is it but for an error of the step."""
-    return S / C
-
-
-@simd
-def corrected_tangent(S, C, T, half):
-    """`tangent` where roots and quotients already take most of the time: by one of Newton's corrections.
-
-    With a step of zero a lane keeps its bits.
-    """
-    return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
-
-
-@simd
-def lane_step(state, first, sense, inertia, losses, half):
-    """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
-
-    Parameters
-    ----------
-    state : tuple of 6 floats
-        S, C, T, w, o, p.
-    first : tuple of 6 floats
-        How it changes, by `changes`.
-    sense, inertia, losses
-        As of `changes`.
-    half : float
-        Half the step in scaled time; may be negative.
-
-    Notes
-    -----
-    The classical method of order 4 (Kutta 1901); local error O(h^5).
-    """
-    half_turn = half * inertia.i_tilt
-    middle, _ = changes(_turned(state, half, half_turn, first), sense, inertia, losses)
-    total = _moved(first, 2.0, middle)
-    middle, _ = changes(_turned(state, half, half_turn, middle), sense, inertia, losses)
-    total = _moved(total, 2.0, middle)
-    last, _ = changes(_turned(state, half + half, half_turn + half_turn, middle), sense, inertia, losses)
-    third = 1.0 / 3.0
-    S, C, T, w, o, p = _turned(state, third * half, third * half_turn, _moved(total, 1.0, last))
-    return S, C, tangent(S, C, T, half), w, o, p
 
 
 @simd

@@ -8,12 +8,15 @@ The functions with an alternative that does nothing are parts of a variant (`ker
 
 import math
 
+import numpy as np
+
 from kernels.disk.equations import energy, scaled
 from kernels.jit import simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.equations import roll_rate, turning_rate
+from kernels.lossy_disk.lane_step import lane_step
 from kernels.lossy_disk.loss_laws import Losses, viscosity
-from kernels.lossy_disk.rk4 import Inertia, changes, entries, inertia, lane_step
+from kernels.lossy_disk.rk4 import Inertia, changes, changes_near, entries, inertia
 from kernels.lossy_disk.step_size import half_step, hurry, hurry_by_rolling_friction, hurry_by_viscosity
 from kernels.simd_math import sine_cosine
 
@@ -21,7 +24,11 @@ from kernels.simd_math import sine_cosine
 _NEAREST = 1.1
 
 #: Steps of a call of `advance` and `coast`.
-STEPS_OF_A_CALL = 2.0
+STEPS_OF_A_CALL = 4.0
+
+#: Weights of Boole's rule over four steps, over half the length of one: of both ends, of the other beginnings of steps.
+ENDS_OF_BOOLE = 28.0 / 45.0
+BOOLE = np.array([128.0, 48.0, 128.0]) / 45.0
 
 #: Steps of a cell when `kernels.lossy_disk.step_control` looks at it for the first time: some nutations.
 FIRST_CHECK = 512.0
@@ -142,9 +149,10 @@ def set_off(lane, run, lanes):
     lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane] = w, o, p
     lanes[at.ROLL_SENSE + lane], lanes[at.TURN_SENSE + lane] = sense
     lanes[at.TIME + lane], lanes[at.HALF + lane], lanes[at.LAST + lane] = t, half, 0.0
-    lanes[at.STEPS_LEFT + lane] = left
+    lanes[at.STEPS_LEFT + lane], lanes[at.ASKED + lane], lanes[at.SLIDES + lane] = left, half, 1.0
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = least, greatest
-    lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane] = least, greatest
+    # a turning point before the first step of a leg is none of it
+    store_near(lane, lanes, (S, C, 0.0, 1.0, 0.0))
     lanes[at.TURNED + lane], lanes[at.PATH + lane] = turned, path
     lanes[at.ROLLED + lane], lanes[at.PIVOTED + lane] = rolled, pivoted
     lanes[at.RUBBED + lane], lanes[at.DAMPED + lane], lanes[at.BLOWN + lane] = rubbed, damped, blown
@@ -162,24 +170,44 @@ def next_half(state, change, forces, lane, lanes):
 
 
 @simd
-def turning_sine(state, torque, i_tilt, reach):
-    """Sine of the tilt of the turning point to which a state is nearer than its neighbours are, else of its own tilt.
+def near_of(lane, lanes):
+    """Return of the state nearest to a turning point S, C, |w|, acceleration of the tilt and longest time to it."""
+    return (
+        lanes[at.NEAR_S + lane], lanes[at.NEAR_C + lane], lanes[at.NEAR_W + lane],
+        lanes[at.NEAR_ACCELERATION + lane], lanes[at.NEAR_REACH + lane],
+    )  # fmt: skip
 
-    Parameters
-    ----------
-    state : tuple of 6 floats
-    torque, i_tilt : float
-        Torque that accelerates the tilt; 1/(1 + alpha/2).
-    reach : float
-        Longest time to the turning point.
+
+@simd
+def store_near(lane, lanes, near):
+    """Store what `near_of` returns."""
+    S, C, speed, acceleration, reach = near
+    lanes[at.NEAR_S + lane], lanes[at.NEAR_C + lane], lanes[at.NEAR_W + lane] = S, C, speed
+    lanes[at.NEAR_ACCELERATION + lane], lanes[at.NEAR_REACH + lane] = acceleration, reach
+
+
+@simd
+def nearer(condition, near, other):
+    """`near` if a condition holds, else the `other` one."""
+    S, C, speed, acceleration, reach = near
+    S0, C0, speed0, acceleration0, reach0 = other
+    return (
+        S if condition else S0, C if condition else C0, speed if condition else speed0,
+        acceleration if condition else acceleration0, reach if condition else reach0,
+    )  # fmt: skip
+
+
+@simd
+def turning_sine(near):
+    """Sine of the tilt of the turning point that a state is near to, else of its own tilt; argument as of `near_of`.
 
     Notes
     -----
     About its turning point a motion is nearly even in time: tilt + w^2 / (-2 w') errs by less than h^4 / 100 there.
     """
-    S, C, _, w, _, _ = state
-    time = w / (i_tilt * torque)
-    angle = -0.5 * (w * time)
+    S, C, speed, acceleration, reach = near
+    time = speed / acceleration
+    angle = -0.5 * (speed * time)
     return S + (angle * (C - 0.5 * angle * S) if abs(time) < reach else 0.0)
 
 
@@ -231,6 +259,18 @@ def grips(state, change, normal, inertia, friction):
 def always_grips(state, change, normal, inertia, friction):
     """`grips` where the disk cannot slip."""
     return True
+
+
+@simd
+def slides_on(state, change, forces, sense, inertia, losses, friction):
+    """Whether friction acts as before: against the same signs, with a disk that neither slips nor lifts off.
+
+    So written, a NaN is none.
+    """
+    going = (sense[0] * forces.f >= 0.0) & (forces.normal > 0.0)
+    going &= goes_on_rolling(state, forces.f, losses.rolling)
+    going &= goes_on_turning(state, forces, sense[1], inertia.i_inverse, losses.pivoting)
+    return going & grips(state, change, forces.normal, inertia, friction)
 
 
 @simd
@@ -295,69 +335,82 @@ def keep_blown(lane, lanes, total):
 
 
 @simd
+def keep_inverse(lane, lanes, inverse):
+    """Store the reciprocal of the horizontal turning rate at the last stage."""
+    lanes[at.INVERSE + lane] = inverse
+
+
+@simd
 def keep_nothing(lane, lanes, total):
     """Store nothing: the variant lacks the law."""
 
 
 @simd
 def advance(lane, run, lanes):
-    """One RK4 step, unless the state ends the leg: then the lane rests in it. `coast` makes a second one.
+    """One RK4 step, unless the state ends the leg: then the lane rests in it. `coast` makes the other three of a call.
 
-    The ledger is Simpson's rule over both steps, which needs the rates at their beginnings alone; what it lacks at the
-    end of a leg `kernels.lossy_disk.leg_control` adds.
+    The ledger is Boole's rule over all four, which needs the rates at their beginnings alone; what it lacks at the end
+    of a leg `kernels.lossy_disk.leg_control` adds.
     """
     # every load comes before the first store: only so can the compiler prove that the lanes are independent
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
     of_disk, losses, ledger = inertia_of(lane, lanes), losses_of(lane, lanes), ledger_of(lane, lanes)
     t, half, last = lanes[at.TIME + lane], lanes[at.HALF + lane], lanes[at.LAST + lane]
-    least, greatest = lanes[at.LEAST + lane], lanes[at.GREATEST + lane]
-    smaller, larger = lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane]
+    least, greatest, near = lanes[at.LEAST + lane], lanes[at.GREATEST + lane], near_of(lane, lanes)
     low, high, friction = lanes[at.LOW + lane], lanes[at.HIGH + lane], lanes[at.FRICTION + lane]
-    end, left = lanes[at.END + lane], lanes[at.STEPS_LEFT + lane]
+    end, left, slid = lanes[at.END + lane], lanes[at.STEPS_LEFT + lane], lanes[at.SLIDES + lane]
     change, forces = changes(state, sense, of_disk, losses)
     rates = entries(state, sense, forces)
-    following = next_half(state, change, forces, lane, lanes)
-    # a turning point before the first step of a leg is none of it
-    extreme = turning_sine(
-        state, change[3], of_disk.i_tilt, _NEAREST * (half if state[3] * change[3] < 0.0 else last)
-    )
+    asked, before = next_half(state, change, forces, lane, lanes), lanes[at.ASKED + lane]
+    extreme = turning_sine(near)
     # so written, a NaN is an event too
-    going = (left > 0.0) & (t < end) & (smaller >= low) & (larger <= high) & (state[1] >= run.cos_flat_tilt)
-    going &= rates[1] >= 0.0
-    going &= goes_on_rolling(state, forces.f, losses.rolling)
-    going &= goes_on_turning(state, forces, sense[1], of_disk.i_inverse, losses.pivoting)
-    going &= grips(state, change, forces.normal, of_disk, friction)
-    going &= forces.normal > 0.0
+    going = (left > 0.0) & (t < end) & (extreme >= low) & (extreme <= high) & (state[1] >= run.cos_flat_tilt)
+    going &= (state[0] >= low) & (state[0] <= high) & (slid > 0.0)
+    going &= slides_on(state, change, forces, sense, of_disk, losses, friction)
     taken = half if going else 0.0
-    weight = (2.0 / 3.0) * ((half + last) if going else 0.0)
+    weight = ENDS_OF_BOOLE * ((half + last) if going else 0.0)
     # to choose behind the step costs less than to let the step wait for what is known of events
-    store_state(lane, lanes, chosen(going, lane_step(state, change, sense, of_disk, losses, half), state))
+    stepped, inverse = lane_step(state, forces, sense, of_disk, losses, half)
+    store_state(lane, lanes, chosen(going, stepped, state))
     store_ledger(lane, lanes, ledger, weight, rates)
-    lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + 4.0 * taken, taken
+    lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + (2.0 * STEPS_OF_A_CALL) * taken, taken
+    # the next call comes later than what it goes by: where steps are to be shorter, they will be shorter still
+    following = asked * (asked / before) if asked < before else asked
     lanes[at.HALF + lane] = following if going else half
+    lanes[at.ASKED + lane], lanes[at.SLIDES + lane] = asked if going else before, 1.0 if going else slid
     lanes[at.LAST + lane] = half if going else last
     lanes[at.STEPS_LEFT + lane] = left - (STEPS_OF_A_CALL if going else 0.0)
-    # only now is it certain that the turning points about the two steps before lie behind the lane
-    lanes[at.LEAST + lane] = smaller if going & (smaller < least) else least
-    lanes[at.GREATEST + lane] = larger if going & (larger > greatest) else greatest
-    lanes[at.LATEST_LEAST + lane] = extreme if going else smaller
-    lanes[at.LATEST_GREATEST + lane] = extreme if going else larger
+    # only now is it certain that the turning point of the call before lies behind the lane
+    lanes[at.LEAST + lane] = extreme if going & (extreme < least) else least
+    lanes[at.GREATEST + lane] = extreme if going & (extreme > greatest) else greatest
+    reach = _NEAREST * (half if state[3] * change[3] < 0.0 else last)
+    here = state[0], state[1], abs(state[3]), of_disk.i_tilt * change[3], reach
+    store_near(lane, lanes, nearer(going, here, near))
+    keep_inverse(lane, lanes, inverse)
     return not going
 
 
 @simd
-def coast(lane, run, lanes):
-    """The second RK4 step, of the same length: without events and another step length it takes a fifth less time."""
+def coast(lane, weight, run, lanes):
+    """Another RK4 step, of the same length, without a look for events but at how the disk slides.
+
+    `weight` is that of its beginning in Boole's rule, over half its length.
+    """
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
     of_disk, losses, ledger = inertia_of(lane, lanes), losses_of(lane, lanes), ledger_of(lane, lanes)
-    taken = lanes[at.TAKEN + lane]
-    smaller, larger = lanes[at.LATEST_LEAST + lane], lanes[at.LATEST_GREATEST + lane]
-    change, forces = changes(state, sense, of_disk, losses)
-    extreme = turning_sine(state, change[3], of_disk.i_tilt, _NEAREST * taken)
-    store_state(lane, lanes, lane_step(state, change, sense, of_disk, losses, taken))
-    store_ledger(lane, lanes, ledger, (8.0 / 3.0) * taken, entries(state, sense, forces))
-    lanes[at.LATEST_LEAST + lane] = extreme if (extreme < smaller) & (taken > 0.0) else smaller
-    lanes[at.LATEST_GREATEST + lane] = extreme if (extreme > larger) & (taken > 0.0) else larger
+    taken, near, inverse = lanes[at.TAKEN + lane], near_of(lane, lanes), lanes[at.INVERSE + lane]
+    friction, slid = lanes[at.FRICTION + lane], lanes[at.SLIDES + lane]
+    change, forces = changes_near(state, sense, of_disk, losses, inverse)
+    speed = abs(state[3])
+    here = state[0], state[1], speed, of_disk.i_tilt * change[3], _NEAREST * taken
+    stepped, inverse = lane_step(state, forces, sense, of_disk, losses, taken)
+    store_state(lane, lanes, stepped)
+    store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))
+    slides = slides_on(state, change, forces, sense, of_disk, losses, friction)
+    lanes[at.SLIDES + lane] = slid if slides else 0.0
+    # a turning point is near to one state of a call at most
+    store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))
+    keep_inverse(lane, lanes, inverse)
 
 
 @simd

@@ -13,7 +13,14 @@ from kernels.disk.equations import energy_change
 from kernels.jit import internal
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.rk4 import rates
-from kernels.lossy_disk.simd_stages import inertia_of, ledger_of, losses_of, sense_of, state_of
+from kernels.lossy_disk.simd_stages import (
+    ENDS_OF_BOOLE,
+    inertia_of,
+    ledger_of,
+    losses_of,
+    sense_of,
+    state_of,
+)
 
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 1.0e8
@@ -82,11 +89,11 @@ def added(ledger, gain, h):
 
 @internal
 def present(lane, lanes):
-    """Return state (S, C, K, w, o, p) and ledger of a lane, with what Simpson's rule still lacks."""
+    """Return state (S, C, K, w, o, p) and ledger of a lane, with what Boole's rule still lacks."""
     S, C, _, w, o, p = state_of(lane, lanes)
     state = S, C, 1.0 / C, w, o, p
     _, gain, _ = rates(state, sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes))
-    return state, added(ledger_of(lane, lanes), gain, (2.0 / 3.0) * lanes[at.LAST + lane])
+    return state, added(ledger_of(lane, lanes), gain, ENDS_OF_BOOLE * lanes[at.LAST + lane])
 
 
 @internal

@@ -173,19 +173,24 @@ def test_a_variant_has_other_parts(integrate):
 
 
 @simd
-def coast_on(lane, run, lanes):
-    """A second step, without a look at the goal; a lane that rests has a rate of zero."""
-    lanes[VALUE + lane] += lanes[RATE + lane]
+def coast_on(lane, number, run, lanes):
+    """So many more steps, without a look at the goal; a lane that rests has a rate of zero."""
+    lanes[VALUE + lane] += number * lanes[RATE + lane]
 
 
-def test_a_model_may_make_a_step_without_looking_for_events():
-    """It comes after each step that looks: half the looks reach the goal, and a lane with an event rests."""
-    coasting = bind(MODEL._replace(name="coasting", coast=coast_on))
+def test_a_model_may_make_steps_without_looking_for_events():
+    """They come after each step that looks: fewer looks reach the goal, and a lane with an event rests."""
+    coasting = bind(MODEL._replace(name="coasting", coast=coast_on, coasts=np.ones(1)))
+    further = bind(MODEL._replace(name="further", coast=coast_on, coasts=np.array([1.0, 2.0])))
     rates = np.array([4.0, 1.0, 8.0, 2.0])
     values, looks = results(coasting, rates)
     # steps 1, 3, 5, ... look: up to the first odd number beyond the goal, and as many back
     assert (values == GOAL + rates).all()
     assert (looks == GOAL / rates / 2 + 2).all()
+    values, looks = results(further, rates)
+    # steps 1, 5, 9, ...
+    assert (values == GOAL + rates).all()
+    assert (looks == GOAL / rates / 4 + 2).all()
 
 
 #: A lane of `pausing` rests after each step, until it is let go on: the rate is kept in the numbers of the cell.

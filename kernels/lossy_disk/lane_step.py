@@ -1,0 +1,223 @@
+"""One classical Runge-Kutta step of a sliding motion with losses for the loop over lanes: fewer operations than `rk4`.
+
+Without forces all but the tilt rate changes with the tilt alone: a slope times the angle that the disk turns
+(`kernels.disk.rk4`). What friction and drag add in a step is a *push*: their force times the time and 2/alpha. The
+slopes are not summed as they come; the sum is read off the four states that they led to.
+
+Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its slope costs a multiplication less;
+1/C = C + S T then. At its end T is S/C: the quotient takes less time than the sums, and on the way to flat an error of
+T would grow like 1/C, which the energy does not show.
+
+A root costs as much as thirty multiplications, and changes little from stage to stage: see `loss_laws`.
+"""
+
+from typing import NamedTuple
+
+from kernels.jit import simd
+from kernels.lossy_disk.loss_laws import (
+    Load,
+    Losses,
+    drag,
+    drag_near,
+    dry_force,
+    horizontal_rate_near,
+    horizontal_rate_nearer,
+    normal_force,
+    pivoting_force,
+    rolling_friction,
+    rub_force,
+)
+
+
+class Pull(NamedTuple):
+    """What a stage finds at its state.
+
+    Attributes
+    ----------
+    f : float
+        The roll rate.
+    slope : float
+        Change of o over that of the tilt, without forces.
+    torque : float
+        Torque over m g R that accelerates the tilt.
+    push, held : float
+        What all laws take from the roll rate, and pivoting friction gives to the turning rate, in the time of the
+        weight.
+    blow : tuple of 2 floats
+        Of `loss_laws.drag`.
+    inverse : float
+        Reciprocal of the horizontal turning rate.
+    """
+
+    f: float
+    slope: float
+    torque: float
+    push: float
+    held: float
+    blow: tuple
+    inverse: float
+
+
+class _Instant(NamedTuple):
+    """What follows from a state without any law: roll rate, slope of o, torque without friction, `Load`."""
+
+    f: float
+    slope: float
+    free: float
+    load: Load
+
+
+@simd
+def _instant(state, inertia):
+    S, C, T, w, o, p = state
+    oT = o * T
+    load = Load(1.0 - w * (C * w), S, inertia.i_tilt)
+    free = S + o * (p - inertia.i_spin * oT)
+    return _Instant(inertia.i_inverse * p - oT, oT - inertia.drag * p, free, load)
+
+
+@simd
+def _turning(state, instant):
+    """C, w, f of a state."""
+    return state[1], state[3], instant.f
+
+
+@simd
+def weighted(losses, weight):
+    """Coefficients of the laws times `weight`, but for that of rolling friction, which acts on the tilt too."""
+    return Losses(
+        weight * losses.contour, weight * losses.damping, losses.rolling,
+        weight * losses.pivoting, weight * losses.film, weight * losses.layer,
+    )  # fmt: skip
+
+
+@simd
+def _pull(state, instant, laws, sense, inertia, losses, weight):
+    """`Pull` of a stage, of whose `laws` horizontal rate and drag are known; `losses` are `weighted`."""
+    S, C, T, w, o, p = state
+    f, slope, free, load = instant
+    turning, blow = laws
+    torque, slowed, _, slid = rolling_friction((C, w, f), turning, free, load, losses.rolling, weight)
+    push = rub_force(f, dry_force(f, sense[0], load, torque, losses), losses) + blow[0] + slid
+    turned = weight * w
+    held = pivoting_force(
+        (S, C, turned, o, p),
+        (turned * slope + inertia.inverse_spin * T * push, -turned * o - push),
+        normal_force(load, torque), sense[1], inertia, losses.pivoting,
+    )  # fmt: skip
+    return Pull(f, slope, torque, push, held, blow, turning[2])
+
+
+@simd
+def with_pivoting(rates, state, held, i_spin):
+    """Return o and p with the push `held` about the vertical."""
+    o, p = rates
+    return o + state[1] * held, p + i_spin * (state[0] * held)
+
+
+@simd
+def without_pivoting(rates, state, held, i_spin):
+    """`with_pivoting` of a disk without pivoting friction."""
+    return rates
+
+
+@simd
+def _pulled(base, state, pull, times, inertia):
+    """`base` changed as a stage at `state` says.
+
+    `times` is the time, the same times i_tilt, and the same over the time of the pushes.
+    """
+    S0, C0, T0, w0, o0, p0 = base
+    S, C, T, w, o, _ = state
+    h, turn, share = times
+    angle, push = h * w, share * pull.push
+    rates = with_pivoting(
+        ((o0 + angle * pull.slope) + push * T, (p0 - angle * o) - inertia.i_spin * push),
+        state, share * pull.held, inertia.i_spin,
+    )  # fmt: skip
+    return (
+        S0 + angle * C, C0 - angle * S, T0 + angle * (1.0 + T * T), w0 + turn * pull.torque, *rates
+    )  # fmt: skip
+
+
+@simd
+def _summed(first, second, third, start):
+    """Twice the second state and the others, less four times the start, of one number."""
+    return ((first + 2.0 * second) + third) - 4.0 * start
+
+
+@simd
+def tangent(S, C, T, half):
+    """Tangent of the tilt at the end of a step, where T is it but for an error of the step."""
+    return S / C
+
+
+@simd
+def corrected_tangent(S, C, T, half):
+    """`tangent` where roots and quotients already take most of the time: by one of Newton's corrections.
+
+    With a step of zero a lane keeps its bits.
+    """
+    return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
+
+
+@simd
+def lane_step(state, forces, sense, inertia, losses, half):
+    """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
+
+    Parameters
+    ----------
+    state : tuple of 6 floats
+        S, C, T, w, o, p.
+    forces : kernels.lossy_disk.rk4.Forces
+        What acts there.
+    sense, inertia, losses
+        As of `kernels.lossy_disk.rk4.changes`.
+    half : float
+        Half the step in scaled time; may be negative.
+
+    Returns
+    -------
+    state, inverse
+        The state; reciprocal of the horizontal turning rate at the last stage, with rolling friction.
+
+    Notes
+    -----
+    The classical method of order 4 (Kutta 1901); local error O(h^5). It steps from y to y + (k1 + 2 k2 + 2 k3 + k4)/3
+    with slopes times half the step; with the states y2 = y + k1, y3 = y + k2, y4 = y + 2 k3 that is
+    y + (y2 + 2 y3 + y4 - 4 y + k4)/3.
+    """
+    weight, turn = half * inertia.inverse_spin, half * inertia.i_tilt
+    now, later = (half, turn, 1.0), (half + half, turn + turn, 2.0)
+    pushing = weighted(losses, weight)
+    pull = Pull(
+        forces.f, forces.slope, forces.torque, weight * forces.along, weight * forces.held,
+        forces.drag, forces.inverse,
+    )  # fmt: skip
+    second = _pulled(state, state, pull, now, inertia)
+    instant = _instant(second, inertia)
+    laws = horizontal_rate_near(_turning(second, instant), pull.inverse), drag(instant.f, second[:3], pushing)
+    pull = _pull(second, instant, laws, sense, inertia, pushing, weight)
+    third = _pulled(state, second, pull, now, inertia)
+    instant = _instant(third, inertia)
+    laws = (
+        horizontal_rate_nearer(_turning(third, instant), pull.inverse),
+        drag_near(instant.f, third[:3], pushing, pull.f, pull.blow),
+    )
+    pull = _pull(third, instant, laws, sense, inertia, pushing, weight)
+    fourth = _pulled(state, third, pull, later, inertia)
+    instant = _instant(fourth, inertia)
+    laws = horizontal_rate_near(_turning(fourth, instant), pull.inverse), drag(instant.f, fourth[:3], pushing)
+    pull = _pull(fourth, instant, laws, sense, inertia, pushing, weight)
+    S, C, T, w, o, p = state
+    base = (
+        _summed(second[0], third[0], fourth[0], S), _summed(second[1], third[1], fourth[1], C),
+        _summed(second[2], third[2], fourth[2], T), _summed(second[3], third[3], fourth[3], w),
+        _summed(second[4], third[4], fourth[4], o), _summed(second[5], third[5], fourth[5], p),
+    )  # fmt: skip
+    dS, dC, dT, dw, do, dp = _pulled(base, fourth, pull, now, inertia)
+    part = 1.0 / 3.0  # a division would cost a tenth of the step
+    S, C = S + part * dS, C + part * dC
+    return (
+        S, C, tangent(S, C, T + part * dT, half), w + part * dw, o + part * do, p + part * dp
+    ), pull.inverse  # fmt: skip
