@@ -121,9 +121,15 @@ def test_kernels_import_arithmetic_only(path: Path) -> None:
 
 @pytest.mark.parametrize("path", COMPILED, ids=named)
 def test_kernels_never_raise(path: Path) -> None:
-    """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten."""
-    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-    assert not [node.lineno for node in nodes if isinstance(node, (ast.Raise, ast.Assert))]
+    """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten.
+
+    `bind`, which makes one, is no kernel.
+    """
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree.body = [
+        node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name == "bind")
+    ]
+    assert not [node.lineno for node in ast.walk(tree) if isinstance(node, (ast.Raise, ast.Assert))]
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=named)

@@ -14,6 +14,7 @@ from kernels.lanes.binding import copied, rebound, replacements
 from kernels.lanes.interface import (
     SIZE,
     STEPS,
+    LaneModel,
     advance,
     finish_leg,
     land,
@@ -25,6 +26,9 @@ from kernels.lanes.interface import (
 
 #: Threads of a block: with 32 to 256 an H200 is equally fast; in a small block threads whose cells end early wait less.
 THREADS = 64
+
+#: Stages of a model that only `kernels.lanes.schedule` calls.
+_CPU_ONLY = ("coast", "go_on")
 
 
 def _begin(cell, starts, run, own, measures, counts):
@@ -81,7 +85,18 @@ def bind(model):
         Arguments and results as in `kernels.lanes.schedule.integrate`. The bits of a cell depend on the cell alone, as
         on the CPU, but differ from the CPU's: library functions (a few sines, powers) and the places where a
         multiplication and an addition become one instruction are others.
+
+    Raises
+    ------
+    ValueError
+        If the model has stages that only the CPU's schedule calls.
     """
+    for name in _CPU_ONLY:
+        if getattr(model, name) is not LaneModel._field_defaults[name]:
+            raise ValueError(
+                f"The model {model.name!r} cannot run on a CUDA device: it has a stage {name!r}, which a device does "
+                "not call. Run it on the CPU."
+            )
     kernel = rebound(_integrate, replacements(model), lambda *given: _recompiled(model, *given), {})
 
     def integrate(starts, settings, measures, counts):

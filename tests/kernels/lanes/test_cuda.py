@@ -6,6 +6,9 @@ import pytest
 import referee
 
 from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.disk.integrate import LANE_MODEL as DISK
+from kernels.lanes.cuda import bind
+from kernels.lossy_disk.integrate import LANE_MODEL as LOSSY_DISK
 
 _SIMULATED = """
 import sys, numpy as np
@@ -18,6 +21,13 @@ with np.errstate(all="ignore"):  # plain Python warns of what compiled code pass
     bind(LANE_MODEL)(held["starts"], held["settings"], measures, counts)
 np.savez(sys.argv[2], measures=measures, counts=counts)
 """
+
+
+def test_a_model_with_stages_of_the_cpu_alone_is_refused():
+    """Without its further steps a leg would have a quarter of its length, and nothing would tell."""
+    for name in ("coast", "go_on"):
+        with pytest.raises(ValueError, match=rf"'disk' cannot run on a CUDA device: it has a stage '{name}'"):
+            bind(DISK._replace(**{name: getattr(LOSSY_DISK, name)}))
 
 
 def simulated(tmp_path, starts, duration=300.0, step=0.0, tolerance=1e-8):
