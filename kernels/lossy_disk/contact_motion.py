@@ -122,7 +122,7 @@ def contact_rates(state, senses, inertia, losses):
     pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
     load = Load(1.0 - w * w * C, S, inertia.i_tilt)
     turning = size_of_horizontal_rate((C, opposed, f))
-    torque, _, rolled, slid = rolling_friction((C, opposed, f), turning, free, load, losses.rolling, 1.0)
+    torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, losses.rolling, 1.0)
     normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), losses)
     rubbed = dry_force(f, senses.roll, load, torque, losses)
     roll = -(rub_force(f, rubbed, losses) + blown + slid)

@@ -63,12 +63,12 @@ _BARE = (
 _WITHOUT_ROLLING = (
     (loss_laws.horizontal_rate, loss_laws.no_horizontal_rate),
     (loss_laws.horizontal_rate_near, loss_laws.no_horizontal_rate_near),
-    (loss_laws.horizontal_rate_nearer, loss_laws.no_horizontal_rate_near),
     (loss_laws.rolling_friction, loss_laws.no_rolling_friction),
+    (loss_laws.rolling_friction_near, loss_laws.no_rolling_friction_near),
     (step_size.hurry_by_rolling_friction, step_size.no_hurry_by_rolling_friction),
     (simd_stages.goes_on_rolling, simd_stages.always_goes_on_rolling),
     (simd_stages.keep_rolled, simd_stages.keep_nothing),
-    (simd_stages.keep_inverse, simd_stages.keep_nothing),
+    (simd_stages.keep_rate, simd_stages.keep_nothing),
 )
 _ROLLING = ((lane_step.tangent, lane_step.corrected_tangent),)
 _WITHOUT_PIVOTING = (
@@ -81,12 +81,14 @@ _WITHOUT_PIVOTING = (
 _WITHOUT_AIR = (
     (loss_laws.drag, loss_laws.no_drag),
     (loss_laws.drag_near, loss_laws.no_drag_near),
+    (simd_stages.keep_root, simd_stages.keep_nothing),
     (loss_laws.viscosity, loss_laws.no_viscosity),
     (simd_stages.keep_blown, simd_stages.keep_nothing),
 )
 _MOFFATT = (
     (loss_laws.drag, loss_laws.film_drag),
     (loss_laws.drag_near, loss_laws.film_drag_near),
+    (simd_stages.keep_root, simd_stages.keep_nothing),
     (loss_laws.viscosity, loss_laws.film_viscosity),
 )
 _BILDSTEN = (

@@ -15,18 +15,18 @@ from typing import NamedTuple
 
 from kernels.jit import simd
 from kernels.lossy_disk.loss_laws import (
-    Load,
     Losses,
     drag,
     drag_near,
     dry_force,
     horizontal_rate_near,
-    horizontal_rate_nearer,
     normal_force,
     pivoting_force,
     rolling_friction,
+    rolling_friction_near,
     rub_force,
 )
+from kernels.lossy_disk.rk4 import instant
 
 
 class Pull(NamedTuple):
@@ -45,8 +45,8 @@ class Pull(NamedTuple):
         weight.
     blow : tuple of 2 floats
         Of `loss_laws.drag`.
-    inverse : float
-        Reciprocal of the horizontal turning rate.
+    near : tuple of 4 floats
+        Of `loss_laws.rolling_friction_near`.
     """
 
     f: float
@@ -55,31 +55,7 @@ class Pull(NamedTuple):
     push: float
     held: float
     blow: tuple
-    inverse: float
-
-
-class _Instant(NamedTuple):
-    """What follows from a state without any law: roll rate, slope of o, torque without friction, `Load`."""
-
-    f: float
-    slope: float
-    free: float
-    load: Load
-
-
-@simd
-def _instant(state, inertia):
-    S, C, T, w, o, p = state
-    oT = o * T
-    load = Load(1.0 - w * (C * w), S, inertia.i_tilt)
-    free = S + o * (p - inertia.i_spin * oT)
-    return _Instant(inertia.i_inverse * p - oT, oT - inertia.drag * p, free, load)
-
-
-@simd
-def _turning(state, instant):
-    """C, w, f of a state."""
-    return state[1], state[3], instant.f
+    near: tuple
 
 
 @simd
@@ -92,20 +68,43 @@ def weighted(losses, weight):
 
 
 @simd
-def _pull(state, instant, laws, sense, inertia, losses, weight):
-    """`Pull` of a stage, of whose `laws` horizontal rate and drag are known; `losses` are `weighted`."""
+def _pull(state, now, laws, near, sense, inertia, losses, weight):
+    """`Pull` of a stage, of whose `laws` rolling friction and drag are known; `losses` are `weighted`."""
     S, C, T, w, o, p = state
-    f, slope, free, load = instant
-    turning, blow = laws
-    torque, slowed, _, slid = rolling_friction((C, w, f), turning, free, load, losses.rolling, weight)
-    push = rub_force(f, dry_force(f, sense[0], load, torque, losses), losses) + blow[0] + slid
+    (torque, _, _, slid), blow = laws
+    push = rub_force(now.f, dry_force(now.f, sense[0], now.load, torque, losses), losses) + blow[0] + slid
     turned = weight * w
     held = pivoting_force(
         (S, C, turned, o, p),
-        (turned * slope + inertia.inverse_spin * T * push, -turned * o - push),
-        normal_force(load, torque), sense[1], inertia, losses.pivoting,
+        (turned * now.slope + inertia.inverse_spin * T * push, -turned * o - push),
+        normal_force(now.load, torque), sense[1], inertia, losses.pivoting,
     )  # fmt: skip
-    return Pull(f, slope, torque, push, held, blow, turning[2])
+    return Pull(now.f, now.slope, torque, push, held, blow, near)
+
+
+@simd
+def _pull_behind(state, before, sense, inertia, losses, weight):
+    """`Pull` of a stage half a step behind that of `before`."""
+    now = instant(state, inertia)
+    motion = state[1], state[3], now.f
+    turning = horizontal_rate_near(motion, before.near[1])
+    torque, slowed, rolled, slid, reciprocal = rolling_friction(
+        motion, turning, now.free, now.load, losses.rolling, weight
+    )
+    laws = (torque, slowed, rolled, slid), drag(now.f, state[:3], losses)
+    near = turning[1], turning[2], slowed, reciprocal
+    return _pull(state, now, laws, near, sense, inertia, losses, weight)
+
+
+@simd
+def _pull_near(state, before, sense, inertia, losses, weight):
+    """`Pull` of a stage at the same time as that of `before`."""
+    now = instant(state, inertia)
+    rolling = rolling_friction_near(
+        (state[1], state[3], now.f), before.near, now.free, now.load, losses.rolling, weight
+    )
+    laws = rolling, drag_near(now.f, state[:3], losses, before.f, before.blow)
+    return _pull(state, now, laws, before.near, sense, inertia, losses, weight)
 
 
 @simd
@@ -178,8 +177,8 @@ def lane_step(state, forces, sense, inertia, losses, half):
 
     Returns
     -------
-    state, inverse
-        The state; reciprocal of the horizontal turning rate at the last stage, with rolling friction.
+    state, last
+        The state; of the last stage what `changes_near` starts from.
 
     Notes
     -----
@@ -192,23 +191,14 @@ def lane_step(state, forces, sense, inertia, losses, half):
     pushing = weighted(losses, weight)
     pull = Pull(
         forces.f, forces.slope, forces.torque, weight * forces.along, weight * forces.held,
-        forces.drag, forces.inverse,
+        forces.drag, forces.near,
     )  # fmt: skip
     second = _pulled(state, state, pull, now, inertia)
-    instant = _instant(second, inertia)
-    laws = horizontal_rate_near(_turning(second, instant), pull.inverse), drag(instant.f, second[:3], pushing)
-    pull = _pull(second, instant, laws, sense, inertia, pushing, weight)
+    pull = _pull_behind(second, pull, sense, inertia, pushing, weight)
     third = _pulled(state, second, pull, now, inertia)
-    instant = _instant(third, inertia)
-    laws = (
-        horizontal_rate_nearer(_turning(third, instant), pull.inverse),
-        drag_near(instant.f, third[:3], pushing, pull.f, pull.blow),
-    )
-    pull = _pull(third, instant, laws, sense, inertia, pushing, weight)
+    pull = _pull_near(third, pull, sense, inertia, pushing, weight)
     fourth = _pulled(state, third, pull, later, inertia)
-    instant = _instant(fourth, inertia)
-    laws = horizontal_rate_near(_turning(fourth, instant), pull.inverse), drag(instant.f, fourth[:3], pushing)
-    pull = _pull(fourth, instant, laws, sense, inertia, pushing, weight)
+    pull = _pull_behind(fourth, pull, sense, inertia, pushing, weight)
     S, C, T, w, o, p = state
     base = (
         _summed(second[0], third[0], fourth[0], S), _summed(second[1], third[1], fourth[1], C),
@@ -220,4 +210,4 @@ def lane_step(state, forces, sense, inertia, losses, half):
     S, C = S + part * dS, C + part * dC
     return (
         S, C, tangent(S, C, T + part * dT, half), w + part * dw, o + part * do, p + part * dp
-    ), pull.inverse  # fmt: skip
+    ), (pull.near, pull.f, pull.blow)  # fmt: skip

@@ -171,14 +171,6 @@ def horizontal_rate_near(motion, inverse):
 
 
 @simd
-def horizontal_rate_nearer(motion, inverse):
-    """`horizontal_rate_near` where the change is of the second order of a step, by e^3/3."""
-    square, near, e = _change_of_square(motion, inverse)
-    share = 1.0 + e * (0.5 + 0.375 * e)
-    return square, near * share, inverse * share
-
-
-@simd
 def _change_of_square(motion, inverse):
     """Square of the horizontal turning rate, the same times `inverse`, and one less the same times its square."""
     C, w, f = motion
@@ -222,9 +214,9 @@ def rolling_friction(motion, turning, free, load, arm, weight):
 
     Returns
     -------
-    (torque, slowed, power, force)
+    (torque, slowed, power, force, reciprocal)
         The torque with it; its own torque over the horizontal turning rate; the power that is lost; the force that the
-        roll rate loses, times `weight`.
+        roll rate loses, times `weight`; the reciprocal of what `slowed` was divided by.
 
     Notes
     -----
@@ -234,14 +226,44 @@ def rolling_friction(motion, turning, free, load, arm, weight):
     C, w, f = motion
     square, root, _ = turning
     lean = arm * load.i_tilt * load.S
-    slowed = (-lean * free + arm * load.level) / (root - lean * w)
-    return free - slowed * w, slowed, slowed * square, slowed * (weight * C * (C * f))
+    reciprocal = 1.0 / (root - lean * w)
+    slowed = (-lean * free + arm * load.level) * reciprocal
+    return free - slowed * w, slowed, slowed * square, slowed * (weight * C * (C * f)), reciprocal
+
+
+@simd
+def rolling_friction_near(motion, before, free, load, arm, weight):
+    """`rolling_friction` where the motion is that of `before` but for a change of the second order of a step.
+
+    `before` has the horizontal turning rate, its reciprocal, `slowed` and the reciprocal of what that was divided by.
+
+    Notes
+    -----
+    One of Heron's and one of Newton's corrections: root and quotient err by the square of the change, which is of the
+    order of a step's own error.
+    """
+    C, w, f = motion
+    root, inverse, slowed, reciprocal = before
+    across = C * f
+    square = w * w + across * across
+    lean = arm * load.i_tilt * load.S
+    wanting = (-lean * free + arm * load.level) - slowed * (
+        (0.5 * root + 0.5 * (square * inverse)) - lean * w
+    )
+    slowed = slowed + wanting * reciprocal
+    return free - slowed * w, slowed, slowed * square, slowed * (weight * C * across)
+
+
+@simd
+def no_rolling_friction_near(motion, before, free, load, arm, weight):
+    """`rolling_friction_near` of a disk without it."""
+    return free, 0.0, 0.0, NOTHING
 
 
 @simd
 def no_rolling_friction(motion, turning, free, load, arm, weight):
     """`rolling_friction` of a disk without it."""
-    return free, 0.0, 0.0, NOTHING
+    return free, 0.0, 0.0, NOTHING, 0.0
 
 
 @simd

@@ -10,13 +10,14 @@ from kernels.jit import internal, kernel, simd, simd_kernel
 from kernels.lossy_disk.loss_laws import (
     Load,
     drag,
+    drag_near,
     dry_force,
     horizontal_rate,
-    horizontal_rate_nearer,
     normal_force,
     pivoting_force,
     pivoting_friction,
     rolling_friction,
+    rolling_friction_near,
     rub_force,
 )
 
@@ -62,8 +63,8 @@ class Forces(NamedTuple):
         Torque that accelerates the tilt; change of o over that of the tilt without forces.
     drag : tuple of 2 floats
         Of `loss_laws.drag`.
-    inverse : float
-        Reciprocal of the horizontal turning rate, with rolling friction.
+    near : tuple of 4 floats
+        Of `loss_laws.rolling_friction_near`.
     """
 
     f: float
@@ -79,14 +80,7 @@ class Forces(NamedTuple):
     torque: float
     slope: float
     drag: tuple
-    inverse: float
-
-
-@simd
-def changes_near(state, sense, inertia, losses, inverse):
-    """`changes` where the horizontal turning rate has about the reciprocal `inverse`."""
-    turning = horizontal_rate_nearer((state[1], state[3], rolls(state, inertia)), inverse)
-    return changes_with(turning, state, sense, inertia, losses)
+    near: tuple
 
 
 @simd
@@ -107,37 +101,70 @@ def changes(state, sense, inertia, losses):
     (dS, dC, dT, torque, do, dp), forces
         Derivatives of the state, of the tilt rate the torque that accelerates it; the `Forces`.
     """
-    return changes_with(
-        horizontal_rate((state[1], state[3], rolls(state, inertia))), state, sense, inertia, losses
+    now = instant(state, inertia)
+    motion = state[1], state[3], now.f
+    turning = horizontal_rate(motion)
+    torque, slowed, rolled, slid, reciprocal = rolling_friction(
+        motion, turning, now.free, now.load, losses.rolling, 1.0
     )
+    near = turning[1], turning[2], slowed, reciprocal
+    blow = drag(now.f, state[:3], losses)
+    return _changes(state, now, (torque, slowed, rolled, slid), blow, near, sense, inertia, losses)
 
 
 @simd
-def rolls(state, inertia):
-    """Roll rate of a state."""
-    _, _, T, _, o, p = state
-    return inertia.i_inverse * p - o * T
+def changes_near(state, sense, inertia, losses, last):
+    """`changes` where rolling friction and drag are about those of `last`, a stage of `kernels.lossy_disk.lane_step`."""
+    now = instant(state, inertia)
+    rolling = rolling_friction_near(
+        (state[1], state[3], now.f), last[0], now.free, now.load, losses.rolling, 1.0
+    )
+    blow = drag_near(now.f, state[:3], losses, last[1], last[2])
+    return _changes(state, now, rolling, blow, last[0], sense, inertia, losses)
+
+
+class Instant(NamedTuple):
+    """What follows from a state without any law.
+
+    Attributes
+    ----------
+    f, slope, free : float
+        Roll rate; change of o over that of the tilt; torque that accelerates the tilt.
+    load : kernels.lossy_disk.loss_laws.Load
+    """
+
+    f: float
+    slope: float
+    free: float
+    load: Load
 
 
 @simd
-def changes_with(turning, state, sense, inertia, losses):
-    """`changes` with the `horizontal_rate`."""
+def instant(state, inertia):
+    """Return the `Instant` of a state."""
     S, C, T, w, o, p = state
-    oT, f = o * T, rolls(state, inertia)
+    oT = o * T
+    load = Load(1.0 - w * (C * w), S, inertia.i_tilt)
+    free = S + o * (p - inertia.i_spin * oT)
+    return Instant(inertia.i_inverse * p - oT, oT - inertia.drag * p, free, load)
+
+
+@simd
+def _changes(state, now, rolling, blow, near, sense, inertia, losses):
+    """`changes` with the rolling friction and the drag."""
+    S, C, T, w, o, p = state
+    f, slope, _, load = now
+    torque, slowed, rolled, slid = rolling
     dS, minus_dC, wT = C * w, S * w, w * T
-    load = Load(1.0 - w * dS, S, inertia.i_tilt)
-    torque, slowed, rolled, slid = rolling_friction(
-        (C, w, f), turning, S + o * (p - inertia.i_spin * oT), load, losses.rolling, 1.0
-    )
-    dry, blow = dry_force(f, sense[0], load, torque, losses), drag(f, (S, C, T), losses)
+    dry = dry_force(f, sense[0], load, torque, losses)
     rub = rub_force(f, dry, losses)
-    along, slope, normal = rub + blow[0] + slid, oT - inertia.drag * p, normal_force(load, torque)
+    along, normal = rub + blow[0] + slid, normal_force(load, torque)
     unheld = along * (inertia.inverse_spin * T) + w * slope, -w * o - along
     inner = S, C, w, o, p
     held = pivoting_force(inner, unheld, normal, sense[1], inertia, losses.pivoting)
     do, dp, pivoted = pivoting_friction(inner, unheld, held, sense[1], inertia)
     return (dS, -minus_dC, w + wT * T, torque, do, dp), Forces(
-        f, normal, dry, rub, blow[0], along, slowed, rolled, held, pivoted, torque, slope, blow, turning[2]
+        f, normal, dry, rub, blow[0], along, slowed, rolled, held, pivoted, torque, slope, blow, near
     )
 
 

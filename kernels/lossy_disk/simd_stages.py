@@ -335,9 +335,25 @@ def keep_blown(lane, lanes, total):
 
 
 @simd
-def keep_inverse(lane, lanes, inverse):
-    """Store the reciprocal of the horizontal turning rate at the last stage."""
-    lanes[at.INVERSE + lane] = inverse
+def last_stage_of(lane, lanes):
+    """Return of the last stage of a lane what `kernels.lossy_disk.rk4.changes_near` starts from."""
+    rate, inverse = lanes[at.RATE + lane], lanes[at.INVERSE + lane]
+    near = rate, inverse, lanes[at.SLOWED + lane], lanes[at.RECIPROCAL + lane]
+    return near, lanes[at.ROLL + lane], (0.0, lanes[at.ROOT + lane])
+
+
+@simd
+def keep_rate(lane, lanes, last):
+    """Store what rolling friction needs of the last stage."""
+    rate, inverse, slowed, reciprocal = last[0]
+    lanes[at.RATE + lane], lanes[at.INVERSE + lane] = rate, inverse
+    lanes[at.SLOWED + lane], lanes[at.RECIPROCAL + lane] = slowed, reciprocal
+
+
+@simd
+def keep_root(lane, lanes, last):
+    """Store what Bildsten's drag needs of the last stage."""
+    lanes[at.ROLL + lane], lanes[at.ROOT + lane] = last[1], last[2][1]
 
 
 @simd
@@ -370,7 +386,7 @@ def advance(lane, run, lanes):
     taken = half if going else 0.0
     weight = ENDS_OF_BOOLE * ((half + last) if going else 0.0)
     # to choose behind the step costs less than to let the step wait for what is known of events
-    stepped, inverse = lane_step(state, forces, sense, of_disk, losses, half)
+    stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, half)
     store_state(lane, lanes, chosen(going, stepped, state))
     store_ledger(lane, lanes, ledger, weight, rates)
     lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + (2.0 * STEPS_OF_A_CALL) * taken, taken
@@ -386,7 +402,8 @@ def advance(lane, run, lanes):
     reach = _NEAREST * (half if state[3] * change[3] < 0.0 else last)
     here = state[0], state[1], abs(state[3]), of_disk.i_tilt * change[3], reach
     store_near(lane, lanes, nearer(going, here, near))
-    keep_inverse(lane, lanes, inverse)
+    keep_rate(lane, lanes, last_stage)
+    keep_root(lane, lanes, last_stage)
     return not going
 
 
@@ -398,19 +415,20 @@ def coast(lane, weight, run, lanes):
     """
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
     of_disk, losses, ledger = inertia_of(lane, lanes), losses_of(lane, lanes), ledger_of(lane, lanes)
-    taken, near, inverse = lanes[at.TAKEN + lane], near_of(lane, lanes), lanes[at.INVERSE + lane]
+    taken, near, before = lanes[at.TAKEN + lane], near_of(lane, lanes), last_stage_of(lane, lanes)
     friction, slid = lanes[at.FRICTION + lane], lanes[at.SLIDES + lane]
-    change, forces = changes_near(state, sense, of_disk, losses, inverse)
+    change, forces = changes_near(state, sense, of_disk, losses, before)
     speed = abs(state[3])
     here = state[0], state[1], speed, of_disk.i_tilt * change[3], _NEAREST * taken
-    stepped, inverse = lane_step(state, forces, sense, of_disk, losses, taken)
+    stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, taken)
     store_state(lane, lanes, stepped)
     store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))
     slides = slides_on(state, change, forces, sense, of_disk, losses, friction)
     lanes[at.SLIDES + lane] = slid if slides else 0.0
     # a turning point is near to one state of a call at most
     store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))
-    keep_inverse(lane, lanes, inverse)
+    keep_rate(lane, lanes, last_stage)
+    keep_root(lane, lanes, last_stage)
 
 
 @simd
