@@ -114,7 +114,7 @@ def changes(state, sense, inertia, losses):
 
 @simd
 def changes_near(state, sense, inertia, losses, last):
-    """`changes` where rolling friction and drag are about those of `last`, a stage of `kernels.lossy_disk.lane_step`."""
+    """`changes` where rolling friction and drag are about those of a stage (`last` of `lane_step.lane_step`)."""
     now = instant(state, inertia)
     rolling = rolling_friction_near(
         (state[1], state[3], now.f), last[0], now.free, now.load, losses.rolling, 1.0

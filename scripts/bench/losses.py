@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 import sweep
+from bench import lossy_steps
 from bench.lossy_loops import FLAT_TILT, Heyoka, plain
 from bench.problem import Array, some, use_threads
 from kernels.lanes.schedule import CHUNK
@@ -50,9 +51,10 @@ def starts(words: tuple[str, ...]) -> Array:
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return the table of contenders, one thread each, and how long many long toys take with all threads."""
+    """Return the table of contenders and of steps, one thread each, and how long many toys take with all threads."""
     use_threads(1)
     found = {"task": " ".join(TASK), "target": TARGET, "contenders": _contenders(quick, repeats)}
+    found["steps"] = lossy_steps.measure(3 * repeats)
     return found | {"toys": _toys(80 if quick else 200)}
 
 

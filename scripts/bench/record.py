@@ -91,6 +91,9 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
         named[f"share of the multiply-adds, {words}"] = kernel["share"]
     for row in found.get("losses", {}).get("contenders", [])[1:]:
         named[f"{row['name']} / eulerdisk rk4, with losses"] = row["ratio"]
+    steps = found.get("losses", {}).get("steps", {})
+    for law in sorted(steps.keys() - {"none"}):
+        named[f"step without losses / with {law}"] = steps["none"] / steps[law]
     reduction = found.get("reduction", {})
     if reduction:
         named["exact with the period / extremes alone"] = (

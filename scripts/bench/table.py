@@ -76,6 +76,12 @@ def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
             else ""
         )
         yield f"{line}{row['ratio']:12.3g}{steps}"
+    each = held.get("steps", {})
+    if each:
+        yield f"A step without losses takes {each['none']:.2f} ns; with"
+    for name, cost in each.items():
+        if name != "none":
+            yield f"  {name:36}{cost:6.2f} ns{cost / each['none']:6.2f} times as long"
     first, middle, last = toys["times"]
     yield (
         f"{toys['cells']} toys of {middle:.0f} s ({first:.0f} to {last:.0f}), {toys['threads']} thread(s): "
