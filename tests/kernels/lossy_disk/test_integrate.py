@@ -345,3 +345,18 @@ def test_the_least_tolerances_are_met(tolerance):
     )
     assert np.isin(found.ending, (FLAT, LIFT_OFF)).all()
     assert (found.energy_imbalance <= tolerance).all()
+
+
+def test_what_comes_behind_the_end_breaks_no_criterion():
+    """A disk that slips while it falls has not been beyond the tilt where it slips, although its lane went on."""
+    given = referee.starts(
+        tilt=np.linspace(0.01, 0.3, 40), roll_rate=0.5, contour_friction=1e-3, friction=0.4
+    )
+    ended = lossy_runner.run(given)
+    assert (ended.ending == SLIP).all()
+    for beyond, breaks in ((1e-7, False), (-1e-7, True)):
+        for cell, tilt in enumerate(ended.tilt_max):
+            one = np.ascontiguousarray(given[:, cell : cell + 1])
+            found = lossy_runner.run(one, threads=1, limit=tilt * (1.0 + beyond))
+            assert np.isfinite(found.breach_time[0]) == breaks
+            assert found.end_time[0] == ended.end_time[cell]
