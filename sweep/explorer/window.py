@@ -54,8 +54,8 @@ def window(
     Returns
     -------
     head : dict
-        ``low`` and ``high`` of the values (None without any), ``seconds`` of work, and ``end``, whether pixels are so
-        small that rounding would be seen.
+        ``low`` and ``high`` of the values (None without any), ``seconds`` of work, ``end``, whether pixels are so
+        small that rounding would be seen, and a ``note``, why there are no values, or nothing.
     arrays : dict of str to array, shape (height, width)
         ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
         the bottom up. NaN (or the code 255) where there is no number. ``verdict``, uint8. If the file has cells there,
@@ -83,13 +83,20 @@ def _window(
     """Compute a window of a size that is allowed; see `window`."""
     width, height = size
     begun = time.perf_counter()
-    held = None
+    held, note = None, ""
     if fields.get("stored") is True and stored is not None and stored.place(view) is not None:
         known = stored.quantities() | (shown_of(view.live) if view.is_live else {})
         name = read_choice(fields, "quantity", tuple(known))
         held = stored.pixels(view, known[name], size) if name in stored.quantities() else None
     else:
-        name = read_choice(fields, "quantity", tuple(shown_of(view.live)))
+        live = shown_of(view.live)
+        of_file = stored.quantities() if stored is not None and view.given is stored.spec else {}
+        name = read_choice(fields, "quantity", (*live, *(each for each in of_file if each not in live)))
+        if name not in live:
+            # what integration in time alone tells is chosen of a file, whose other words may be changed
+            held = _nothing(of_file[name], size)
+            label = name.replace("_", " ").capitalize()
+            note = f"{label} is known of stored cells alone, and none of them is shown here."
     value, verdict, mask = _joined(view, name, size, held, check)
     low, high = _range(value)
     if value.dtype == np.float64 and not _is_narrow(low, high):
@@ -104,9 +111,18 @@ def _window(
         "high": high,
         "seconds": time.perf_counter() - begun,
         "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
+        "note": note,
     }
     arrays = {"value": value, "verdict": verdict}
     return head, arrays if mask is None else {**arrays, "stored": mask}
+
+
+def _nothing(shown: Shown, size: tuple[int, int]) -> Held:
+    """Return pixels of which none has a cell."""
+    width, height = size
+    kind, none = (np.uint8, _NO_CODE) if shown.quantity.flags else (np.float64, np.nan)
+    where = np.zeros((height, width), bool)
+    return np.full((height, width), none, kind), np.zeros((height, width), np.uint8), where
 
 
 def _joined(

@@ -95,6 +95,25 @@ def test_other_words_have_no_stored_cells(file, words):
         assert "stored" in post(explorer.url, "window", **{**asked, "view": same})[1]
 
 
+@pytest.mark.parametrize("change", [{"words": {"alpha": 0.7}}, {"stored": False}])
+def test_what_stored_cells_alone_have_is_nowhere_else(file, change):
+    """The time of a fall was integrated: where other cells are shown no pixel has one, and a sentence says why."""
+    with explore(file) as explorer:
+        view = {**about(explorer)["bases"][0]["view"], "words": change.get("words", {})}
+        asked = {"view": view, "width": 8, "height": 6, "quantity": "fall_time", "stored": True}
+        head, arrays = post(explorer.url, "window", **asked | change | {"view": view})
+        assert "stored cells alone" in head["note"]
+        assert (head["low"], head["high"]) == (None, None)
+        assert np.isnan(arrays["value"]).all()
+        assert (arrays["stored"] == 2).all()
+        head, arrays = post(explorer.url, "window", **asked | {"view": {**view, "words": {}}})
+        assert head["note"] == ""
+        assert (arrays["stored"] == 1).all()
+        base = {**view, "base": "rolling"}
+        status, problem = refused(explorer.url, "window", **asked | {"view": base})
+        assert (status, "fall_time" in problem["error"]) == (400, True)
+
+
 def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
     """Of an atlas of three axes the plane nearest to the value of the slider is shown."""
     atlas = sweep.run(SPEC.replace(alpha=[0.5, 0.8, 1.0], method="exact"))

@@ -89,6 +89,22 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
     assert shown(page)["quantity"] != "end_time"
 
 
+def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with, tmp_path):
+    """With another alpha than that of the file nobody knows when disks fall: the map is empty and says so."""
+    path = tmp_path / "integrated.nc"
+    sweep.run_to_file("rolling", path, roll_rate="2.3:3.1:8", tilt="0.2deg:4deg:6:log", progress=False)
+    page = opened("quantity=fall_time", url=served_with(path).url)
+    settled(page)
+    assert shown(page)["quantity"] == "fall_time"
+    page.locator("#slide-alpha").fill("800")
+    settled(page)
+    assert page.locator("#notice").text_content().startswith("Fall time is known of stored cells alone")
+    assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
+    page.locator("#quantity").select_option("peak_tilt")
+    settled(page)
+    assert page.locator("#notice").text_content() == ""
+
+
 def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
     """Where the window of another base is refused, the words of that stay, and the old picture goes."""
     page = opened(url=served_with(lossy).url)
