@@ -105,16 +105,17 @@ class _Edges:
 
     def _at(self, places: Array) -> dict[str, tuple[Array, Array]]:
         """Return the edges at places of the rows."""
-        parts = [
-            self._few(places[first : first + _AT_ONCE]) for first in range(0, max(places.size, 1), _AT_ONCE)
-        ]
-        names = [name for name in parts[0] if all(name in part for part in parts)]
+        several = [places[first : first + _AT_ONCE] for first in range(0, max(places.size, 1), _AT_ONCE)]
+        parts = [self._few(some) for some in several]
+        # theory names no edge where none of the rows has it
+        names = dict.fromkeys(name for part in parts for name in part)
+        without = [(np.full(some.shape, np.nan),) * 2 for some in several]
+        found = {
+            name: [part.get(name, none) for part, none in zip(parts, without, strict=True)] for name in names
+        }
         return {
-            name: (
-                np.concatenate([part[name][0] for part in parts]),
-                np.concatenate([part[name][1] for part in parts]),
-            )
-            for name in names
+            name: (np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs]))
+            for name, pairs in found.items()
         }
 
     def _few(self, places: Array) -> Mapping[str, tuple[Array, Array]]:

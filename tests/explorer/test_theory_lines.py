@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 from sweep.explorer.about import base_of
 from sweep.explorer.theory_lines import theory
 from sweep.explorer.view import View, preset
+from sweep.model.disk import theory as disk_theory
 
 GRAVITY, RADIUS = 9.81, 0.5
 
@@ -144,3 +145,27 @@ def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns(base):
         at = places(line, sides["x"], sides["y"])
         seen = at[:, inside(at)]
         assert np.abs(np.diff(seen, axis=1)).max() < 0.1
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
+    """Theory names no edge where none of the rows that it is asked for at once has one."""
+    ordinary = disk_theory.lines
+    middle = 0.3
+
+    def half(spec, axis, starts):
+        rows = starts["tilt"]
+        known = rows < middle if first else rows > middle
+        return {
+            name: tuple(np.where(known, each, np.nan) for each in pair)
+            for name, pair in ordinary(spec, axis, starts).items()
+            if known.any()
+        }
+
+    x, y = window("precession_rate", 4.0, 4.0), window("tilt", middle, 0.2)
+    whole = np.concatenate([curve[1] for curve in lines(x, y)["analytic"]])
+    expected = whole[whole < middle] if first else whole[whole > middle]
+    monkeypatch.setattr(disk_theory, "lines", half)
+    found = np.concatenate([curve[1] for curve in lines(x, y)["analytic"]])
+    assert found.size > 0.8 * expected.size
+    assert (found.min(), found.max()) == pytest.approx((expected.min(), expected.max()), abs=0.4 / 256)

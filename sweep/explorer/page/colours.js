@@ -19,18 +19,11 @@ const VERDICTS = ["#9a9a9a", "#3b76af", "#ee8a2e"];
 /** Colours of regimes: the hue shows the wells, the strength the crossing (sweep/figures/disk/regimes.py); greys for none. */
 const REGIMES = ["#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00", "#ebebeb", "#b3b3b3"];
 
-/** Colours of other flags, in the order of their codes: light and dark ones of a hue belong together. */
-const FLAGS = [
-  "#a6cde6",
-  "#3b76af",
-  "#f8c07f",
-  "#d9661f",
-  "#7d4a86",
-  "#9a9a9a",
-  "#5f9e6e",
-  "#c9b45a",
-  "#5b5b8c",
-];
+/**
+ * Colours of the loss that took most: none of them, rolling, pivoting, contour, damping, air (sweep/figures/disk/
+ * loss_colours.py). The curves of a motion have them too (motion.css).
+ */
+const LOSSES = ["#999999", "#e69f00", "#cc79a7", "#0072b2", "#56b4e9", "#009e73"];
 
 /** How many shades a number may have. */
 const SHADES = 1024;
@@ -73,11 +66,12 @@ export function shade(share) {
 export function flagColour(quantity, code) {
   if (quantity.name === "stability") return VERDICTS[code] ?? VERDICTS[0];
   if (quantity.name === "regime") return REGIMES[code] ?? REGIMES[5];
-  const order = Object.keys(quantity.flags ?? {})
-    .map(Number)
-    .sort((a, b) => a - b)
-    .indexOf(code);
-  return FLAGS[(order < 0 ? 0 : order) % FLAGS.length];
+  if (quantity.name === "largest_loss") return LOSSES[code] ?? LOSSES[0];
+  // from light to dark, as in figures
+  const codes = Object.keys(quantity.flags ?? {}).map(Number);
+  const darker = codes.filter((each) => each < code).length;
+  const [red, green, blue] = shade(codes.length > 1 ? darker / (codes.length - 1) : 0);
+  return "#" + (65536 * red + 256 * green + blue).toString(16).padStart(6, "0");
 }
 
 /**

@@ -2,10 +2,14 @@
 
 import math
 import random
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[3]
 
 #: Binary exponents of doubles that axes may meet.
 EXPONENTS = (-300, 300)
@@ -168,11 +172,13 @@ def test_pixels_show_the_nearest_cell(quiet, falling):
 
 
 def test_colours_are_those_of_the_figures(quiet):
-    """Numbers have the colours of the figures, light for small ones, to 4 of 255 steps; so have regimes."""
-    from matplotlib.colors import to_hex
+    """Numbers have the colours of the figures, light for small ones, to 4 of 255 steps; so have flags."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex, to_rgb
 
-    from sweep.figures.disk import regimes
-    from sweep.figures.shade import COLOURS
+    from sweep.figures.disk import loss_colours, losses_map, regimes
+    from sweep.figures.shade import _PART, COLOURS
+    from sweep.model.lossy_disk.tables import LOSSES
 
     shares = [each / 200 for each in range(201)]
     found = quiet.evaluate(
@@ -184,11 +190,21 @@ def test_colours_are_those_of_the_figures(quiet):
     painted = quiet.evaluate(
         """async () => {
             const { flagColour } = await import("eulerdisk/colours");
-            const flags = Object.fromEntries([0, 1, 2, 3].map((code) => [code, ""]));
-            return [0, 1, 2, 3].map((code) => flagColour({ name: "regime", flags }, code));
+            const flags = Object.fromEntries([0, 1, 2, 3, 4, 5].map((code) => [code, ""]));
+            const codes = Object.keys(flags).map(Number);
+            const of = (name) => codes.map((code) => flagColour({ name, flags }, code));
+            return { regime: of("regime"), losses: of("largest_loss"), other: of("other") };
         }"""
     )
-    assert painted == [to_hex(each) for each in regimes._COLOURS]
+    assert painted["regime"][:4] == [to_hex(each) for each in regimes._COLOURS]
+    laws = [to_hex(loss_colours.COLOURS[measure]) for _, measure in LOSSES.values()]
+    assert painted["losses"] == [to_hex(losses_map._NONE), *laws]
+    others = np.array([to_rgb(each) for each in painted["other"]])
+    assert np.abs(others - colormaps["viridis_r"](np.linspace(0.0, _PART, 6))[:, :3]).max() <= 4.0 / 255.0
+    # the curves of a motion have them too
+    sheet = (CHECKOUT / "sweep/explorer/page/motion/motion.css").read_text(encoding="utf-8")
+    names = [measure.removesuffix("_loss") for _, measure in LOSSES.values()]
+    assert [re.findall(rf"--loss-{name}: (#\w+);", sheet) for name in names] == [[each] for each in laws]
 
 
 def test_a_line_crosses_each_of_its_rows_once(quiet):
