@@ -2,7 +2,7 @@
 
 import json
 
-from tests.explorer.browser.map_page import BOTH, axis, settled, shown
+from tests.explorer.browser.map_page import BOTH, axis, click, settled, shown
 
 
 def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
@@ -40,3 +40,34 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     assert page.locator("#map").get_attribute("data-lane") == "fine"
     assert shown(page)["view"]["words"] == words
     assert axis(page, "x") == ("roll_rate", 2.7, 0.5, "linear")
+
+
+def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
+    """Losses of an address leave no motion: what that says is forgotten where another start is chosen meanwhile."""
+    page = opened(BOTH)
+    asked = []
+
+    def answer(route):
+        asked.append(route)
+        if len(asked) == 1:
+            # as a start without a motion is answered
+            route.fulfill(json={"error": "OLD WORDS", "hint": "", "where": "friction"})
+
+    def wait_for(count):
+        while len(asked) < count:
+            page.wait_for_timeout(50)
+        return json.loads(asked[-1].request.post_data)
+
+    page.route("**/motion", answer)
+    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.loss.friction=0.1")
+    # it is asked for once more, without the losses, and the answer to that takes long
+    assert wait_for(2)["losses"] == {}
+    assert json.loads(asked[0].request.post_data)["losses"] == {"friction": 0.1}
+    click(page, 0.3, 0.2)
+    assert wait_for(3)["x"] != 2.4
+    page.wait_for_timeout(200)
+    assert page.locator(".motion .problem").first.text_content() == ""
+    assert page.locator(".motion.waiting").count() == 1
+    asked[-1].continue_()
+    page.locator(".motion.shown:not(.waiting)").wait_for()
+    assert page.locator(".motion .problem").first.text_content() == ""

@@ -147,8 +147,11 @@ export class MotionPanel {
         // losses of an address may leave no motion: without them there are sliders to set them with
         this.losses.losses = {};
         this.told();
-        await this.#ask(fromStart);
-        if (this.asked?.signal.aborted) return;
+        const without = this.#ask(fromStart);
+        const last = this.asked;
+        await without;
+        // another start may have been chosen meanwhile: this is not said of it
+        if (this.asked !== last || last.signal.aborted) return;
       }
       this.parts.problem.textContent = hint ? `${message} ${hint}` : message;
       // the verdict and the words of the start are there without its motion
