@@ -14,6 +14,12 @@ const STOPS = 24;
 /** Height of one row of the legend, and of that with the samples of lines. */
 const [ROW, SAMPLES] = [18, 20];
 
+/** Length of a sample of a line, the room between it and its words, and that between two samples. */
+const USUAL = [20, 6, 18];
+
+/** The same on the smallest screens. */
+const TIGHT = [13, 3, 9];
+
 /**
  * @param {Scene} scene
  * @returns {SVGElement}
@@ -22,7 +28,8 @@ export function drawLegend(scene) {
   const group = svg("g", { class: "legend", transform: `translate(${scene.plot.left} 0)` });
   group.append(scene.quantity.flags ? flags(scene) : bar(scene));
   group.append(...samples(scene));
-  if (scene.grid) group.append(...storedSample(scene));
+  const title = group.querySelector(".title")?.textContent ?? "";
+  if (scene.grid) group.append(...storedSample(scene, textWidth(title)));
   return group;
 }
 
@@ -46,27 +53,39 @@ function samples({ lines, plot }) {
   const y = plot.top - 12;
   let x = plot.width;
   const known = lines.filter((line) => line.points.length);
-  const wide = known.reduce((sum, { label }) => sum + textWidth(label) + 26 + 18, -18);
-  for (const { name, label: all } of known.toReversed()) {
-    const label = wide > plot.width ? name : all;
-    x -= textWidth(label) + 26;
-    const d = `M${x} ${y}h20`;
-    parts.push(svg("path", { class: `halo ${name}`, d }));
-    parts.push(svg("path", { class: `line ${name}`, d }), svg("text", { x: x + 26, y: y + 4 }, label));
-    x -= 18;
+  /** @param {number[]} sizes  @param {"name"|"label"} word */
+  const fits = ([length, room, between], word) =>
+    known.reduce((sum, line) => sum + textWidth(line[word]) + length + room + between, -between) <=
+    plot.width;
+  const word = fits(USUAL, "label") ? "label" : "name";
+  const [length, room, between] = fits(USUAL, word) ? USUAL : TIGHT;
+  for (const line of known.toReversed()) {
+    x -= textWidth(line[word]) + length + room;
+    const d = `M${x} ${y}h${length}`;
+    parts.push(
+      svg("path", { class: `halo ${line.name}`, d }),
+      svg("path", { class: `line ${line.name}`, d }),
+    );
+    parts.push(svg("text", { x: x + length + room, y: y + 4 }, line[word]));
+    x -= between;
   }
   return parts;
 }
 
 /**
- * What tells stored cells from computed ones, in the first row.
+ * What tells stored cells from computed ones, in the first row, beside a title of some width.
  * @param {Scene} scene
+ * @param {number} title
  */
-function storedSample({ plot }) {
-  const words = "border of stored cells";
-  const x = plot.width - textWidth(words) - 26;
-  const sample = ["halo", "line"].map((kind) => svg("path", { class: `${kind} stored`, d: `M${x} 7h20` }));
-  return [...sample, svg("text", { x: x + 26, y: 11 }, words)];
+function storedSample({ plot }, title) {
+  const [length, room, between] = USUAL;
+  const free = plot.width - title - between - length - room;
+  const words = textWidth("border of stored cells") <= free ? "border of stored cells" : "stored";
+  const x = plot.width - textWidth(words) - length - room;
+  const sample = ["halo", "line"].map((kind) =>
+    svg("path", { class: `${kind} stored`, d: `M${x} 7h${length}` }),
+  );
+  return [...sample, svg("text", { x: x + length + room, y: 11 }, words)];
 }
 
 /** @param {Scene} scene */

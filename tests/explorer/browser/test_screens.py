@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+import sweep
 from tests.explorer.browser.map_page import BOTH, click, entries, plot, settled, shown
 
 
@@ -23,20 +24,20 @@ def test_dark_and_light(opened):
     assert "theme" not in entries(page)
 
 
-@pytest.mark.parametrize("width", [360, 768, 1280, 2560])
+@pytest.mark.parametrize("width", [320, 360, 768, 1280, 2560])
 def test_page_fits_its_width(opened, width):
     """Nothing is wider than the screen, the picture has most of a phone's width, and its pixels are the screen's."""
     page = opened(BOTH, viewport={"width": width, "height": 800})
     assert page.evaluate("document.documentElement.scrollWidth") == width
     box = plot(page)
-    assert box["width"] > (0.75 if width < 500 else 0.35) * width
+    assert box["width"] > (0.7 if width < 500 else 0.35) * width
     assert shown(page)["width"] == box["width"]
     page.set_viewport_size({"width": width - 40, "height": 800})
     settled(page)
     assert shown(page)["width"] == plot(page)["width"] < box["width"]
 
 
-#: Elements whose text is cut, and words of a drawing that leave it.
+#: Elements whose text is cut, words of a drawing that leave it, and words of a legend that lie on others or beside it.
 CUT = """() => {
   const shown = (each) => each.getClientRects().length && !each.closest("#spoken, label[for^=value-criterion]");
   const cut = [...document.querySelectorAll("body *")].filter((each) =>
@@ -47,11 +48,21 @@ CUT = """() => {
     return word.left < all.left - 0.5 || word.right > all.right + 0.5 || word.top < all.top - 0.5 ||
       word.bottom > all.bottom + 0.5;
   });
-  return [...cut, ...beyond].map((each) => each.textContent);
+  const frame = document.querySelector("#map .frame").getBoundingClientRect();
+  const words = [...document.querySelectorAll("#map .legend :is(text, path.line)")];
+  const boxes = words.map((each) => each.getBoundingClientRect());
+  // the labels of a scale stand across its ends
+  const beside = (each, { left, right }) =>
+    !each.hasAttribute("text-anchor") && (left < frame.left - 0.5 || right > frame.right + 0.5);
+  const crowded = words.filter((each, i) =>
+    beside(each, boxes[i]) || boxes.some((other, j) =>
+      j < i && boxes[i].left < other.right && other.left < boxes[i].right &&
+      boxes[i].top + 3 < other.bottom && other.top + 3 < boxes[i].bottom));
+  return [...cut, ...beyond, ...crowded].map((each) => each.textContent);
 }"""
 
 
-@pytest.mark.parametrize("width", [360, 390, 768, 1024, 1440, 1920, 2560])
+@pytest.mark.parametrize("width", [320, 360, 390, 768, 1024, 1440, 1920, 2560])
 def test_nothing_is_cut(opened, width):
     """At every width all numbers, titles, ticks and the samples of all lines are there, whole."""
     page = opened(viewport={"width": width, "height": 900})
@@ -63,6 +74,22 @@ def test_nothing_is_cut(opened, width):
     assert page.evaluate(CUT) == []
     assert page.locator("#map .legend .line").count() == 3
     assert page.evaluate("document.documentElement.scrollWidth") == width
+
+
+@pytest.mark.parametrize("width", [320, 360, 1280])
+def test_the_legend_of_stored_cells_has_room(opened, served_with, tmp_path, width):
+    """The border of stored cells is named beside the title, however long that is and however narrow the screen."""
+    path = tmp_path / "atlas.nc"
+    sweep.run_to_file(
+        "rolling", path, roll_rate="2.3:3.1:8", tilt="0.2deg:4deg:6:log", method="exact", progress=False
+    )
+    url = served_with(path).url
+    for quantity in ("peak_tilt", "nutation_period", "stability"):
+        page = opened(f"quantity={quantity}", url=url, viewport={"width": width, "height": 800})
+        page.wait_for_selector("#map .legend .line.measured", state="attached")
+        assert page.locator("#map .legend path.line.stored").count() == 1
+        assert "stored" in page.locator("#map .legend").text_content()
+        assert page.evaluate(CUT) == []
 
 
 def test_words_of_a_start_fit_a_phone(opened):
