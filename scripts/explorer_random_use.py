@@ -223,7 +223,10 @@ def report(seconds: float, count: int, measured: Mapping[str, float]) -> None:
 def report_growth(memory: Memory) -> None:
     """Print a line with the trends."""
     if grown := memory.growth():
-        print("in a thousand actions:", ", ".join(f"{name} {value:+.3g}" for name, value in grown.items()))
+        print(
+            "in a thousand actions, or fewer:",
+            ", ".join(f"{name} {value:+.3g}" for name, value in grown.items()),
+        )
 
 
 def main() -> None:

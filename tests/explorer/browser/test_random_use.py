@@ -92,10 +92,10 @@ def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened,
 STEADY = dict.fromkeys(GROWTH, 100.0)
 
 
-def memory_of(values):
-    """Return the measurements of a page that was used for 50 actions between any two of them."""
+def memory_of(values, apart=50):
+    """Return the measurements of a page that was used for some actions between any two of them."""
     memory = object.__new__(Memory)
-    memory.measured = [(50 * number, {**STEADY, **value}) for number, value in enumerate(values)]
+    memory.measured = [(apart * number, {**STEADY, **value}) for number, value in enumerate(values)]
     return memory
 
 
@@ -103,9 +103,15 @@ def memory_of(values):
 def test_growth_is_seen(name):
     """What grows by a little more than it may is told by its name; a growth below the limit is none."""
     limit = GROWTH[name][1] / 1000.0
-    memory_of({name: 40.0 + 0.9 * limit * 50 * number} for number in range(20)).check()
+    memory_of({name: 40.0 + 0.9 * limit * 50 * number} for number in range(40)).check()
     with pytest.raises(LeakError, match=f"^{name} grows by"):
-        memory_of({name: 40.0 + 1.1 * limit * 50 * number} for number in range(20)).check()
+        memory_of({name: 40.0 + 1.1 * limit * 50 * number} for number in range(40)).check()
+    # of 260 actions, the last 180 of which have a trend
+    growing = [{name: 40.0 + 3.0 * limit * 20 * number} for number in range(14)]
+    memory_of(growing, apart=20).check()
+    growing = [{name: 40.0 + 6.0 * limit * 20 * number} for number in range(14)]
+    with pytest.raises(LeakError, match=f"^{name} grows by"):
+        memory_of(growing, apart=20).check()
 
 
 def test_what_fills_at_first_or_comes_and_goes_is_no_growth():
