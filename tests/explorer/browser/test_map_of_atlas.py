@@ -153,6 +153,25 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     assert "No cell here." not in page.locator("#readout").inner_text()
 
 
+def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_with, lossy):
+    """Where the picture has no cell nobody is asked; of a start in an address the server says it."""
+    url = served_with(lossy).url
+    page = opened("quantity=stability&a=25,0.9", url=url)
+    page.wait_for_selector("#motions .motion:is(.shown, .refused):not(.waiting)")
+    wait_for_text(page, "#readout", "No cell here.")
+    assert "verdict" not in page.locator("#readout").inner_text()
+    page.mouse.move(*point(page, 0.0, 0.0))
+    wait_for_text(page, "#readout", "verdict")
+    page.mouse.wheel(0, 1600)
+    settled(page)
+    asked = []
+    page.on("request", lambda request: asked.append(request.url) if request.url.endswith("/point") else None)
+    page.mouse.move(*point(page, 0.9, -0.9))
+    wait_for_text(page, "#readout", "No cell here.")
+    page.wait_for_timeout(200)
+    assert asked == []
+
+
 def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     """An exported page shows the cells of its atlas without a server, and says where its resolution ends."""
     target = tmp_path / "page.html"
