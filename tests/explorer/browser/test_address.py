@@ -100,9 +100,11 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     [
         "x=roll_rate,nan,1,linear",
         "x=tilt,1,1&y=tilt,1,1",
-        "base=x&quantity=y&a=1&range=&with.alpha=",
-        "a=1&a.camera=1,2&a.open=all&a.loss.nothing=1&time=-1&speed=3&hide=<b>,x",
-        "a.camera=nan,0,0&time=NaN&speed=Infinity&a.loss.friction=" + "9" * 50,
+        "x=roll_rate,2,-1,linear&y=tilt,-4,0,log",
+        "base=x&quantity=y&a=1&range=&with.alpha=&with.nothing=1",
+        "a=1&hide=<b>,x&theme=pink",
+        "time=-1&speed=3",
+        "time=NaN&speed=Infinity",
         "&&==&%zz=%",
         "with.alpha=1&junk=" + "x" * 20_000,
     ],
@@ -113,6 +115,26 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
     settled(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     assert entries(page).keys() == {"base", "x", "y", "quantity"}
+
+
+@pytest.mark.parametrize(
+    "set_of_it",
+    [
+        "camera=1,2",
+        "camera=nan,0,4",
+        "camera=0,0,-1",
+        "open=all",
+        "loss.nothing=1",
+        "loss.friction=" + "9" * 50,
+    ],
+)
+def test_what_makes_no_sense_of_a_motion_is_not_set(opened, set_of_it):
+    """The motion of a start in the address is shown as it is where a camera, a part or a loss cannot be read."""
+    page = opened(f"{BOTH}&a=2.4,0.02&a.{set_of_it}")
+    page.locator(SHOWN).wait_for()
+    settled(page)
+    assert fragment_of(page) == f"{BOTH}&a=2.4,0.02"
+    assert not page.locator(".motion").first.evaluate("each => each.classList.contains('lossy')")
 
 
 def test_losses_that_are_not_possible_are_told_and_left_out(browser, explorer):
