@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 #: Seconds after which a second process that has not ended is given up; it takes about 6.
 _PATIENCE = 60.0
 
+#: The same where this process is not to compile: beside ten others that compute it took two minutes.
+_MORE_PATIENCE = 600.0
+
 
 class SecondProcess:
     """Compiles entry points one after the other, once it is started.
@@ -52,8 +55,14 @@ class SecondProcess:
             )
         return self._process is not None
 
-    def wait(self) -> None:
-        """Return when it has ended, at once if it was not started; from now on it is not."""
+    def wait(self, patience: float | None = None) -> None:
+        """Return when it has ended, at once if it was not started; from now on it is not.
+
+        Parameters
+        ----------
+        patience : float, optional
+            Seconds after which it is given up.
+        """
         process, self._process, self._over = self._process, None, True
         if process is None:
             return
@@ -61,7 +70,7 @@ class SecondProcess:
 
         try:
             with suppress(subprocess.TimeoutExpired):
-                process.wait(_PATIENCE)
+                process.wait(_PATIENCE if patience is None else patience)
         finally:
             # also where this process is told to end meanwhile
             if process.poll() is None:
@@ -73,4 +82,4 @@ def compiled_by_another(entries: Sequence[str]) -> None:
     """Let another process compile entry points, those that are not kept, and wait for it: also with one processor."""
     other = SecondProcess(entries)
     other._start()
-    other.wait()
+    other.wait(_MORE_PATIENCE)
