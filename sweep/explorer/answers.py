@@ -14,7 +14,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import Lanes, motion_turn, still_there
+from sweep.explorer.turns import BusyError, Lanes, motion_turn, still_there
 from sweep.explorer.view import View
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
@@ -88,7 +88,7 @@ class Answers:
 
     def _motion(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         # it loads more than a map needs
-        from sweep.explorer.motion import motion
+        from sweep.explorer.motion import make_ready, motion
 
         view = self._view(fields)
         start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
@@ -96,12 +96,15 @@ class Answers:
         losses = read_object(fields.get("losses") or {}, "losses")
         # a slider that moves asks for many, and its page waits for the last one alone
         check = still_there(gone)
+        # compiling takes seconds, and is no motion that others wait for
+        make_ready(view.spec, losses)
         try:
             with motion_turn(check), abandoned_with(check) as begun:
                 head, arrays = motion(view.spec, start, duration, losses, begun)
-        except NoMotionError as error:
-            # that a start has no motion is an answer; of a status of 400 browsers write into their consoles
-            return Answer(JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""})
+        except (NoMotionError, BusyError) as error:
+            # no motion, now or ever, is an answer; of a status of 400 browsers write into their consoles
+            words = {"error": error.message, "hint": error.hint, "where": error.where or ""}
+            return Answer(JSON, {**words, "busy": isinstance(error, BusyError)})
         return Answer(BINARY, packed(head, arrays))
 
     def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:

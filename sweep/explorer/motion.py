@@ -29,6 +29,7 @@ from sweep.explorer.loss_controls import controls
 from sweep.explorer.loss_words import loss_words
 from sweep.explorer.potential import potential_of
 from sweep.explorer.turns import KERNELS
+from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
 from sweep.model.quantity import Array
@@ -120,7 +121,7 @@ def motion(
     """
     check_start(start)
     words = words_of(spec, start, losses or {})
-    lossy = spec.model is LOSSY_MOTION.model or bool(loss_words(losses or {}))
+    lossy = _is_lossy(spec, losses or {})
     exact = {} if lossy else _exact(spec, start)
     request = MotionRequest.read(**words, duration=_duration(start, exact, duration, lossy))
     path = lossy_path if lossy else disk_path
@@ -129,6 +130,17 @@ def motion(
     head = _head(spec, request, start, values, float(times[-1]))
     head |= {"losses": controls(spec, start, losses or {}), "ledger": LAWS if lossy else None}
     return head | _potential(request, start, exact, arrays), arrays
+
+
+def make_ready(spec: SweepSpec, losses: Mapping[str, Any]) -> None:
+    """Compile what `motion` calls with these words, if it is not kept on disk."""
+    lossy = _is_lossy(spec, losses)
+    for kernel in lossy_path.KERNELS if lossy else (EXTREMES, *disk_path.KERNELS):
+        kernel.make_ready()
+
+
+def _is_lossy(spec: SweepSpec, losses: Mapping[str, Any]) -> bool:
+    return spec.model is LOSSY_MOTION.model or bool(loss_words(losses))
 
 
 def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, Any]) -> dict[str, Any]:

@@ -29,6 +29,10 @@ _WAIT = 0.1
 _MOST_LANES = 256
 
 
+class BusyError(RequestError):
+    """Another motion is still being followed: what was asked for is possible, and may be asked for again."""
+
+
 class SupersededError(Exception):
     """Nobody waits for the answer any more: a newer request of the same lane came, or the client has gone."""
 
@@ -49,14 +53,14 @@ def motion_turn(check: Callable[[], None]) -> Iterator[None]:
 
     Raises
     ------
-    RequestError
+    BusyError
         If that takes too long.
     """
     end = time.monotonic() + PATIENCE
     while not _MOTIONS.acquire(timeout=min(_WAIT, PATIENCE)):
         check()
         if time.monotonic() > end:
-            raise RequestError(
+            raise BusyError(
                 f"The motion that was asked for before is still being followed after {PATIENCE:g} s.",
                 hint="Wait for it, or start the explorer again.",
                 where="motion",

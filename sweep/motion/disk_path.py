@@ -20,6 +20,9 @@ from sweep.request.words import AUTOMATIC
 _TRAJECTORY = Kernel(DISK_MOTION.kernels, "trajectory", seconds=2.0)
 _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)
 
+#: All that `follow` calls.
+KERNELS = (_TRAJECTORY, _DERIVED)
+
 #: Step times the fastest frequency of the state: the motions of docs/report.md are then within 1e-9 of the exact ones.
 _RELATIVE_STEP = 0.005
 

@@ -20,6 +20,9 @@ from sweep.request.words import AUTOMATIC
 
 _TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
 
+#: All that `follow` calls.
+KERNELS = (_TRAJECTORY,)
+
 #: Largest imbalance of the energy over m g R with an automatic step; beyond it, the motion is integrated again with
 #: half the step, which is a sixteenth of the imbalance.
 _IMBALANCE = 1e-9

@@ -159,7 +159,7 @@ def test_closing_ends_all_threads_and_connections():
 
 
 def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
-    """While a motion is followed windows and points are answered; another motion is refused after some time."""
+    """While a motion is followed windows and points are answered; another motion is told to wait."""
     begun, end = threading.Event(), threading.Event()
 
     def endless(*_):
@@ -175,9 +175,33 @@ def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
         assert begun.wait(10.0)
         assert post(url, "window", **changed())[0]["width"] == 8
         assert ask(url, "point", body).status == 200
-        assert refused(url, "motion", view=ROLLING, x=3.0, y=0.01)[1]["where"] == "motion"
+        # it is no refusal, which browsers would write into their consoles
+        words = post(url, "motion", view=ROLLING, x=3.0, y=0.01)
+        assert (words["busy"], words["where"]) == (True, "motion")
         end.set()
         assert b"It was long." in first.result().body
+
+
+def test_nobody_waits_for_a_motion_whose_kernel_is_compiled(url, monkeypatch):
+    """Compiling takes many seconds on a busy machine: a motion that has its kernel is followed meanwhile."""
+    begun, end = threading.Event(), threading.Event()
+    ordinary = motion_module.make_ready
+
+    def endless(spec, losses):
+        if not losses:
+            return ordinary(spec, losses)
+        begun.set()
+        return end.wait(30.0)
+
+    monkeypatch.setattr(motion_module, "make_ready", endless)
+    monkeypatch.setattr(turns, "PATIENCE", 0.2)
+    with ThreadPoolExecutor(1) as pool:
+        asked = {"view": ROLLING, "x": 3.0, "y": 0.01}
+        first = pool.submit(post, url, "motion", **asked, losses={"rolling_friction": 1e-3})
+        assert begun.wait(10.0)
+        assert post(url, "motion", **asked)[1]["time"].size > 100
+        end.set()
+        assert first.result()[1]["time"].size > 100
 
 
 def test_an_explanation_that_takes_long_holds_up_no_map(url, monkeypatch):

@@ -110,9 +110,10 @@ export class ServerSource {
    */
   async motion(request, signal) {
     const answer = await this.#ask("motion", request, signal);
-    // a start without a motion is answered in words
+    // a start without a motion is answered in words, and so is one whose motion has to wait
     if (answer.headers.get("Content-Type") === "application/json") {
-      throw new Refused(400, await this.reach.of(answer.json(), signal));
+      const words = await this.reach.of(answer.json(), signal);
+      throw new Refused(words.busy ? 503 : 400, words);
     }
     return unpacked(await this.reach.of(answer.arrayBuffer(), signal));
   }

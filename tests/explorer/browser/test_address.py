@@ -95,6 +95,25 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     assert not {"a", "a.open", "a.camera", "a.loss.contour_friction"} & entries(again).keys()
 
 
+def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
+    """Without the first motion the second one is the first, with its losses and open parts; a new start begins anew."""
+    page = opened(
+        f"{BOTH}&a=2.4,0.02&a.open=words&b=2.6,0.03&b.loss.contour_friction=0.002&b.open=laws&time=1&compare=yes"
+    )
+    page.locator(SHOWN).nth(1).wait_for()
+    page.get_by_role("button", name="Close A").click()
+    settled(page)
+    held = entries(page)
+    assert (held["a"], held["a.loss.contour_friction"], held["a.open"]) == ("2.6,0.03", "0.002", "laws")
+    assert not {"b", "b.open", "b.loss.contour_friction"} & held.keys()
+    assert held["time"] == "1"
+    page.evaluate("scrollTo(0, 0)")
+    click(page, 0.3, 0.2)
+    settled(page)
+    assert entries(page)["a"] != "2.6,0.03"
+    assert "time" not in entries(page)
+
+
 @pytest.mark.parametrize(
     "fragment",
     [

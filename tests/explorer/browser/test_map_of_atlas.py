@@ -52,6 +52,8 @@ def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas)
     wait_for_text(page, "#readout", "stored cell")
     page.locator("#show-stored").uncheck()
     settled(page)
+    assert entries(page)["stored"] == "no"
+    assert not opened(page.url.split("#")[1], url=served.url).locator("#show-stored").is_checked()
     pixels = pixels[:12]
     painted = [VERDICTS[colour] for colour in colours(page, pixels)]
     assert painted == cells(pixels, x, y, size["width"], size["height"])
