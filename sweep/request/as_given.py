@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Input, Quantity
+from sweep.request.axes import Range, Values
 from sweep.request.values import factor_to_si, number_and_unit
 
 #: A number of a rule, and the unit of an angle after it.
@@ -92,6 +93,20 @@ def words_given(
         return spelled.replace(" ", "", 1)
 
     return " ".join(f"{each.name}={text(each)}" for each in quantities)
+
+
+def as_written(value: object, quantity: Quantity) -> str:
+    """Return a value of a spec, which is in SI, as a person would have written it: angles in degrees."""
+    unit = "deg" if quantity.units == "rad" else ""
+
+    def one(number: float) -> str:
+        return f"{number * quantity.plot_scale:.10g}{unit}"
+
+    if isinstance(value, float):
+        return one(value)
+    if isinstance(value, Range):
+        return f"{one(value.start)}:{one(value.stop)}:{value.count}" + ":log" * (value.spacing == "log")
+    return ",".join(map(one, value.values)) if isinstance(value, Values) else str(value)
 
 
 def at_word(error: RequestError, words: Mapping[str, Any]) -> RequestError:

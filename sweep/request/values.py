@@ -175,6 +175,11 @@ def _read_text(text: str, quantity: Quantity) -> Value:
 
 def _read_range(text: str, quantity: Quantity) -> Range:
     parts = [part.strip() for part in text.split(":")]
+    if len(parts) == 2 and all(map(number_and_unit, parts)):
+        raise RequestError(
+            f"A range is start:stop:count, with how many values it has; got {shown(text)}.",
+            hint=f"Write {shown(text.strip())}:100, for instance.",
+        )
     if len(parts) not in (3, 4):
         _refuse(text)
     start, stop = _read_numbers(parts[:2], quantity)

@@ -109,10 +109,15 @@ def find_spec_file(spec: str | Path) -> Path:
             return model.presets / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
+    from_atlas = f"The run of an atlas is repeated by eulerdisk run --from {shown(spec)}." * (
+        path.suffix == ".nc"
+    )
     raise RequestError(
         f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
         f"{', '.join(known)}.",
-        hint=suggestion(spec, known) or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
+        hint=from_atlas
+        or suggestion(spec, known)
+        or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
         where=shown(spec),
     )
 

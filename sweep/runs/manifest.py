@@ -18,6 +18,7 @@ from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
 from sweep.platforms import processor
+from sweep.request.as_given import as_written
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.names import STARTS, STARTS_HEAD
@@ -223,4 +224,7 @@ def _digest(content: object) -> str:
 
 def _text(spec: SweepSpec, name: str) -> str:
     value = spec.model.name if name == "model" else getattr(spec, name)
+    quantities = {**spec.quantities, **spec.model.settings}
+    if name in quantities:
+        return shown(as_written(value, quantities[name]))
     return shown(",".join(value) if isinstance(value, tuple) else str(value))

@@ -9,7 +9,7 @@ from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
 from sweep.motion.request import TrajectorySpec
-from sweep.request.as_given import as_given, in_unit, rule_in
+from sweep.request.as_given import as_given, as_written, in_unit, rule_in
 from sweep.request.spec import SweepSpec
 from sweep.request.values import factor_to_si
 
@@ -121,6 +121,29 @@ def test_each_number_of_a_list_has_its_own_unit():
     assert as_given(0.25, tilt, 0.25) == ("0.25 rad", "")
     assert in_unit(0.0123, PARAMETERS["radius"], "mm") == "12.3 mm"
     assert rule_in(SETTINGS["duration"], "min") == "duration > 0"
+
+
+def test_a_value_of_a_spec_is_written_as_a_person_would():
+    """Angles in degrees, whatever form the value has; other numbers in SI."""
+    spec = SweepSpec(tilt="1deg:5deg:20:log", roll_rate="2,3", alpha=1, fall_tilt="80deg")
+    written = [as_written(getattr(spec, name), PARAMETERS[name]) for name in ("tilt", "roll_rate", "alpha")]
+    assert written == ["1deg:5deg:20:log", "2,3", "1"]
+    assert as_written(spec.fall_tilt, SETTINGS["fall_tilt"]) == "80deg"
+    assert as_written("steady", PARAMETERS["roll_rate"]) == "steady"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["roll_rate=2:4"], "Write 2:4:100, for instance."),
+        (["tilt=1deg:5deg"], "Write 1deg:5deg:100, for instance."),
+    ],
+)
+def test_a_range_without_a_count_is_told_with_one(words, hint):
+    """What was given is kept in the hint."""
+    with pytest.raises(RequestError, match="A range is start:stop:count") as refusal:
+        SweepSpec.from_words("rolling", words)
+    assert refusal.value.hint == hint
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def test_a_list_reads_back_as_itself(numbers):
         ("", ROLL, NO_VALUE),
         (",", ROLL, NO_VALUE),
         ("fast", ROLL, [*NO_VALUE, "fast"]),
-        ("0.5:6", ROLL, [*NO_VALUE, "0.5:6"]),
+        ("0.5:6", ROLL, ["start:stop:count", "got 0.5:6", "Write 0.5:6:100"]),
         ("0.5:6:4:log:9", ROLL, NO_VALUE),
         ("1,2:3:4", ROLL, NO_VALUE),
         ("\u22121deg", TILT, [*NO_VALUE, "hyphen"]),
