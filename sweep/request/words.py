@@ -109,7 +109,7 @@ def find_spec_file(spec: str | Path) -> Path:
             return model.presets / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
-    from_atlas = f"The run of an atlas is repeated by eulerdisk run --from {shown(spec)}." * (
+    from_atlas = f"Where a command goes on from an atlas, it is given with --from {shown(spec)}." * (
         path.suffix == ".nc"
     )
     raise RequestError(

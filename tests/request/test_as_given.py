@@ -201,3 +201,10 @@ def test_a_cell_outside_an_atlas_is_said_as_given(given, said):
     with pytest.raises(RequestError) as refusal:
         nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
     assert said in str(refusal.value)
+
+
+def test_an_atlas_in_place_of_a_spec_is_told_its_option():
+    """A file of an atlas is no preset; commands take it with --from."""
+    with pytest.raises(RequestError) as refusal:
+        SweepSpec.from_words("a.nc", [])
+    assert refusal.value.hint == "Where a command goes on from an atlas, it is given with --from a.nc."
