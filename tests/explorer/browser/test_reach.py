@@ -3,7 +3,7 @@
 import pytest
 from explorer_browser import COMPLETE, served
 
-from tests.explorer.browser.map_page import BOTH, click, entries, plot, settled, shown, wait_for_text
+from tests.explorer.browser.map_page import BOTH, click, entries, plot, point, settled, shown, wait_for_text
 
 GONE = "The explorer does not answer"
 
@@ -42,6 +42,17 @@ def test_a_page_says_that_its_server_has_gone(unwatched):
         assert "Failed to fetch" not in page.locator("body").inner_text()
         page.wait_for_timeout(300)
         assert entries(page)["with.alpha"] == "0.905"
+
+
+def test_numbers_that_do_not_come_say_that_the_server_has_gone(unwatched, explorer):
+    """Where only the numbers of a start were asked for, the notice says it too; they come when it answers again."""
+    page = unwatched(explorer.url)
+    page.route("**/*", lambda route: route.abort("connectionrefused"))
+    page.mouse.move(*point(page, 0.2, 0.2))
+    wait_for_text(page, "#notice", GONE)
+    assert "nutation period" not in page.locator("#readout").inner_text()
+    page.unroute("**/*")
+    wait_for_text(page, "#readout", "nutation period")
 
 
 def test_a_page_goes_on_when_its_server_answers_again(unwatched, explorer):
