@@ -68,3 +68,22 @@ def without(given, names):
     for name in names:
         changed[arrays.PARAMETERS.index(name)] = math.inf if name == "friction" else 0.0
     return changed
+
+
+def barely_slipping(given, needed, rng):
+    """Starts with a friction coefficient a little below a new maximum of what their motion needs.
+
+    `needed` returns what one start needs at equal distances of time; starts without such a maximum are left out.
+    """
+    chosen = []
+    for start in given.T:
+        need = needed(start)
+        if len(need) < 3:
+            continue
+        middle, highest = need[1:-1], np.maximum.accumulate(need)[:-2]
+        places = np.flatnonzero((middle > highest) & (middle >= need[2:]) & (middle < 10.0))
+        if places.size:
+            start = start.copy()
+            start[arrays.FRICTION] = middle[rng.choice(places)] * (1.0 - 10.0 ** rng.uniform(-5, -2))
+            chosen.append(start)
+    return np.ascontiguousarray(np.array(chosen).T)

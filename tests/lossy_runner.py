@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from kernels.lossy_disk.arrays import COUNTS, LOSSES, MEASURES, SAMPLES, SETTINGS
+from kernels.lossy_disk.arrays import COUNTS, FRICTION, LOSSES, MEASURES, SAMPLES, SETTINGS
 from kernels.native import workers
 from sweep.model.kernel import Kernel
 
@@ -68,3 +68,15 @@ def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relati
         }
         cells.append(named | {"ending": ending, "end_time": last, "steps": steps})
     return SimpleNamespace(**{name: np.array([cell[name] for cell in cells]) for name in cells[0]})
+
+
+def needed_friction(start, *, air="none", duration=10.0, moments=20001):
+    """Friction coefficient that one start needs at equal distances of time, until its motion ends otherwise."""
+    trajectory = Kernel("kernels.lossy_disk.trajectory", "trajectory").load()
+    settings = np.array([0.0, 0.0, FLAT_TILT, float(AIR_LAWS.index(air))])
+    samples = np.full((len(SAMPLES), moments), np.nan)
+    rough = np.array(start)
+    rough[FRICTION] = np.inf
+    _, filled, _, _ = trajectory(rough, settings, np.linspace(0.0, duration, moments), samples)
+    known = dict(zip(SAMPLES, samples[:, : filled - 1], strict=True))
+    return np.hypot(known["friction_across"], known["friction_along"]) / known["normal_force"]

@@ -5,8 +5,8 @@ So the stated errors are shares of the tolerance, which the length of the steps 
 all laws and motions (`tests/lossy_cells.py`, seed 5), against the same kernels with a tolerance of 1e-11, two were
 beyond: one that friction stops or lets go on by less than any error, which ended 2.6 % later, and one extreme tilt ten
 times as far off. Of the others the largest error of a time was a tenth of the stated one, of an extreme tilt three
-quarters, and half of them are below a thousandth. The tilt at the end of a duration is no extreme: where the motion
-amplifies small differences ten-thousandfold it was up to thirty times as far off as is stated for those, in two.
+quarters, and half of them are below a thousandth. The tilt at the end of a duration is no extreme: what a motion that
+passes a maximum of its potential slowly is late (`kernels.lossy_disk.lag`) is stated with it.
 """
 
 import math

@@ -40,6 +40,9 @@ _REST = 1.0e-13
 
 _MOST_TRIALS, _MOST_HALVINGS = 80, 40
 
+#: Share of its limit within which a force is looked at in the middle of a step too.
+_NEAR = 0.2
+
 #: Share of a step to which its event is found.
 _SHARP = 1.0e-14
 
@@ -156,6 +159,33 @@ def _time_of(event, state, senses, heading, case, reach, h):
 
 
 @internal
+def _until_touched(event, state, senses, margin, case, h):
+    """Length of a step of at most h after which a force is beyond its limit; infinite if it never is.
+
+    At the end of the step its margin is `margin`. Where that and the one at the beginning are positive, the parabola
+    through them and the one in the middle says where it is least.
+    """
+    before = _margins(state, senses, 0.0, case, math.inf)[event]
+    if before < 0.0:
+        # friction has just changed its sense, and the force with it
+        return 0.0
+    if margin < 0.0:
+        return h
+    there, _ = next_state(state, senses, case.inertia, case.losses, 0.5 * h)
+    middle = _margins(there, senses, 0.0, case, math.inf)[event]
+    if middle < 0.0:
+        return 0.5 * h
+    curvature = 2.0 * (before + margin - 2.0 * middle)
+    slope = margin - before - curvature
+    # of the step
+    share = -0.5 * slope / curvature if curvature > 0.0 else 1.0
+    if not 0.0 < share < 1.0:
+        return math.inf
+    there, _ = next_state(state, senses, case.inertia, case.losses, share * h)
+    return share * h if _margins(there, senses, 0.0, case, math.inf)[event] < 0.0 else math.inf
+
+
+@internal
 def _contact_rests(state, senses, case):
     """Whether the horizontal turning rate has all but vanished, and still falls."""
     if senses.roll == 0.0 or not case.losses.rolling > 0.0:
@@ -196,6 +226,16 @@ def step_to_event(state, senses, case, reach, h):
     for event in range(ROLL_VANISHES, BREACHES + 1):
         if margins[event] < 0.0:
             time = _time_of(event, state, senses, heading, case, reach, h)
+            if time <= least:
+                found, least = event, time
+    if least < h:
+        h = least
+        after, gain = next_state(state, senses, case.inertia, case.losses, h)
+        margins = _margins(after, senses, heading, case, reach)
+    for event, near in ((LIFTS, _NEAR), (SLIPS, _NEAR * case.friction * margins[LIFTS])):
+        if found != LIFTS and found != SLIPS and margins[event] < near:
+            touched = _until_touched(event, state, senses, margins[event], case, h)
+            time = _time_of(event, state, senses, heading, case, reach, touched) if touched <= h else math.inf
             if time <= least:
                 found, least = event, time
     if least < h:

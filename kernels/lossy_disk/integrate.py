@@ -51,11 +51,13 @@ _DRY = (
 )
 _VISCOUS = (
     (loss_laws.dry_force, loss_laws.no_dry_force),
+    (simd_stages.goes_on_sliding, simd_stages.goes_on_rolling_along),
     (loss_laws.rub_force, loss_laws.viscous_rub_force),
     (simd_stages.keep_rubbed, simd_stages.keep_nothing),
 )
 _BARE = (
     (loss_laws.dry_force, loss_laws.no_dry_force),
+    (simd_stages.goes_on_sliding, simd_stages.goes_on_rolling_along),
     (loss_laws.rub_force, loss_laws.no_rub_force),
     (simd_stages.keep_rubbed, simd_stages.keep_nothing),
     (simd_stages.keep_damped, simd_stages.keep_nothing),

@@ -49,10 +49,11 @@ from kernels.lossy_disk.arrays import (
     TIME_ERROR,
 )
 from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
-from kernels.lossy_disk.endings import FLAT, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
+from kernels.lossy_disk.lag import lag
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
@@ -306,6 +307,13 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     lost, peak = rolled + pivoted + rubbed + damped + blown, max(abs(least), abs(greatest))
     _, _, speed, _, _ = motion.state
     tilt_error, time_error = stated_errors(ending, motion.time, speed, peak, lost, imbalance, run.tolerance)
+    if ending == HORIZON and speed != 0.0:
+        astray = abs(speed) * lag(
+            spin_state(motion.state, inertia_of(lane, lanes)),
+            lanes[at.ALPHA + lane], motion.time, imbalance, run.relative_step,
+        )  # fmt: skip
+        # so written, a NaN is too much too
+        tilt_error += astray if astray < greatest - least else greatest - least
     ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
     _write(
         cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,

@@ -33,6 +33,10 @@ BOOLE = np.array([128.0, 48.0, 128.0]) / 45.0
 #: Steps of a cell when `kernels.lossy_disk.step_control` looks at it for the first time: some nutations.
 FIRST_CHECK = 512.0
 
+#: Share of the friction that there is, and normal force over m g, near which a leg ends: a force that reaches its limit
+#: between two looks at the lane does so by less, and `kernels.lossy_disk.events` looks more closely.
+SURE_GRIP, SURE_CONTACT = 0.96, 0.01
+
 #: Horizontal turning rate at which a leg with rolling friction ends: `kernels.lossy_disk.follow` goes on.
 SLOW_CONTACT = 1.0e-3
 
@@ -226,23 +230,52 @@ def always_goes_on_rolling(state, f, arm):
 
 
 @simd
-def goes_on_turning(state, forces, sense, i_inverse, arm):
+def least_between(value, slope, length):
+    """What has to be positive if a value that was positive a time `length` ago has been so ever since.
+
+    Notes
+    -----
+    On a parabola that is positive at both ends and dips below zero between them the value at the end is less than half
+    the slope there times the length.
+    """
+    return value - (0.5 * length * slope if slope > 0.0 else 0.0)
+
+
+@simd
+def goes_on_sliding(state, change, rolled, sense, i_inverse, length):
+    """Whether dry contour friction acts as before: `rolled` is the roll rate times the sign that it had."""
+    _, _, T, _, o, _ = state
+    _, _, dT, _, do, dp = change
+    return least_between(rolled, sense * (i_inverse * dp - (do * T + o * dT)), length) >= 0.0
+
+
+@simd
+def goes_on_rolling_along(state, change, rolled, sense, i_inverse, length):
+    """`goes_on_sliding` without dry contour friction: the sign is that of the path."""
+    return rolled >= 0.0
+
+
+@simd
+def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
     """Whether pivoting friction acts as before: against the same sign of the turning rate, or holding it."""
     S, C, _, _, o, p = state
+    dS, dC, _, _, do, dp = change
     v = o * C + i_inverse * p * S
-    left = arm * forces.normal - abs(forces.held) if sense == 0.0 else sense * v
+    slope = do * C + o * dC + i_inverse * (dp * S + p * dS)
+    turns = least_between(sense * v, sense * slope, length)
+    left = arm * forces.normal - abs(forces.held) if sense == 0.0 else turns
     return (arm == 0.0) | (left >= 0.0)
 
 
 @simd
-def always_goes_on_turning(state, forces, sense, i_inverse, arm):
+def always_goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
     """`goes_on_turning` without pivoting friction."""
     return True
 
 
 @simd
 def grips(state, change, normal, inertia, friction):
-    """Whether the contact does not slip: the horizontal force is within `friction` times the normal force.
+    """Whether the contact is sure not to slip: the horizontal force is well within `friction` times the normal force.
 
     Newton on the centre of mass, whose horizontal velocity is (C w, s) across and along the track.
     """
@@ -251,7 +284,7 @@ def grips(state, change, normal, inertia, friction):
     i_inverse = inertia.i_inverse
     across = C * inertia.i_tilt * torque - S * (w * w) - i_inverse * p * (o * (C + S * T))
     along = i_inverse * dp + w * o
-    most = friction * normal
+    most = SURE_GRIP * friction * normal
     return across * across + along * along <= most * most
 
 
@@ -262,14 +295,16 @@ def always_grips(state, change, normal, inertia, friction):
 
 
 @simd
-def slides_on(state, change, forces, sense, inertia, losses, friction):
-    """Whether friction acts as before: against the same signs, with a disk that neither slips nor lifts off.
+def slides_on(state, change, forces, sense, inertia, losses, friction, length):
+    """Whether friction acts as before, against the same signs, and the disk is sure neither to slip nor to lift off.
 
-    So written, a NaN is none.
+    That is since a scaled time `length` ago, when it was so. So written, a NaN is none.
     """
-    going = (sense[0] * forces.f >= 0.0) & (forces.normal > 0.0)
+    i_inverse = inertia.i_inverse
+    going = goes_on_sliding(state, change, sense[0] * forces.f, sense[0], i_inverse, length)
+    going &= forces.normal > SURE_CONTACT
     going &= goes_on_rolling(state, forces.f, losses.rolling)
-    going &= goes_on_turning(state, forces, sense[1], inertia.i_inverse, losses.pivoting)
+    going &= goes_on_turning(state, change, forces, sense[1], i_inverse, losses.pivoting, length)
     return going & grips(state, change, forces.normal, inertia, friction)
 
 
@@ -382,7 +417,9 @@ def advance(lane, run, lanes):
     # so written, a NaN is an event too
     going = (left > 0.0) & (t < end) & (extreme >= low) & (extreme <= high) & (state[1] >= run.cos_flat_tilt)
     going &= (state[0] >= low) & (state[0] <= high) & (slid > 0.0)
-    going &= slides_on(state, change, forces, sense, of_disk, losses, friction)
+    # none where the leg begins
+    since = 2.0 * last
+    going &= slides_on(state, change, forces, sense, of_disk, losses, friction, since)
     taken = half if going else 0.0
     weight = ENDS_OF_BOOLE * ((half + last) if going else 0.0)
     # to choose behind the step costs less than to let the step wait for what is known of events
@@ -423,7 +460,7 @@ def coast(lane, weight, run, lanes):
     stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, taken)
     store_state(lane, lanes, stepped)
     store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))
-    slides = slides_on(state, change, forces, sense, of_disk, losses, friction)
+    slides = slides_on(state, change, forces, sense, of_disk, losses, friction, 2.0 * taken)
     lanes[at.SLIDES + lane] = slid if slides else 0.0
     # a turning point is near to one state of a call at most
     store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))

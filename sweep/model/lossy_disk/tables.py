@@ -91,7 +91,7 @@ SETTINGS: Mapping[str, Input] = table(
     replace(disk.SETTINGS["fall_tilt"], name="flat_tilt", long_name="tilt at which the disk counts as flat",
             default=math.radians(89.9), rule="0 deg < flat_tilt < 90 deg"),
     replace(disk.SETTINGS["tolerance"], units="1", rule="1e-12 <= tolerance <= 0.1",
-            long_name="largest imbalance of the energy of a cell, over m g R, before its step is reduced"),
+            long_name="largest imbalance of the energy of a cell, over m g R: the length of its steps follows it"),
 )
 
 OPTIONS: Mapping[str, Word] = table(
@@ -130,8 +130,10 @@ ENDINGS = Endings(
     ),
     Ending(
         code.UNRESOLVED, "unresolved",
-        "the imbalance of the energy stayed over the tolerance, or the steps were too many", FAILED,
-        "the error of the integration stayed over the tolerance even at the smallest step",
+        "the imbalance of the energy stayed over the tolerance although the steps were made shorter, or the steps or "
+        "the switches of friction were too many", FAILED,
+        "its energy was not balanced within the tolerance although the steps were made shorter, or it took too many "
+        "steps or switches of friction",
     ),
     Ending(
         code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
@@ -153,6 +155,8 @@ LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
 _NO_NUMBERS = "missing where ending is not_computed, undisturbed, unresolved or invalid"
 _TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error states", "time_error")
 _STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
+_LATE = Tolerance(1e-6, 1e-5, "slow past a maximum of its potential a motion is late: tilt_error tells by how much",
+                  "tilt_error")
 _SUM = Tolerance(1e-7, 1e-5, "integrals along the motion, each to the order of the method")
 
 
@@ -178,8 +182,8 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("end_time", "t_e", "s", "time until the ending", _TIME,
              "where ending is flat the time aloft, where it is rest the time until the disk stood still, else how long "
              f"the motion was followed; {_NO_NUMBERS}"),
-    Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _STATE, f"signed; {_NO_NUMBERS}"),
-    Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _STATE,
+    Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _LATE, f"signed; {_NO_NUMBERS}"),
+    Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _LATE,
              f"signed, as precession_rate; {_NO_NUMBERS}"),
     Quantity("path_length", r"\ell", "m", "length of the path of the contact point on the plane", _SUM, _NO_NUMBERS),
     *(_lost_to(law, measure) for law, (_, measure) in LOSSES.items()),
@@ -190,9 +194,11 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("energy_imbalance", r"|\Delta E|", "1",
              "largest imbalance of the energy and all losses, over mass * gravity * radius", ERROR_GAUGE,
              "the exact motion has none, so this is an error of the integration", "f4"),
-    _as_without_losses("tilt_error", "from the imbalance of the energy"),
+    replace(disk.VARIABLES["tilt_error"], long_name="estimated error of tilt_min, tilt_max and end_tilt",
+            description="from tolerance and imbalance of the energy, and from how slowly a motion passes maxima of "
+                        "its potential"),
     Quantity("time_error", r"\delta t", "s", "estimated error of end_time", ERROR_GAUGE,
-             "from the imbalance of the energy and the power of the losses", "f4"),
+             "from tolerance, imbalance of the energy and all that was lost; 0 where ending is horizon", "f4"),
     disk.VARIABLES["steps"],
     disk.VARIABLES["refinements"],
     Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", STEP_COUNT, "", "i4"),

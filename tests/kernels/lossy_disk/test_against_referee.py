@@ -59,6 +59,48 @@ def test_fresh_single_motions_end_as_the_referee_says():
     assert audit.fine, "\n".join(audit.broken)
 
 
+def test_a_contact_that_only_just_slips_does_so():
+    """A force passes its limit and returns within a step, or where friction changes its sense."""
+    audit = audit_losses.audit_grazes(90, np.random.default_rng())
+    assert audit.fine, "\n".join(audit.broken)
+    assert audit.endings["SLIP"] > 60
+
+
+def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be():
+    """Ever longer each time, the less energy they have there; most lose nothing or little."""
+    audit = audit_losses.audit_passes(90, np.random.default_rng(), slack=100.0)
+    assert audit.fine, "\n".join(audit.broken)
+
+
+def test_a_motion_that_passes_upright_slowly_states_its_error_at_the_end():
+    """Ten passes at 0.3 degree make an error of the energy of 2e-9 one of the last tilt of 4e-4."""
+    given = referee.starts(
+        tilt=-0.00511584709730918, tilt_rate=-0.014061482258029553, precession_rate=0.5138056132274756,
+        alpha=0.46580465942002724, radius=0.4315182082853971, gravity=9.81,
+    )  # fmt: skip
+    found, true = lossy_runner.run(given), referee.run(given, duration=30.0, rtol=1e-13)
+    off = abs(found.end_tilt - true.end_tilt)[0]
+    assert 1e-4 < off < found.tilt_error[0] < 20.0 * off
+    # another tolerance makes both smaller
+    sharp = lossy_runner.run(given, tolerance=1e-10)
+    assert abs(sharp.end_tilt - true.end_tilt)[0] < sharp.tilt_error[0] < 1e-4
+
+
+def test_a_turning_rate_that_only_just_changes_its_sign_does_so():
+    """Pivoting friction reverses 278 times, at some for less than a step; ten reversals less made 2e-4 of heading."""
+    given = referee.starts(
+        tilt=0.0019289504170151206, precession_rate=-3.2600006375215025, roll_rate=-24.838675231426954,
+        alpha=0.7635522528490195, radius=0.06887763204723214, gravity=9.81, mass=0.07526390441577295,
+        rolling_friction=3.3081848297831465e-05, pivoting_friction=1.6193918409910438e-05,
+        contour_friction=4.1031317695522634e-05, contour_damping=1.7926699342316635e-06,
+        air_viscosity=0.001398625460247163, air_density=1.0,
+    )  # fmt: skip
+    found = lossy_runner.run(given, air="bildsten")
+    true = referee.run(given, air="bildsten", duration=30.0, rtol=1e-13)
+    assert found.switches[0] == true.switches[0] == 278
+    assert found.heading_turned[0] == pytest.approx(true.heading_turned[0], abs=1e-5)
+
+
 @pytest.mark.parametrize(
     "start",
     [
