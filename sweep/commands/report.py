@@ -10,7 +10,7 @@ from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.errors import counted, plain_text
-from sweep.model.quantity import ERROR_GAUGE, Quantity
+from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
 from sweep.request.spec import SweepSpec
 
 #: Characters of a line, and lines, of an attribute that are shown.
@@ -163,11 +163,19 @@ def _fixed(dataset: Atlas, spec: SweepSpec) -> str:
     fixed = [
         f"{name} {parameters[name].spell(float(dataset[name].values), 6)}"
         for name in spec.fixed
-        if name in dataset
+        if name in dataset and not _not_there(getattr(spec, name), parameters[name])
     ]
     return ", ".join(
         [*fixed, *(f"{name} {getattr(spec, name)} (computed per cell)" for name in spec.computed)]
     )
+
+
+def _not_there(value: float | str, quantity: Input) -> bool:
+    """Whether a fixed value says that a thing is not there: a coefficient left at 0, a limit left at none."""
+    nothing = quantity.default in quantity.words or (
+        quantity.default == 0.0 and quantity.rule.endswith(">= 0")
+    )
+    return nothing and value == quantity.default
 
 
 def _untimed(spec: SweepSpec) -> Iterator[str]:
