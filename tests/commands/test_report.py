@@ -24,6 +24,22 @@ def rows(table):
     return [re.split(r" {2,}", line.strip()) for line in table.splitlines()]
 
 
+@pytest.mark.compiled
+def test_losses_that_are_not_there_are_not_told():
+    """What is 0 in every cell, and a friction without a limit, say nothing; what is 0 in an axis, or not 0, does."""
+    words = (
+        "tilt=80deg,85deg precession_rate=wobble contour_friction=0,15um rolling_friction=1um air_law=none "
+        "air_viscosity=0 air_density=0 criterion=departure:5deg duration=0.1s"
+    )
+    told = describe(sweep.run(SweepSpec.from_words("toy", words.split())))
+    (fixed,) = (line for line in told.splitlines() if line.startswith("fixed"))
+    assert "rolling_friction 1e-06 m" in fixed
+    assert "tilt_rate 0 rad s-1" in fixed
+    for name in ("pivoting_friction", "contour_damping", "air_viscosity", "air_density", "unlimited"):
+        assert name not in fixed
+    assert "  contour_friction  0 to 1.5e-05 m, 2 values, listed" in told
+
+
 def test_an_atlas_in_words():
     """Grid, fixed values, criterion, endings, verdicts, errors, boundary and origin are told in full."""
     dataset = sweep.run(ROLLING)
