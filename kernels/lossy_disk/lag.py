@@ -39,12 +39,13 @@ def lag(state, alpha, time, imbalance, relative_step):
     -----
     Near the maximum, where the tilt obeys w' = k^2 x, an energy that is wrong by e delays the pass by about e times the
     integral of dt / (w^2 + w'^2). The last nutation, followed back without losses, stands for all: a motion that loses
-    energy passes such a maximum once or twice.
+    energy passes such a maximum once or twice. From the start until its first turning point a motion is not late: its
+    error is made where it is fast, later.
     """
     constants = inertia(alpha)
     S, C, _, w, o, p = state
     present = S, C, S / C, w, o, constants[3] * p
-    slowness, gone, turns, steps = 0.0, 0.0, 0, 0
+    slowness, latest, gone, turns, steps = 0.0, 0.0, 0.0, 0, 0
     while turns < _TURNS and gone < time and steps < _MOST_STEPS:
         _, C, _, w, o, s = present
         pull, stiffness = force(present, constants)
@@ -52,9 +53,11 @@ def lag(state, alpha, time, imbalance, relative_step):
         h = min(relative_step * C / math.sqrt(fastest), time - gone)
         if stiffness < 0.0:
             acceleration = constants[0] * pull
-            slowness += h / (w * w + acceleration * acceleration)
+            latest += h / (w * w + acceleration * acceleration)
         present = step(present, constants, -h)
         gone += h
         steps += 1
-        turns += 1 if w * present[3] < 0.0 else 0
+        # a start at rest is no turning point
+        if w * present[3] < 0.0 and time - gone > h:
+            slowness, latest, turns = slowness + latest, 0.0, turns + 1
     return imbalance * slowness * (time / gone)

@@ -412,7 +412,8 @@ def _slides_on(lane, run, lanes):
     change, forces = changes(state, sense, inertia, losses)
     left = lanes[at.TIME + lane] < lanes[at.END + lane] and state[1] >= run.cos_flat_tilt
     slid = lanes[at.SLIDES + lane] > 0.0
-    return left and slid and slides_on(state, change, forces, sense, inertia, losses, friction)
+    since = 2.0 * lanes[at.LAST + lane]
+    return left and slid and slides_on(state, change, forces, sense, inertia, losses, friction, since)
 
 
 @internal
