@@ -188,12 +188,14 @@ export class AtlasMap {
    * @param {"coarse"|"fine"} lane
    */
   #take(wanted, answer, lane) {
-    const now = JSON.stringify(wanted) === this.#asked;
+    const key = JSON.stringify(wanted);
+    const now = key === this.#asked;
     const { dataset } = this.#element;
-    // once the fine picture of what is wanted is there, no coarse one is of use: of this view or of one before it
-    if (lane === "coarse" && dataset.lane === "fine" && dataset.shown === this.#asked) return;
+    // a coarse picture is of no use where the fine one is there: of its own view, or of the one that is wanted now
+    const isOfUse = dataset.lane !== "fine" || (dataset.shown !== key && dataset.shown !== this.#asked);
+    if (lane === "coarse" && !isOfUse) return;
     this.picture.take(wanted.view, quantityOf(this.#about, wanted.quantity), answer, this.#state.range);
-    dataset.shown = JSON.stringify(wanted);
+    dataset.shown = key;
     dataset.lane = lane;
     if (now && lane === "fine") this.#element.setAttribute("aria-busy", "false");
     this.#draw();

@@ -4,6 +4,15 @@ import json
 
 from tests.explorer.browser.map_page import BOTH, axis, click, entries, settled, shown, wait_for_text
 
+#: Begin to note lane and words of each picture that is shown, in `lanes`.
+RECORD = """() => {
+    const lanes = [];
+    const map = document.getElementById("map");
+    new MutationObserver(() => lanes.push([map.dataset.lane, JSON.parse(map.dataset.shown).view.words]))
+        .observe(map, { attributeFilter: ["data-lane", "data-shown"] });
+    return (window.lanes = lanes);
+}"""
+
 
 def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     """Where the fine picture of the last view is there, the coarse one of a view before it is of no use."""
@@ -22,16 +31,7 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     page.locator("#slide-alpha").fill("700")
     settled(page)
     words = shown(page)["view"]["words"]
-    lanes = page.evaluate(
-        """() => {
-            const lanes = [];
-            const map = document.getElementById("map");
-            new MutationObserver(() => lanes.push([map.dataset.lane, JSON.parse(map.dataset.shown).view.words]))
-                .observe(map, { attributeFilter: ["data-lane", "data-shown"] });
-            return (window.lanes = lanes);
-        }"""
-    )
-    assert lanes == []
+    assert page.evaluate(RECORD) == []
     (late,) = held
     with page.expect_response("**/window"):
         late.continue_()
@@ -40,6 +40,39 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     assert page.locator("#map").get_attribute("data-lane") == "fine"
     assert shown(page)["view"]["words"] == words
     assert axis(page, "x") == ("roll_rate", 2.7, 0.5, "linear")
+
+
+def test_a_coarse_picture_does_not_take_the_place_of_the_fine_one_of_its_view(opened):
+    """Also where another view is wanted by then, whose own fine picture takes long."""
+    page = opened(BOTH)
+    held, fine_ones_wait = {"coarse": [], "fine": []}, False
+
+    def hold_the_first_coarse_one_and_fine_ones_after_it(route):
+        lane = json.loads(route.request.post_data)["lane"]
+        if fine_ones_wait if lane == "fine" else not held["coarse"]:
+            held[lane].append(route)
+        else:
+            route.continue_()
+
+    page.route("**/window", hold_the_first_coarse_one_and_fine_ones_after_it)
+    page.locator("#slide-alpha").fill("300")
+    settled(page)
+    first = shown(page)["view"]["words"]
+    (late,) = held["coarse"]
+    fine_ones_wait = True
+    page.locator("#slide-alpha").fill("700")
+    while not held["fine"]:
+        page.wait_for_timeout(20)
+    assert page.evaluate(RECORD) == []
+    with page.expect_response("**/window"):
+        late.continue_()
+    page.wait_for_timeout(500)
+    assert ["coarse", first] not in page.evaluate("lanes")
+    fine_ones_wait = False
+    for route in held["fine"]:
+        route.continue_()
+    settled(page)
+    assert shown(page)["view"]["words"] != first
 
 
 def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
