@@ -227,7 +227,7 @@ def test_branches_are_compared(branches):
         ("steady-fast", ["precession_rate", "steady-slow and steady-fast"]),
         (
             "by precession",
-            ["precession_rate", "steady-slow and -4.0:4.0:10", "roll_rate", "-8.0:8.0:10 and steady"],
+            ["precession_rate", "steady-slow and -4:4:10", "roll_rate", "-8:8:10 and steady"],
         ),
     ):
         with pytest.raises(RequestError) as refusal:
