@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -189,6 +190,24 @@ def test_what_lies_between_cells_says_so(atlas):
     with pytest.raises(RequestError, match="lies between the cells of one") as refused:
         between.eulerdisk.plot()
     assert "keep" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"inclination": "50deg"}, r"inclination=50deg: .*: tilt is 0\.1 deg to 30 deg\. Give values inside"),
+        ({"inclination": 1.0}, r"inclination=1.0: .*: tilt is [\d.]+ rad to [\d.]+ rad\. Give values inside"),
+        ({"tilt": 2.0}, r"tilt=2.0: .* A bare number is in radians"),
+        ({"speed": "90m/s"}, r"speed=90m/s: .*: roll_rate is .* rad s-1"),
+    ],
+)
+def test_places_outside_are_refused_by_the_words_given(atlas, words, said):
+    """In their unit, and with limits that are inside."""
+    with pytest.raises(RequestError, match=said) as refused:
+        atlas.eulerdisk.interp(**words)
+    if words == {"tilt": 2.0}:
+        limits = re.findall(r"([\d.]+) rad", refused.value.message)
+        assert len(atlas.eulerdisk.interp(tilt=[float(each) for each in limits]).tilt) == 2
 
 
 def test_the_order_of_the_dimensions_does_not_matter(atlas):

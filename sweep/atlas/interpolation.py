@@ -9,7 +9,7 @@ from sweep.atlas.dataset import spec_of
 from sweep.atlas.selection import BETWEEN
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
-from sweep.request.as_given import as_given, in_unit
+from sweep.request.as_given import as_given, limit_in
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import parameter_of
 from sweep.request.suggestions import unknown_word
@@ -50,7 +50,11 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
         )
     for name, raw in given.items():
         _check_name(spec, name, raw)
-    places = {name: _places(spec, name, raw) for name, raw in spec.resolve(given).items()}
+    words = {parameter_of(name, spec.model): name for name in given}
+    places = {
+        name: _places(spec, name, raw, words[name], given[words[name]])
+        for name, raw in spec.resolve(given).items()
+    }
     cells = atlas[[name for name in atlas.data_vars if atlas[name].dims == spec.axes]]
     whole = [name for name in cells.data_vars if cells[name].dtype.kind in "iu"]
     # one value along an axis has nothing to lie between
@@ -81,19 +85,21 @@ def _check_name(spec: SweepSpec, name: str, raw: Any) -> None:
         unknown_word(name, (*spec.axes, *instead), spec.model)
 
 
-def _places(spec: SweepSpec, name: str, raw: Any) -> "float | Array | xr.DataArray":
+def _places(spec: SweepSpec, name: str, raw: Any, word: str, given: Any) -> "float | Array | xr.DataArray":
+    """Return the places along an axis; `word` and `given` are what a request gave for them."""
     quantity, axis = spec.model.parameters[name], getattr(spec, name)
     pointwise = _is_pointwise(raw)
-    value: Value = read_value(np.unique(raw.values) if pointwise else raw, quantity)
+    given = raw.values if pointwise else given
+    value: Value = read_value(np.unique(given) if pointwise else raw, quantity)
     ends = axis.ends()
     values = value if isinstance(value, float) else value.array()
     if np.min(values) < ends[0] or np.max(values) > ends[1]:
-        unit = as_given(float(np.max(values)), quantity, raw).unit
+        unit = as_given(float(np.max(values)), quantity, given).unit
         raise RequestError(
-            f"Outside of the cells nothing is known: {name} is {in_unit(ends[0], quantity, unit)} to "
-            f"{in_unit(ends[1], quantity, unit)}.",
-            hint=degrees_meant(quantity, raw, np.atleast_1d(values))
+            f"Outside of the cells nothing is known: {name} is "
+            f"{limit_in(ends[0], quantity, unit, upper=False)} to {limit_in(ends[1], quantity, unit, upper=True)}.",
+            hint=degrees_meant(quantity, word, given, np.atleast_1d(values))
             or "Give values inside, or compute an atlas that holds them.",
-            where=f"{name}={shown(raw.values if pointwise else raw)}",
+            where=f"{word}={shown(given)}",
         )
     return raw.astype(np.float64) if pointwise else values

@@ -75,7 +75,7 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
         Values for axes.
     """
     others = []
-    for name, raw in given.items():
+    for name, raw in spec.resolve(given, read_number).items():
         quantity, axis = spec.quantities[name], getattr(spec, name)
         if is_other(axis, place[name], read_number(raw, quantity)):
             others.append(f"{name} {quantity.spell(float(axis.at([place[name]])[0]), 6)}")
@@ -99,7 +99,7 @@ def _check_inside(spec: SweepSpec, name: str, value: float, word: str, raw: obje
     holds = " to ".join(in_unit(end, quantity, asked.unit) for end in axis[[0, -1]][: axis.size])
     raise RequestError(
         f"{asked.text} is outside the atlas, whose {name} is {holds}.",
-        hint=degrees_meant(quantity, raw, np.array([value]))
+        hint=degrees_meant(quantity, word, raw, np.array([value]))
         or "Give a value inside, or compute an atlas that holds it.",
         where=f"{word}={shown(raw)}",
     )

@@ -1,7 +1,7 @@
 """The part of an atlas that words name: ``alpha=0.5``, ``tilt=1deg,2deg``, ``roll_rate=2:3``."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -19,6 +19,13 @@ from sweep.request.words import degrees_meant
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class _Given(NamedTuple):
+    """A word of a request, and its text: perhaps a speed, where the axis is a rate."""
+
+    word: str
+    text: str
 
 
 def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset", list[str]]:
@@ -55,7 +62,7 @@ def picked(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset
             _no_axis(spec, name)
         quantity = spec.quantities[name]
         try:
-            places[name] = _places(getattr(spec, name), text, quantity, notes, given)
+            places[name] = _places(getattr(spec, name), text, quantity, notes, _Given(word, given))
         except RequestError as error:
             raise error.at(error.where if error.where and word == name else f"{word}={given}") from None
     return settled(dataset.isel(places)), notes
@@ -65,9 +72,12 @@ def _parameter(spec: SweepSpec, name: str, text: str) -> tuple[str, str]:
     """Return a word that gives a parameter; of a scaled rate or a speed, the rate for the disk of an atlas."""
     if name not in spec.model.substitutes:
         return name, text
-    parts = text.split(":") if text.count(":") == 1 else [text]
     parameter = parameter_of(name, spec.model)
-    return parameter, ":".join(str(spec.resolve({name: part})[parameter]) for part in parts)
+    if text.count(":") != 1:
+        return parameter, str(spec.resolve({name: text})[parameter])
+    ends = [spec.resolve({name: part}, read_number)[parameter] for part in text.split(":")]
+    # an inclination falls where the tilt rises
+    return parameter, ":".join(map(str, sorted(ends)))
 
 
 def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
@@ -82,49 +92,49 @@ def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
 
 
 def _places(
-    axis: Range | Values, text: str, quantity: Input, notes: list[str], given: str
+    axis: Range | Values, text: str, quantity: Input, notes: list[str], given: _Given
 ) -> int | list[int] | slice:
-    """Return the places along an axis that a text names; `given` is the text of the request, perhaps of a speed."""
+    """Return the places along an axis that a text names; `given` is what the request says."""
     if text.count(":") == 1:
         low, high = (read_number(part, quantity) for part in text.split(":"))
         return _between(axis.array(), low, high, quantity, given)
     value = read_value(text, quantity)
     if isinstance(value, Range):
         raise RequestError(
-            f"A part of an axis is START:STOP, all values between the two; got {text}.",
-            hint=f"Write {quantity.name}={':'.join(text.split(':')[:2])}.",
+            f"A part of an axis is START:STOP, all values between the two; got {given.text}.",
+            hint=f"Write {given.word}={':'.join(given.text.split(':')[:2])}.",
         )
     if isinstance(value, Values):
         return sorted({_nearest(axis, each, quantity, given, notes) for each in value.values})
     return _nearest(axis, value, quantity, given, notes)
 
 
-def _between(axis: Array, low: float, high: float, quantity: Input, text: str) -> slice:
+def _between(axis: Array, low: float, high: float, quantity: Input, given: _Given) -> slice:
     margin = SAME * np.abs(axis[[0, -1]]).max()
     inside = np.flatnonzero((axis >= low - margin) & (axis <= high + margin))
     if inside.size:
         return slice(int(inside[0]), int(inside[-1]) + 1)
-    first, last = (as_given(each, quantity, text) for each in (low, high))
+    first, last = (as_given(each, quantity, given.text) for each in (low, high))
     raise RequestError(
         f"No value of {quantity.name} lies from {first.text} to {last.text}; the axis is "
         f"{_extent(axis, quantity, first.unit)}.",
-        hint=degrees_meant(quantity, text, np.array([low, high]))
+        hint=degrees_meant(quantity, *given, np.array([low, high]))
         or "Give two values with some of the axis between them, the smaller one first.",
     )
 
 
-def _nearest(axis: Range | Values, value: float, quantity: Input, text: str, notes: list[str]) -> int:
-    """Return the place of the nearest value, and note which one it is where it is another one; `text` was given."""
+def _nearest(axis: Range | Values, value: float, quantity: Input, given: _Given, notes: list[str]) -> int:
+    """Return the place of the nearest value, and note which one it is where it is another one."""
     held = axis.array()
     if not is_inside(axis, value):
-        asked = as_given(value, quantity, text)
+        asked = as_given(value, quantity, given.text)
         raise RequestError(
             f"{asked.text} is outside this atlas, whose {quantity.name} is {_extent(held, quantity, asked.unit)}.",
-            hint=degrees_meant(quantity, text, np.array([value])) or "Give a value inside.",
+            hint=degrees_meant(quantity, *given, np.array([value])) or "Give a value inside.",
         )
     place = nearest(axis, value, quantity)
     if is_other(axis, place, value):
-        asked = as_given(value, quantity, text)
+        asked = as_given(value, quantity, given.text)
         taken = in_unit(float(held[place]), quantity, asked.unit, 6)
         notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked.text}")
     return place

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from sweep.atlas.dataset import spec_of
 from sweep.checks.coordinates import check_coordinates, values_of
-from sweep.errors import RequestError, counted, shown
+from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Quantity
-from sweep.request.as_given import as_written
+from sweep.request.as_given import both_written
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START
@@ -212,12 +212,7 @@ def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], 
 
 
 def _in_words(fields: list[str], new: SweepSpec, reference: SweepSpec) -> str:
-    def of(spec: SweepSpec, name: str) -> str:
-        quantity = {**spec.quantities, **spec.model.settings}.get(name)
-        value = getattr(spec, name)
-        return str(value) if quantity is None else shown(as_written(value, quantity))
-
-    return ", ".join(f"{name} ({of(new, name)} and {of(reference, name)})" for name in fields)
+    return ", ".join(f"{name} ({' and '.join(both_written((new, reference), name))})" for name in fields)
 
 
 def _same(left: Any, right: Any, quantity: Quantity) -> Any:

@@ -44,10 +44,11 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     check_names({name: raw for name, raw in words.items() if name not in spec.axes})
     check_once(words, spec.model)
     named = {name: raw for name, raw in words.items() if parameter_of(name, spec.model) in spec.axes}
+    # as given: a refusal of the cell says its words
     cell = spec.resolve(named, read_number)
     others = {name: raw for name, raw in words.items() if name not in named}
     found = spec.resolve({**cell, **others}, read_number)
-    return cell, {name: raw for name, raw in found.items() if name not in cell}
+    return named, {name: raw for name, raw in found.items() if name not in cell}
 
 
 def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> MotionRequest:

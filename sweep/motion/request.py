@@ -204,12 +204,13 @@ def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
     try:
         spec.kind.model.check(spec.words())
     except RequestError as error:
+        said = at_word(error, words, spec.words())
         if error.where not in ("precession_rate", "roll_rate"):
-            raise at_word(error, words) from None
+            raise said from None
         # a hint of the model may be a range, and a motion takes one number
         number = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
         hint = number if ":" in error.hint else error.hint
-        raise RequestError(error.message, hint=hint, where=error.where) from None
+        raise RequestError(said.message, hint=hint, where=said.where) from None
 
 
 def _check_counts(spec: MotionRequest, words: Mapping[str, Any]) -> None:

@@ -4,15 +4,23 @@ import contextlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Input, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.values import factor_to_si, number_and_unit
 
+if TYPE_CHECKING:
+    from sweep.request.spec import SweepSpec
+
 #: A number of a rule, and the unit of an angle after it.
 _IN_A_RULE = re.compile(r"(?<![\w.])([0-9][0-9.]*(?:e[+-]?[0-9]+)?)( deg| rad)?(?![\w.])")
+
+
+#: What stands before the largest value that a rule allows.
+_BEFORE_THE_LARGEST = re.compile("<=? *$")
 
 
 class Wording(NamedTuple):
@@ -40,7 +48,7 @@ def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
         The number as it stands in the text. One that stands there nowhere, such as the tilt of an inclination, is in
         the first unit of the text.
     """
-    found = [(text, unit) for text, unit in _numbers(raw) if _factor(unit, quantity) is not None]
+    found = [(text, unit) for text, unit in numbers_in(raw) if _factor(unit, quantity) is not None]
     for text, unit in found:
         if (unit or float(text)) and float(text) * (_factor(unit, quantity) or 1.0) == value:
             return Wording(f"{text} {unit or _si(quantity)}".rstrip(), unit)
@@ -56,12 +64,21 @@ def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10) -> st
     return f"{value / (_factor(unit, quantity) or 1.0):.{digits}g} {unit or _si(quantity)}".rstrip()
 
 
+def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str:
+    """Return a limit [SI] in a unit as `in_unit` does, rounded to the side of what is allowed."""
+    # 14 digits: the last ones are those of the division
+    exact = Decimal(f"{value / (_factor(unit, quantity) or 1.0):.14g}")
+    rounded = Context(prec=10, rounding=ROUND_FLOOR if upper else ROUND_CEILING).plus(exact)
+    return f"{float(rounded):.10g} {unit or _si(quantity)}".rstrip()
+
+
 def rule_in(quantity: Input, unit: str) -> str:
     """Return the rule of a quantity with its limits in a unit that fits it; in SI if that is empty."""
 
     def converted(found: re.Match[str]) -> str:
         number = math.radians(float(found[1])) if found[2] == " deg" else float(found[1])
-        return in_unit(number, quantity, unit) if number or found[2] else "0"
+        upper = _BEFORE_THE_LARGEST.search(quantity.rule[: found.start()]) is not None
+        return limit_in(number, quantity, unit, upper=upper) if number or found[2] else "0"
 
     return _IN_A_RULE.sub(converted, quantity.rule)
 
@@ -78,19 +95,19 @@ def words_given(
     words : mapping of str to anything
         The words of the request, as given.
     values : mapping of str to number or word
-        In SI. A word that was not given has its value, in the unit of the first that was.
+        In SI. A word that was not given, or given as a number without text, has its value in the first unit given;
+        in SI if none was.
     """
-    given = [each for each in quantities if each.name in words]
-    first = next((as_given(math.nan, each, words[each.name]).unit for each in given), None)
+    units = [as_given(math.nan, each, words[each.name]).unit for each in quantities if each.name in words]
+    unit = next(filter(None, units), "")
 
     def text(each: Quantity) -> str:
-        if each.name in words:
-            return shown(words[each.name]).strip()
-        value = values[each.name]
+        raw, value = words.get(each.name), values[each.name]
+        if isinstance(raw, str):
+            return shown(raw).strip()
         if isinstance(value, str):
             return value
-        spelled = each.spell(value, 6) if first is None else in_unit(value, each, first, 6)
-        return spelled.replace(" ", "", 1)
+        return (in_unit(value, each, unit) if units else each.spell(value)).replace(" ", "", 1)
 
     return " ".join(f"{each.name}={text(each)}" for each in quantities)
 
@@ -109,13 +126,32 @@ def as_written(value: object, quantity: Quantity) -> str:
     return ",".join(map(one, value.values)) if isinstance(value, Values) else str(value)
 
 
-def at_word(error: RequestError, words: Mapping[str, Any]) -> RequestError:
-    """Return the error of a check that knows values in SI alone, at the word as a request gave it with a unit."""
-    raw = words.get(error.where or "")
-    return error.at(f"{error.where}={shown(raw)}") if any(unit for _, unit in _numbers(raw)) else error
+def both_written(specs: tuple["SweepSpec", "SweepSpec"], name: str) -> tuple[str, str]:
+    """Return a word of two specs as people write it; with all digits, in SI, where that is the same text of both."""
+    values = [spec.model.name if name == "model" else getattr(spec, name) for spec in specs]
+    quantities = [{**spec.quantities, **spec.model.settings}.get(name) for spec in specs]
+    exact = [",".join(value) if isinstance(value, tuple) else str(value) for value in values]
+    written = [
+        text if quantity is None else as_written(value, quantity)
+        for value, quantity, text in zip(values, quantities, exact, strict=True)
+    ]
+    first, second = map(shown, exact if written[0] == written[1] else written)
+    return first, second
 
 
-def _numbers(raw: object) -> Iterator[tuple[str, str]]:
+def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, Any]) -> RequestError:
+    """Return the error of a check that knows values in SI alone, with the words that a request gave with a unit."""
+    message, where = error.message, error.where
+    for name, raw in words.items():
+        # what stands for a parameter is in no check
+        if name in values and any(unit for _, unit in numbers_in(raw)):
+            given = f"{name}={shown(raw)}"
+            message = message.replace(f" {name}={values[name]}", f" {given}")
+            where = given if where == name else where
+    return type(error)(message, error.hint, where)
+
+
+def numbers_in(raw: object) -> Iterator[tuple[str, str]]:
     """Yield the text of every number in what was given, and that of its unit."""
     texts = map(str, raw) if isinstance(raw, list | tuple) else [str(raw)]
     for part in (part for text in texts for part in re.split("[:,]", text)):

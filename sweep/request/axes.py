@@ -35,7 +35,7 @@ class AxisError(RequestError):
         """Return the error that some values break a rule."""
         return cls(f"{rule}; got {shown(given)}.", hint)
 
-    def with_given(self, given: str) -> Self:
+    def with_given(self, given: object) -> Self:
         """Return the same error with what a request gave, in place of the values in SI."""
         return type(self).of(self.message.partition("; got ")[0], given, self.hint)
 

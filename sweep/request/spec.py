@@ -137,7 +137,7 @@ class SweepSpec:
         try:
             model.check(values)
         except RequestError as error:
-            raise at_word(error, words) from None
+            raise at_word(error, words, values) from None
         check_steps(values, words)
         check_size([len(values[name]) for name in given])
         for name, value in (

@@ -17,7 +17,7 @@ from sweep.model.quantity import DECISION, Array, Input, Truths, Word, table
 from sweep.request.axes import Range, Values
 from sweep.request.distributions import KINDS, Distribution
 from sweep.request.start_table import Column, StartTable, read_table
-from sweep.request.values import plain_number, read_value
+from sweep.request.values import NoCountError, plain_number, read_value
 
 #: The most starts of a list: their numbers are 32-bit integers in the file.
 _MOST_STARTS = 2**31 - 1
@@ -91,7 +91,10 @@ def _numbers(raw: object) -> Range | Values:
     if isinstance(raw, str) and (part := _PART.fullmatch(raw)):
         first, last = int(part[1]), int(part[2])
         return Range(float(first), float(last), last - first + 1) if first < last else _refuse_numbers(raw)
-    found = read_value(raw, START)
+    try:
+        found = read_value(raw, START)
+    except NoCountError:
+        _refuse_numbers(raw)
     # one number is a list of one start
     axis = Values((found,)) if isinstance(found, float) else found
     # of a range the step too, without making all of its values

@@ -160,10 +160,9 @@ def _parameter(
     """Return the value of the parameter that a value of a substitute stands for; `raw` is what was given."""
     try:
         if isinstance(value, Distribution):
-            found_one = _distribution(value, substitute, disk)
-            return read_distribution(found_one, model.parameters[substitute.parameter], raw)
-        if isinstance(value, Range):
-            found: Value = _range(value, substitute, disk)
+            found: Value | Distribution = _distribution(value, substitute, disk)
+        elif isinstance(value, Range):
+            found = _range(value, substitute, disk)
         elif isinstance(value, Values):
             found = _values(value, substitute, disk)
         else:
@@ -179,11 +178,18 @@ def _converted(value: float, substitute: Substitute, disk: Mapping[str, float]) 
         return float(np.divide(value, substitute.scale(disk))) + substitute.offset + 0.0
 
 
-def _allowed(value: Value, substitute: Substitute, raw: object, parameter: Input) -> Value:
+def _allowed(
+    value: Value | Distribution, substitute: Substitute, raw: object, parameter: Input
+) -> Value | Distribution:
     """Return the value of a parameter that its rule allows; `raw` is what was given for the substitute."""
-    if not substitute.offset:
-        return allowed(value, parameter, raw)
-    ends = np.array([value]) if isinstance(value, float) else value.ends()
+    if isinstance(value, Distribution):
+        if not substitute.offset:
+            return read_distribution(value, parameter, raw)
+        ends = value.required()
+    else:
+        if not substitute.offset:
+            return allowed(value, parameter, raw)
+        ends = np.array([value]) if isinstance(value, float) else value.ends()
     if parameter.allows(ends).all():
         return value
     # the parameter is in the unit of the substitute

@@ -97,6 +97,10 @@ _EVERYDAY: Mapping[str, tuple[str, float]] = {units: (units, 1.0) for units in _
 }
 
 
+class NoCountError(RequestError):
+    """Two numbers that would be a range with a count."""
+
+
 def read_value(raw: object, quantity: Quantity) -> Value:
     """Return the number, range or list that was given for a quantity, in its SI units.
 
@@ -128,7 +132,7 @@ def read_value(raw: object, quantity: Quantity) -> Value:
         return _read_numbers([raw], quantity)[0]
     except AxisError as error:
         # the ends of a range are in SI by now
-        said = error.with_given(raw.strip()) if isinstance(raw, str) else error
+        said = error.with_given(raw.strip() if isinstance(raw, str) else raw) if _has_text(raw) else error
         raise said.at(f"{quantity.name}={shown(raw)}") from None
     except RequestError as error:
         raise error.at(f"{quantity.name}={shown(raw)}") from None
@@ -142,9 +146,13 @@ def read_number(raw: object, quantity: Quantity) -> float:
     RequestError
         If it is not a single number, or a unit does not fit the quantity.
     """
-    value = read_value(raw, quantity)
-    if isinstance(value, float):
-        return value
+    try:
+        value = read_value(raw, quantity)
+        if isinstance(value, float):
+            return value
+    except NoCountError:
+        # with a count it would be a range, which is refused too
+        pass
     raise RequestError(
         f"{quantity.name} must be one number here; it cannot be an axis.",
         hint="Give one number, and run once per value.",
@@ -163,6 +171,13 @@ def read_numbers(raw: Sequence[object], quantity: Quantity) -> tuple[float, ...]
     return _read_numbers(raw, quantity)
 
 
+def _has_text(raw: object) -> bool:
+    """Return whether what was given is text or a list that holds text: numbers that may have units."""
+    return isinstance(raw, str) or (
+        isinstance(raw, list | tuple) and any(isinstance(each, str) for each in raw)
+    )
+
+
 def _read_text(text: str, quantity: Quantity) -> Value:
     if ":" in text and "," in text:
         _refuse(text)
@@ -176,7 +191,7 @@ def _read_text(text: str, quantity: Quantity) -> Value:
 def _read_range(text: str, quantity: Quantity) -> Range:
     parts = [part.strip() for part in text.split(":")]
     if len(parts) == 2 and all(map(number_and_unit, parts)):
-        raise RequestError(
+        raise NoCountError(
             f"A range is start:stop:count, with how many values it has; got {shown(text)}.",
             hint=f"Write {shown(text.strip())}:100, for instance.",
         )

@@ -10,7 +10,7 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
-from sweep.request.as_given import as_given, rule_in
+from sweep.request.as_given import as_given, numbers_in, rule_in
 from sweep.request.criterion import Criterion, Expression
 from sweep.request.distributions import Distribution, is_distribution, read_distribution
 from sweep.request.regular_files import read_regular
@@ -298,16 +298,19 @@ def allowed(value: Value, quantity: Input, raw: object) -> Value:
     rule = rule_in(quantity, outside.unit)
     raise RequestError(
         f"{outside.text} is not possible: {rule}.",
-        hint=degrees_meant(quantity, raw, ends) or f"Choose values with {rule}.",
+        hint=degrees_meant(quantity, quantity.name, raw, ends) or f"Choose values with {rule}.",
         where=f"{quantity.name}={shown(raw)}",
     )
 
 
-def degrees_meant(quantity: Input, raw: object, ends: Array) -> str:
-    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing."""
-    if not quantity.allows(np.radians(ends)).all():
+def degrees_meant(quantity: Input, word: str, raw: object, ends: Array) -> str:
+    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing.
+
+    `word` and `raw` are what was given: a word that stands for an angle has other numbers than the angle.
+    """
+    if word != quantity.name or not quantity.allows(np.radians(ends)).all():
         return ""
-    if quantity.units != "rad" or (isinstance(raw, str) and any(map(str.isalpha, raw.replace("log", "")))):
+    if quantity.units != "rad" or any(unit for _, unit in numbers_in(raw)):
         return ""
     example = "1deg:5deg:200"
     if isinstance(raw, str | int | float) and str(raw).count(":") < 2:

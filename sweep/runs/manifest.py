@@ -18,7 +18,7 @@ from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
 from sweep.platforms import processor
-from sweep.request.as_given import as_written
+from sweep.request.as_given import both_written
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.names import STARTS, STARTS_HEAD
@@ -97,11 +97,11 @@ class Manifest:
         The fields are the words of the spec, and what decides the bits of the run's own cells.
         """
         there, here = (json.loads(each.canonical()) for each in (self.spec, spec))
-        found = [
-            f"{name}: {_text(self.spec, name)} there, {_text(spec, name)} here"
-            for name in dict.fromkeys((*there, *here))
-            if there.get(name) != here.get(name)
-        ]
+        found = []
+        for name in dict.fromkeys((*there, *here)):
+            if there.get(name) != here.get(name):
+                texts = both_written((self.spec, spec), name)
+                found.append(f"{name}: {texts[0]} there, {texts[1]} here")
         for name, value in arithmetic(self.spec).items():
             before = self.arithmetic.get(name)
             if before != value:
@@ -220,11 +220,3 @@ _FIELDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
 
 def _digest(content: object) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode("ascii")).hexdigest()
-
-
-def _text(spec: SweepSpec, name: str) -> str:
-    value = spec.model.name if name == "model" else getattr(spec, name)
-    quantities = {**spec.quantities, **spec.model.settings}
-    if name in quantities:
-        return shown(as_written(value, quantities[name]))
-    return shown(",".join(value) if isinstance(value, tuple) else str(value))

@@ -33,6 +33,8 @@ def atlas():
         # nearer to 1 deg in its logarithm, though 3.16 deg is nearer than 0.1 deg is to 0.316 deg
         ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg is the nearest"]),
         ({"tilt": "0.1deg,0.11deg"}, {"tilt": [0]}, ["0.11"]),
+        # tilts of 1 to 5 deg
+        ({"inclination": "85deg:89deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),
         # for the default disk: R = 0.5 m, sqrt(g/R) = 4.43 rad/s
         ({"speed": "1.1m/s"}, {"roll_rate": 6}, []),
         ({"speed": "0.99:1.51"}, {"roll_rate": [5, 6, 7, 8, 9, 10]}, []),
@@ -69,6 +71,9 @@ def test_words_pick_values(atlas, words, places, noted):
             "alpha, roll_rate, tilt, scaled_roll_rate, speed, inclination. Did you mean speed",
         ),
         ({"speed": "1:2:3"}, "START:STOP"),
+        ({"speed": "1:2:3"}, "got 1:2:3. Write speed=1:2."),
+        ({"inclination": "1"}, "inclination=1: .* Give a value inside.$"),
+        ({"inclination": "0.5:1"}, "Give two values with some of the axis between them"),
         ({"speed": "1kg"}, "does not fit"),
         ({"speed": "1", "roll_rate": "2"}, "roll_rate is given once: speed and roll_rate"),
         ({"scaled_tilt_rate": "1"}, "tilt_rate is no axis of this atlas"),

@@ -193,6 +193,7 @@ def test_provenance_is_listed_and_not_judged(reference):
     ("changes", "fields"),
     [
         ({"alpha": 1.0}, {"alpha": ("1", "0.5")}),
+        ({"fall_tilt": 1.4835298642}, {"fall_tilt": ("1.4835298642", "1.4835298641951")}),
         ({"radius": 1.0, "gravity": 1.62}, {"radius": ("1", "0.5"), "gravity": ("1.62", "9.81")}),
         ({"criterion": "departure:2deg"}, {"criterion": ("departure:2deg", "departure:5deg")}),
         ({"method": "exact"}, {"method": ("exact", "rk4")}),

@@ -99,6 +99,21 @@ def test_the_nearest_cell_is_taken_and_named(rolling):
     assert found == request(rolling, scaled_roll_rate=15 / math.sqrt(9.81 / 0.012), tilt="1.5deg")[0]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"roll_rate": 15, "inclination": "60deg"},
+         "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg. Give a value inside"),
+        ({"speed": "9m/s", "tilt": "1deg"}, "speed=9m/s: 750 rad s-1 is outside the atlas"),
+    ],
+)  # fmt: skip
+def test_a_cell_that_the_atlas_does_not_have_is_refused_by_the_words_given(rolling, words, said):
+    """Not by the parameter in SI that they stand for."""
+    with pytest.raises(RequestError) as refusal:
+        request(rolling, **words)
+    assert said in str(refusal.value)
+
+
 def test_a_scaled_rate_names_a_cell_of_the_disk_of_the_atlas(rolling):
     """Another gravity or radius changes the motion and not the cell; a rate that is no axis is that of the new disk."""
     scaled = 15 / math.sqrt(9.81 / 0.012)

@@ -1,17 +1,20 @@
 """A refusal says a value as it was given, in its unit, and what is allowed in the same unit."""
 
 import math
+import re
 
+import numpy as np
 import pytest
 
 from sweep.atlas.nearest import nearest_cell
 from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
+from sweep.motion.preset import request_of_preset
 from sweep.motion.request import TrajectorySpec
-from sweep.request.as_given import as_given, as_written, in_unit, rule_in
+from sweep.request.as_given import as_given, as_written, both_written, in_unit, rule_in
 from sweep.request.spec import SweepSpec
-from sweep.request.values import factor_to_si
+from sweep.request.values import factor_to_si, number_and_unit
 
 #: Units of a quantity in SI -> spellings that a request may use, none of which is the SI unit itself.
 UNITS = {
@@ -85,7 +88,10 @@ def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path)
                 assert (
                     in_si == given or in_si.removesuffix(".0") in (given, "0", "-0") or in_si not in said
                 ), said
-        if number is not None and number in text and name != "inclination":
+        if name == "inclination" and number in text:
+            tilts = [math.radians(90.0) / factor - float(each) for each in (number, "200000")]
+            assert any(f"That is a tilt of {tilt:.10g} {unit}, which is not" in said for tilt in tilts), said
+        elif number is not None and number in text:
             assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
 
 
@@ -94,15 +100,17 @@ def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path)
     [
         ("tilt", "100deg", "100 deg", "|tilt| < 90 deg"),
         ("tilt", "5500arcmin", "5500 arcmin", "|tilt| < 5400 arcmin"),
-        ("tilt", "2rad", "2 rad", "|tilt| < 1.570796327 rad"),
-        ("tilt", 2.0, "2.0 rad", "|tilt| < 1.570796327 rad"),
+        ("tilt", "2rad", "2 rad", "|tilt| < 1.570796326 rad"),
+        ("tilt", 2.0, "2.0 rad", "|tilt| < 1.570796326 rad"),
         ("alpha", "150%", "150 %", "0 < alpha <= 100 %"),
         ("alpha", "1.5", "1.5", "0 < alpha <= 1"),
         ("radius", "-3mm", "-3 mm", "radius > 0"),
         ("fall_tilt", "0", "0 deg", "0 deg < fall_tilt < 90 deg"),
         ("tolerance", "0", "0 rad", "1e-12 rad <= tolerance <= 0.1 rad"),
         ("fall_tilt", "6000arcmin", "6000 arcmin", "0 arcmin < fall_tilt < 5400 arcmin"),
-        ("tolerance", "6deg", "6 deg", "5.729577951e-11 deg <= tolerance <= 5.729577951 deg"),
+        ("tilt", "1.5707963268", "1.5707963268 rad", "|tilt| < 1.570796326 rad"),
+        ("tolerance", "1e-11deg", "1e-11 deg", "5.729577952e-11 deg <= tolerance <= 5.729577951 deg"),
+        ("tolerance", "6deg", "6 deg", "5.729577952e-11 deg <= tolerance <= 5.729577951 deg"),
     ],
 )
 def test_what_is_allowed_is_said_in_the_unit_of_the_value(name, raw, text, rule):
@@ -110,6 +118,79 @@ def test_what_is_allowed_is_said_in_the_unit_of_the_value(name, raw, text, rule)
     with pytest.raises(RequestError) as refusal:
         SweepSpec(**{name: raw})
     assert refusal.value.message == f"{text} is not possible: {rule}."
+
+
+@pytest.mark.parametrize(("model", "quantity", "unit"), CASES)
+def test_a_limit_in_a_message_may_be_copied(model, quantity, unit):
+    """A limit that the rule includes is allowed as it is said, rounded to digits of another unit."""
+    parts = re.split("[<>]=", rule_in(quantity, unit)) if hasattr(quantity, "rule") else []
+    for number, found in filter(None, map(number_and_unit, (part for part in parts if "<" not in part))):
+        assert quantity.allows(float(number) * factor_to_si(found, quantity)), (model.name, number)
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "hint"),
+    [
+        ({"tilt": ["5deg", "1deg"]}, "got ['5deg', '1deg']", ""),
+        ({"speed": ("2km/h", "1km/h")}, "got ('2km/h', '1km/h')", ""),
+        ({"tilt": [0.5, 0.1]}, "got (0.5, 0.1)", ""),
+        ({"tilt": ["1deg", "100deg"]}, "100 deg is not possible", "Choose values with |tilt| < 90 deg."),
+        ({"tilt": "95°"}, "95 ° is not possible", "Choose values with |tilt| < 90 °."),
+        ({"tilt": ["1", "80"]}, "80 rad is not", "A bare number is in radians; for degrees write them, as in "),
+        ({"tilt": "1:80:5:log"}, "80 rad is not", "A bare number is in radians; for degrees write them, as in "),
+        (
+            {"inclination": "uniform:0deg:10deg", "samples": 10},
+            "inclination=uniform:0deg:10deg: That is a tilt of 90 deg, which is not possible: |tilt| < 90 deg.",
+            "Choose values with |tilt| < 90 deg",
+        ),
+    ],
+)  # fmt: skip
+def test_lists_and_distributions_are_said_as_given(words, said, hint):
+    """Texts in a list of a file or of Python have units too; an inclination is a tilt, whatever form it has."""
+    with pytest.raises(RequestError) as refusal:
+        SweepSpec(**words)
+    assert said in str(refusal.value)
+    assert refusal.value.hint.startswith(hint)
+
+
+def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
+    """The duration of a preset, and numbers of Python or NumPy, have no unit of their own to be said in."""
+    with pytest.raises(RequestError, match=r"got duration=1e\+10ns interval=1ns"):
+        request_of_preset("rolling", {"tilt": "1deg", "roll_rate": "3", "interval": "1ns"})
+    for step in (1e-9, np.float64(1e-9)):
+        with pytest.raises(RequestError, match="got duration=300s step=1e-09s"):
+            SweepSpec(step=step)
+        with pytest.raises(RequestError, match=r"got duration=3min step=1\.666666667e-11min"):
+            SweepSpec(step=step, duration="3min")
+
+
+@pytest.mark.parametrize("word", ["tilt=1deg:2deg", "duration=1:2", "roll_rate=3:4"])
+def test_a_range_in_place_of_a_number_is_not_told_its_count(word):
+    """With a count it would be refused as well."""
+    with pytest.raises(RequestError, match="must be one number here; it cannot be an axis") as refusal:
+        TrajectorySpec.from_words(["tilt=1deg"] * ("tilt" not in word) + [word])
+    assert refusal.value.hint == "Give one number, and run once per value."
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "said"),
+    [
+        ("alpha", (0.4, 0.40000000001), ("0.4", "0.40000000001")),
+        ("alpha", (0.4, 0.5), ("0.4", "0.5")),
+        ("fall_tilt", ("85deg", 1.4835298642), ("1.4835298641951802", "1.4835298642")),
+        ("tilt", ("1deg:5deg:5", "1deg:5.00000000001deg:5"),
+         ("0.017453292519943295:0.08726646259971647:5", "0.017453292519943295:0.08726646259989101:5")),
+        ("roll_rate", ("2,3", "2,3.00000000001"), ("2.0,3.0", "2.0,3.00000000001")),
+    ],
+)  # fmt: skip
+def test_two_values_that_differ_are_not_said_alike(name, given, said):
+    """As people write them, and with all digits in SI where that is the same text."""
+    first, second = (SweepSpec(**{name: value}) for value in given)
+    assert both_written((first, second), name) == said
+    assert all(
+        getattr(SweepSpec(**{name: text}), name) == getattr(each, name)
+        for text, each in zip(said, (first, second), strict=True)
+    )
 
 
 def test_each_number_of_a_list_has_its_own_unit():
@@ -151,7 +232,16 @@ def test_a_range_without_a_count_is_told_with_one(words, hint):
     [
         (["step=1ns", "duration=3min"], ["got duration=3min step=1ns"]),
         (["step=1ns"], ["got duration=300s step=1ns"]),
-        (["rolling_friction=50mm", "radius=4cm"], ["rolling_friction=50mm: ", "shorter than the radius"]),
+        (
+            ["rolling_friction=50mm", "radius=4cm"],
+            ["rolling_friction=50mm: ", "got rolling_friction=50mm radius=4cm."],
+        ),
+        (["rolling_friction=50mm", "radius=0.04"], ["got rolling_friction=50mm radius=0.04."]),
+        (["roll_rate=30rpm", "precession_rate=wobble"], ["got roll_rate=30rpm."]),
+        (
+            ["roll_rate=steady", "precession_rate=0rpm"],
+            ["needs a precession_rate other than 0; got precession_rate=0rpm."],
+        ),
         (["air_viscosity=18uPa s", "rolling_friction=1um"], ["air_viscosity=18uPa s: "]),
         (["criterion=aloft:-3min"], ["got aloft:-3min"]),
         (["criterion=departure:12000arcmin"], ["Got departure:12000arcmin"]),
@@ -175,6 +265,8 @@ def test_words_that_do_not_go_together_are_said_as_given(words, facts):
         (["tilt=5340arcmin"], "got tilt=5340arcmin fall_tilt=5100arcmin"),
         (["inclination=12arcmin"], "got tilt=89.8deg fall_tilt=85deg"),
         (["duration=1min", "step=1ns"], "got duration=1min step=1ns"),
+        (["roll_rate=30rpm", "precession_rate=wobble"], "got roll_rate=30rpm."),
+        (["speed=1m/s", "precession_rate=wobble"], "got roll_rate=2.0."),
         (["interval=1ns"], "got duration=1e+10ns interval=1ns"),
     ],
 )
@@ -192,6 +284,8 @@ def test_a_motion_is_refused_in_the_units_of_its_words(words, fact):
         ({"tilt": "0.5 rad"}, "0.5 rad is outside the atlas, whose tilt is 0.01745329252 rad to 0.0872664626 rad."),
         ({"tilt": 0.5}, "tilt=0.5: 0.5 rad is outside the atlas"),
         ({"inclination": "60deg"}, "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg."),
+        ({"inclination": 1.0}, "Give a value inside, or compute an atlas that holds it."),
+        ({"tilt": 4.0}, "as in tilt=4.0deg"),
         ({"tilt": "1deg", "speed": "9m/s"}, "speed=9m/s: 18 rad s-1 is outside the atlas"),
     ],
 )  # fmt: skip

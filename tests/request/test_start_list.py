@@ -110,7 +110,7 @@ def test_spellings_of_samples(spec, count):
         ([*RANDOM, "start=0.5,1"], "start", "whole numbers from 0"),
         ([*RANDOM, "start=0:10:4"], "start", "whole numbers from 0"),
         ([*RANDOM, "start=9:0"], "start", "whole numbers from 0"),
-        ([*RANDOM, "start=0:9.5"], "start=0:9.5", "no value"),
+        ([*RANDOM, "start=0:9.5"], "start", "whole numbers from 0"),
         (["seed=3"], "seed", "seed belongs to random starts"),
         (["start=3"], "start", "start belongs to random starts"),
         (["duration=uniform:1:2"], "duration=uniform:1:2", "no value"),

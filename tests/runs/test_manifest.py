@@ -55,6 +55,8 @@ def test_differences_are_named(written, monkeypatch):
     assert made.differences(SPEC) == []
     (one,) = made.differences(SPEC.replace(roll_rate=4))
     assert one == "roll_rate: 3 there, 4 here"
+    (close,) = made.differences(SPEC.replace(roll_rate=3.00000000001))
+    assert close == "roll_rate: 3.0 there, 3.00000000001 here"
     (younger,) = made.differences(SPEC.replace(contact="yes"))
     assert younger == "contact: no there, yes here"
     monkeypatch.setattr(manifest, "arithmetic_hash", lambda spec: "0" * 64 if spec == SPEC else "1" * 64)

@@ -62,7 +62,7 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
     ):
         raise RequestError(
             f"No roll rate keeps the tilt constant without precession: roll_rate=steady needs a precession_rate "
-            f"other than 0; got {precession}.",
+            f"other than 0; got precession_rate={precession}.",
             hint="Give a precession_rate, as in precession_rate=0.05:5:400, or a number for roll_rate.",
             where="precession_rate",
         )

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import RequestError
-from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, PARAMETERS, UNKNOWN, some
+from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 
 
 def check_losses(values: Mapping[str, Any]) -> None:
@@ -53,12 +53,10 @@ def _check_arms(values: Mapping[str, Any]) -> None:
     """Refuse a lever arm as long as the radius: such a disk would not move at all."""
     radius = _ends(values["radius"])[0]
     for name in ARMS:
-        longest = _ends(values[name])[1]
-        if longest >= radius:
-            spelled = PARAMETERS[name].spell(longest, 6), PARAMETERS["radius"].spell(radius, 6)
+        if _ends(values[name])[1] >= radius:
             raise RequestError(
-                f"A lever arm must be shorter than the radius of the disk; got {name} up to {spelled[0]} with a radius "
-                f"from {spelled[1]}.",
+                f"A lever arm must be shorter than the radius of the disk; got {name}={values[name]} "
+                f"radius={values['radius']}.",
                 hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
                 where=name,
             )
