@@ -58,7 +58,8 @@ EXPONENT_ERROR, ALPHAS = 0.01, (0.5, 0.62, 1.0)
 COMPARED = (
     "tilt_min", "tilt_max", "end_tilt", "heading_turned", "path_length", "contact_x", "contact_y", *arrays.LOSSES,
 )  # fmt: skip
-#: What a motion that all but stops on its way, and is late after that, states by its `tilt_error`.
+#: What is off of a motion that all but stops on its way, and is late after that: the tilt by `tilt_error`; as much is
+#: allowed of the other two, which state no error and are off by more near flat.
 STATED = ("end_tilt", "heading_turned", "path_length")
 NAMES = {code: name for name, code in vars(endings).items() if isinstance(code, int)}
 

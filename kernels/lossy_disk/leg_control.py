@@ -53,7 +53,7 @@ from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRE
 from kernels.lossy_disk.error_estimate import stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
-from kernels.lossy_disk.lag import lag
+from kernels.lossy_disk.lag import astray, lag
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
@@ -308,12 +308,13 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     _, _, speed, _, _ = motion.state
     tilt_error, time_error = stated_errors(ending, motion.time, speed, peak, lost, imbalance, run.tolerance)
     if ending == HORIZON and speed != 0.0:
-        astray = abs(speed) * lag(
-            spin_state(motion.state, inertia_of(lane, lanes)),
-            lanes[at.ALPHA + lane], motion.time, imbalance, run.relative_step,
-        )  # fmt: skip
+        last, alpha = spin_state(motion.state, inertia_of(lane, lanes)), lanes[at.ALPHA + lane]
+        # half the longest step of this cell: an error of the energy that following it back adds would hide the lag
+        relative_step = lanes[at.COARSEST + lane]
+        late = lag(last, alpha, motion.time, imbalance, relative_step)
+        moved = astray(last, alpha, late, relative_step)
         # so written, a NaN is too much too
-        tilt_error += astray if astray < greatest - least else greatest - least
+        tilt_error += moved if moved < greatest - least else greatest - least
     ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
     _write(
         cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,

@@ -86,6 +86,20 @@ def test_a_motion_that_passes_upright_slowly_states_its_error_at_the_end():
     assert abs(sharp.end_tilt - true.end_tilt)[0] < sharp.tilt_error[0] < 1e-4
 
 
+@pytest.mark.parametrize("duration", [26.10169491525424, 26.125, 27.8])
+def test_a_late_motion_states_how_far_it_is_off_wherever_it_ends(duration):
+    """While it falls, where it turns, where its rate says nothing of it, and while it slows down near upright."""
+    given = referee.starts(
+        tilt=-1.534754e-4, tilt_rate=-4.218445e-4, precession_rate=0.5138056, alpha=0.46580466, radius=0.43151821,
+        gravity=9.81,
+    )  # fmt: skip
+    found = lossy_runner.run(given, duration=duration)
+    true = referee.run(given, duration=duration, rtol=1e-13)
+    off = abs(found.end_tilt - true.end_tilt)[0]
+    assert off < found.tilt_error[0] < true.tilt_max[0] - true.tilt_min[0] + 1e-5
+    assert found.tilt_error[0] < 30.0 * off
+
+
 def test_a_turning_rate_that_only_just_changes_its_sign_does_so():
     """Pivoting friction reverses 278 times, at some for less than a step; ten reversals less made 2e-4 of heading."""
     given = referee.starts(
