@@ -69,7 +69,10 @@ def test_a_contact_that_only_just_slips_does_so():
 def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be():
     """Ever longer each time, the less energy they have there; most lose nothing or little."""
     audit = audit_losses.audit_passes(90, np.random.default_rng(), slack=100.0)
-    assert audit.fine, "\n".join(audit.broken)
+    assert not audit.broken, "\n".join(audit.broken)
+    # about two of ninety, and by chance five and more
+    assert audit.left_out <= 10
+    assert audit.unresolved <= 2
 
 
 def test_a_motion_that_passes_upright_slowly_states_its_error_at_the_end():
