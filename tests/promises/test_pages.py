@@ -60,7 +60,8 @@ BLOCKS_RUN_BY = {
     ("another-disk.md", "python"): "tests/promises/test_words_page.py::test_its_python_runs",
 }
 
-#: Commands that no test runs as they stand -> why, or the test that runs them otherwise.
+#: Commands that no test runs as they stand -> why, or the test that runs them otherwise. Audits are run with other
+#: numbers again and again.
 EXCEPTED = {
     "dask scheduler &": "a server; tests/runs/test_dask_executor.py starts one of its own",
     "dask worker tcp://scheduler:8786 &": "a server",
@@ -76,6 +77,8 @@ EXCEPTED = {
     "scripts/test -n 0": "this test run",
     "scripts/test --readers": "asks for a password",
     "scripts/javascript/check": "a part of scripts/test",
+    "python scripts/explorer_random_use.py --minutes N --seed N hoop.nc": "minutes; "
+    "tests/explorer/browser/test_random_use.py",
     "scripts/explorer_random_use.py": "minutes; tests/explorer/browser/test_random_use.py",
     "scripts/record_explorer.py": "minutes, and writes pictures of the docs",
     "scripts/vendor_page.py": "fetches from npm; tests/explorer/test_vendor.py holds what it fetched",
@@ -85,22 +88,24 @@ EXCEPTED = {
     "scripts/gallery": "minutes; tests/scripts/test_make_gallery.py draws coarse ones",
     "python scripts/plot_report.py -o docs/report": "a minute; tests/promises/test_report_page.py has its numbers",
     "python scripts/plot_convergence.py -o docs/convergence.png": "minutes; tests/studies/test_convergence.py",
-    "python scripts/audit_extremes.py errors 1000000 7": "an hour; tests/scripts/test_audit_extremes.py",
-    "python scripts/audit_extremes.py separatrices 400 202": "minutes; tests/scripts/test_audit_extremes.py",
-    "python scripts/audit_extremes.py brackets 500 7": "minutes; tests/scripts/test_audit_extremes.py",
-    "python scripts/audit_extremes.py periods 300 7": "minutes; tests/scripts/test_audit_extremes.py",
-    "python scripts/audit_contact.py random 3000 7": "minutes; tests/scripts/test_audit_contact.py",
-    "python scripts/audit_compare.py 30000 7": "minutes; tests/scripts/test_audit_compare.py",
+    "python scripts/audit_extremes.py errors N N": "an hour; tests/scripts/test_audit_extremes.py",
+    "python scripts/audit_extremes.py separatrices N N": "minutes; tests/scripts/test_audit_extremes.py",
+    "python scripts/audit_extremes.py brackets N N": "minutes; tests/scripts/test_audit_extremes.py",
+    "python scripts/audit_extremes.py periods N N": "minutes; tests/scripts/test_audit_extremes.py",
+    "python scripts/audit_contact.py random N N": "minutes; tests/scripts/test_audit_contact.py",
+    "python scripts/audit_compare.py N N": "minutes; tests/scripts/test_audit_compare.py",
     "python scripts/benchmark.py": "many minutes; tests/scripts/test_benchmark.py",
-    "python scripts/audit_losses.py mixtures 300 1": "minutes; tests/lossy_referee.py is its referee in the tests too",
-    "python scripts/audit_losses.py single 300 11": "minutes; likewise",
-    "python scripts/audit_losses.py breaches 150 1": "minutes; likewise",
-    "python scripts/audit_losses.py tight 100 2211": "seconds, after minutes of compiling; likewise",
+    "python scripts/audit_losses.py mixtures N N": "minutes; tests/lossy_referee.py is its referee in the tests too",
+    "python scripts/audit_losses.py single N N": "minutes; likewise",
+    "python scripts/audit_losses.py breaches N N": "minutes; likewise",
+    "python scripts/audit_losses.py tight N N": "seconds, after minutes of compiling; likewise",
+    "python scripts/audit_losses.py grazes N N": "minutes; likewise",
+    "python scripts/audit_losses.py passes N N": "minutes; likewise",
     "python scripts/audit_losses.py wobbles": "likewise",
-    "python scripts/audit_losses.py limits 400 17": "likewise",
-    "python scripts/audit_losses.py holding 2000 17": "likewise",
-    "scripts/audit_extremes.py errors 1000000 7": "an hour; tests/scripts/test_audit_extremes.py",
-    "scripts/audit_compare.py 30000 7": "minutes; tests/scripts/test_audit_compare.py",
+    "python scripts/audit_losses.py limits N N": "likewise",
+    "python scripts/audit_losses.py holding N N": "likewise",
+    "scripts/audit_extremes.py errors N N": "an hour; tests/scripts/test_audit_extremes.py",
+    "scripts/audit_compare.py N N": "minutes; tests/scripts/test_audit_compare.py",
     "scripts/audit_contact.py": "minutes; tests/scripts/test_audit_contact.py",
     "scripts/damage.py": "a module of scripts/fuzz.py",
     "explore toy.nc": "a server; tests/explorer/test_explorer.py opens one of such an atlas",
@@ -146,6 +151,9 @@ _ALIASES = (
 )
 
 
+_AUDIT = re.compile(r"\bscripts/(?:audit_|explorer_random_use)")
+
+
 def blocks(page):
     """Return language and text of the blocks of code of a page; what Sphinx reads is none."""
     found = re.findall(r"^```(\w*)\n(.*?)^```$", PAGES[page].read_text(encoding="utf-8"), re.M | re.S)
@@ -157,7 +165,8 @@ def in_sentences(page):
     text = re.sub(r"^```.*?^```$", "", PAGES[page].read_text(encoding="utf-8"), flags=re.M | re.S)
     spans = [" ".join(each.split()) for each in re.findall(r"`([^`]+)`", text)]
     program = rf"eulerdisk |(?:{'|'.join(_ALIASES)}) [^ ]|(?:pip|python|pytest|source|cp) |scripts/\w"
-    return [each.removeprefix("eulerdisk ") for each in spans if re.match(program, each)]
+    found = [each.removeprefix("eulerdisk ") for each in spans if re.match(program, each)]
+    return [re.sub(r"\b\d+\b", "N", each) if _AUDIT.search(each) else each for each in found]
 
 
 def uncommented(text):

@@ -205,7 +205,7 @@ class Completed:
     ("problem", "ended", "match"),
     [
         (KeyError("worker died"), "error", r"1 of 4 blocks \(2\).*KeyError\('worker died'\)"),
-        (None, "cancelled", r"scheduler has ended.*1 of 4 blocks were not computed"),
+        (None, "cancelled", r"scheduler has ended.*1 of 4 blocks was not computed"),
     ],
 )
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, match):
