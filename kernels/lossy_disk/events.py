@@ -232,7 +232,7 @@ def step_to_event(state, senses, case, reach, h):
         h = least
         after, gain = next_state(state, senses, case.inertia, case.losses, h)
         margins = _margins(after, senses, heading, case, reach)
-    for event, near in ((LIFTS, _NEAR), (SLIPS, _NEAR * case.friction * margins[LIFTS])):
+    for event, near in ((SLIPS, _NEAR * case.friction * margins[LIFTS]), (LIFTS, _NEAR)):
         if found != LIFTS and found != SLIPS and margins[event] < near:
             touched = _until_touched(event, state, senses, margins[event], case, h)
             time = _time_of(event, state, senses, heading, case, reach, touched) if touched <= h else math.inf

@@ -76,6 +76,9 @@ _WRITTEN, _GOES_ON, _AGAIN = range(3)
 #: Steps that a lane goes back at an event.
 _STEPS_BACK = int(STEPS_OF_A_CALL) + 1
 
+#: Steps of a motion that leads nowhere up to which it begins again with shorter ones.
+_MOST_LOST = 1.0e5
+
 
 @internal
 def _not_negative(x):
@@ -275,13 +278,22 @@ def _store_leg(lane, motion, record, lanes):
 
 
 @internal
+def _imbalance(motion, lane, lanes):
+    """`imbalance_of` a motion."""
+    return imbalance_of(spin_state(motion.state, inertia_of(lane, lanes)), motion.ledger, lane, lanes)
+
+
+@internal
 def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
-    state = spin_state(motion.state, inertia_of(lane, lanes))
-    error = max(lanes[at.IMBALANCE + lane], imbalance_of(state, motion.ledger, lane, lanes))
+    error, most = _imbalance(motion, lane, lanes), lanes[at.IMBALANCE + lane]
+    # so written, a NaN stays
+    error = most if most > error else error
     lanes[at.IMBALANCE + lane] = error
     if ending == UNRESOLVED or not error <= run.tolerance:
-        if ending != UNRESOLVED and refined(lane, error, run, lanes):
+        # steps that are too long may lead nowhere; many steps that do not end a motion will not with more of them
+        lost = ending == UNRESOLVED
+        if (not lost or record.steps < _MOST_LOST) and refined(lane, math.inf if lost else error, run, lanes):
             begin(lane, lanes)
             return _AGAIN
         _write_unresolved(cell, lane, record, lanes, measures, counts)
@@ -458,7 +470,10 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         lanes[at.BREACH + lane] = _breach(motion, record, case, lane, past, lanes)
         lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
         return True
-    motion, record, ending = _followed(motion, record, case, lane, past, lanes)
+    ending = MOVING
+    if _imbalance(motion, lane, lanes) <= run.tolerance:
+        # a state from which no step leads on, as behind flat, might be followed without end
+        motion, record, ending = _followed(motion, record, case, lane, past, lanes)
     state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     if state == _AGAIN:
         return _set_off_again(cell, lane, run, lanes, measures, counts)

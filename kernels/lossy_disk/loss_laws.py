@@ -172,7 +172,11 @@ def horizontal_rate_near(motion, inverse):
 
 @simd
 def _change_of_square(motion, inverse):
-    """Square of the horizontal turning rate, the same times `inverse`, and one less the same times its square."""
+    """Square of the horizontal turning rate, and two numbers of it.
+
+    With `inverse`, the reciprocal of a rate near it: square times inverse, and 1 - square times inverse squared, the
+    relative change of the square.
+    """
     C, w, f = motion
     across = C * f
     square = (w * w + _LEAST_SQUARE) + across * across
@@ -190,7 +194,7 @@ def no_horizontal_rate(motion):
 
 @simd
 def no_horizontal_rate_near(motion, inverse):
-    """`horizontal_rate_near` and `horizontal_rate_nearer` without rolling friction."""
+    """`horizontal_rate_near` without rolling friction."""
     return 0.0, 0.0, 0.0
 
 
@@ -284,7 +288,7 @@ def drag_near(f, place, losses, before, blow):
     Notes
     -----
     Two stages in the middle of a step differ by its second order. So a force that is linear about the first errs by the
-    fourth order of the second, which is of the order of the step's own error. For f = 0 it is zero and no infinity.
+    fourth order of the second, which is of the order of the step's own error. Where `before` is 0 it is 0 as well.
     """
     S, C, T = place
     return (losses.film * f) * (C + S * T) + (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]

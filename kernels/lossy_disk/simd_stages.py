@@ -392,6 +392,18 @@ def keep_root(lane, lanes, last):
 
 
 @simd
+def chosen_stage(condition, last, other):
+    """`last` if a condition holds, else the `other` one, both as of `last_stage_of`."""
+    (rate, inverse, slowed, reciprocal), roll, (_, root) = last
+    (rate0, inverse0, slowed0, reciprocal0), roll0, (_, root0) = other
+    near = (
+        rate if condition else rate0, inverse if condition else inverse0,
+        slowed if condition else slowed0, reciprocal if condition else reciprocal0,
+    )  # fmt: skip
+    return near, roll if condition else roll0, (0.0, root if condition else root0)
+
+
+@simd
 def keep_nothing(lane, lanes, total):
     """Store nothing: the variant lacks the law."""
 
@@ -439,8 +451,10 @@ def advance(lane, run, lanes):
     reach = _NEAREST * (half if state[3] * change[3] < 0.0 else last)
     here = state[0], state[1], abs(state[3]), of_disk.i_tilt * change[3], reach
     store_near(lane, lanes, nearer(going, here, near))
-    keep_rate(lane, lanes, last_stage)
-    keep_root(lane, lanes, last_stage)
+    # what rests goes on to see its own state, from which a step may lead nowhere
+    stage = chosen_stage(going, last_stage, (forces.near, forces.f, forces.drag))
+    keep_rate(lane, lanes, stage)
+    keep_root(lane, lanes, stage)
     return not going
 
 
@@ -458,10 +472,11 @@ def coast(lane, weight, run, lanes):
     speed = abs(state[3])
     here = state[0], state[1], speed, of_disk.i_tilt * change[3], _NEAREST * taken
     stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, taken)
-    store_state(lane, lanes, stepped)
+    # one that rests may rest where a step leads nowhere
+    store_state(lane, lanes, chosen(taken > 0.0, stepped, state))
     store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))
     slides = slides_on(state, change, forces, sense, of_disk, losses, friction, 2.0 * taken)
-    lanes[at.SLIDES + lane] = slid if slides else 0.0
+    lanes[at.SLIDES + lane] = slid if slides | (taken == 0.0) else 0.0
     # a turning point is near to one state of a call at most
     store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))
     keep_rate(lane, lanes, last_stage)

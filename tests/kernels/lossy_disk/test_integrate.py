@@ -360,3 +360,31 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
             found = lossy_runner.run(one, threads=1, limit=tilt * (1.0 + beyond))
             assert np.isfinite(found.breach_time[0]) == breaks
             assert found.end_time[0] == ended.end_time[cell]
+
+
+@pytest.mark.parametrize("name", ["", "integrate_pivoting", "integrate_bare"])
+def test_falls_are_resolved_with_any_tolerance(name):
+    """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
+    seed, n = int(np.random.default_rng().integers(2**31)), 2000
+    rng = np.random.default_rng(seed)
+    starts = referee.starts(
+        tilt=rng.uniform(0.01, 1.5, n),
+        tilt_rate=rng.uniform(-1.0, 1.0, n),
+        precession_rate=rng.choice([0.0, 0.1, 1.0], n) * rng.normal(size=n),
+        roll_rate=rng.choice([0.0, 0.1, 1.0], n) * rng.normal(size=n),
+        alpha=rng.uniform(0.05, 1.0, n),
+        radius=np.ones(n),
+        gravity=np.ones(n),
+        mass=np.ones(n),
+        pivoting_friction=rng.choice([0.0, 0.01], n) * (name != "integrate_bare"),
+    )
+    close = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=1e-11)
+    assert np.count_nonzero(close.ending == FLAT) > n // 20
+    for tolerance in (1e-5, 1e-6, 1e-7, 1e-8):
+        found = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=tolerance)
+        assert not np.any(found.ending == UNRESOLVED), (seed, tolerance)
+        # next to the ends of the duration, or of what flat is, an error decides
+        same = found.ending == close.ending
+        assert np.count_nonzero(~same) <= n // 100, (seed, tolerance)
+        off, stated = np.abs(found.end_time - close.end_time), found.time_error + close.time_error
+        assert not np.any(off[same] > stated[same] + 1e-12), (seed, tolerance)
