@@ -76,6 +76,9 @@ _WRITTEN, _GOES_ON, _AGAIN = range(3)
 #: Steps that a lane goes back at an event.
 _STEPS_BACK = int(STEPS_OF_A_CALL) + 1
 
+#: What is beyond every sine: where the criterion looks if there is none, or none any more.
+_NO_SINE = 2.0
+
 #: Steps of a motion that leads nowhere up to which it begins again with shorter ones.
 _MOST_LOST = 1.0e5
 
@@ -172,14 +175,14 @@ def _store_start(lane, state, disk, losses, friction, criterion, lanes):
 @internal
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
-    nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -2.0, 2.0)
+    nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -_NO_SINE, _NO_SINE)
     _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), nothing, math.inf, never, lanes)
 
 
 @internal
 def _sine(tilt):
-    """Sine of a tilt; beyond a right angle, where no disk comes, 2."""
-    return math.sin(tilt) if abs(tilt) < 0.5 * math.pi else math.copysign(2.0, tilt)
+    """Sine of a tilt; beyond a right angle, where no disk comes, what no sine is."""
+    return math.sin(tilt) if abs(tilt) < 0.5 * math.pi else math.copysign(_NO_SINE, tilt)
 
 
 @internal
@@ -191,7 +194,7 @@ def _criterion(tilt, scaled_rate, alpha, run):
     """
     reference = tilt if run.from_start == 1.0 else 0.0
     if run.limited == 0.0:
-        return reference, math.inf, -2.0, 2.0
+        return reference, math.inf, -_NO_SINE, _NO_SINE
     reach = run.limit
     if run.limited == 2.0:
         away = tilt - reference
@@ -274,7 +277,7 @@ def _store_leg(lane, motion, record, lanes):
     lanes[at.BREACH + lane], lanes[at.STEPS_KEPT + lane] = record.breach, record.steps
     lanes[at.SWITCHES + lane] = record.switches
     if record.breach == record.breach:
-        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
+        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -_NO_SINE, _NO_SINE
 
 
 @internal
@@ -435,7 +438,11 @@ def _breaks_only(lane, run, lanes):
     if not _slides_on(lane, run, lanes):
         return False
     S, extreme = lanes[at.S + lane], turning_sine(near_of(lane, lanes))
-    return min(S, extreme) < lanes[at.LOW + lane] or max(S, extreme) > lanes[at.HIGH + lane]
+    least, greatest = min(S, extreme), max(S, extreme)
+    # behind flat a step may lead anywhere; what no sine is ends a leg without a criterion too
+    if not (least >= -_NO_SINE and greatest <= _NO_SINE):
+        return False
+    return least < lanes[at.LOW + lane] or greatest > lanes[at.HIGH + lane]
 
 
 @internal
@@ -468,7 +475,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     record = _record_of(lane, lanes, lanes[at.LEAST + lane], lanes[at.GREATEST + lane])
     if _breaks_only(lane, run, lanes):
         lanes[at.BREACH + lane] = _breach(motion, record, case, lane, past, lanes)
-        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -2.0, 2.0
+        lanes[at.LOW + lane], lanes[at.HIGH + lane] = -_NO_SINE, _NO_SINE
         return True
     ending = MOVING
     if _imbalance(motion, lane, lanes) <= run.tolerance:

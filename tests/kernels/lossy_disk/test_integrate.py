@@ -383,6 +383,9 @@ def test_falls_are_resolved_with_any_tolerance(name):
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8):
         found = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=tolerance)
         assert not np.any(found.ending == UNRESOLVED), (seed, tolerance)
+        watched = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=tolerance, limit=1.2)
+        assert np.array_equal(watched.ending, found.ending), (seed, tolerance)
+        assert np.array_equal(watched.end_tilt, found.end_tilt), (seed, tolerance)
         # next to the ends of the duration, or of what flat is, an error decides
         same = found.ending == close.ending
         assert np.count_nonzero(~same) <= n // 100, (seed, tolerance)
