@@ -43,6 +43,10 @@ _HEADERS = {
 
 HOST = "127.0.0.1"
 
+_LAST_PORT = 65_535
+
+_PORT_HINT = "Leave --port out, or give one that is free, as in --port 8123."
+
 
 class Server(ThreadingHTTPServer):
     """Answers requests of this machine until it is closed.
@@ -66,16 +70,20 @@ class Server(ThreadingHTTPServer):
     request_queue_size = 128
 
     def __init__(self, answers: Answers, port: int = 0, *, framed: bool = False) -> None:
+        if not 0 <= port <= _LAST_PORT:
+            raise RequestError(
+                f"A port is a number from 0 to {_LAST_PORT}; got {port}.", hint=_PORT_HINT, where="port"
+            )
         # the base class closes the server where it cannot listen
         self._connections: set[socket.socket] = set()
         #: connection -> the time at which its request began to arrive
         self._arriving: dict[socket.socket, float] = {}
         try:
             super().__init__((HOST, port), _Handler)
-        except (OSError, OverflowError) as problem:
+        except OSError as problem:
             raise RequestError(
-                f"The explorer cannot listen at port {port}: {problem}.",
-                hint="Leave --port out, or give one that is free, as in --port 8123.",
+                f"The explorer cannot listen at port {port}: {problem.strerror or problem}.",
+                hint=_PORT_HINT,
                 where="port",
             ) from None
         self.answers = answers

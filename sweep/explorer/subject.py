@@ -104,7 +104,8 @@ def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
     from sweep.request.spec_changes import given_in, split_changes
     from sweep.request.words import model_for, pairs
 
-    if what is not None and "=" in what:
+    # the name of a file may have such a sign, too: hoop_alpha=1.nc
+    if what is not None and "=" in what and not Path(what).is_file():
         words, what = [what, *words], None
     if words and not _is_atlas(what):
         return _subject_of_spec(SweepSpec.from_words("rolling" if what is None else what, words))

@@ -12,7 +12,7 @@ from explorer_client import ask, post, refused
 
 import sweep
 from sweep.errors import RequestError
-from sweep.explorer.explorer import explore
+from sweep.explorer.explorer import Explorer, explore
 from sweep.explorer.point import NO_CELL
 from sweep.explorer.subject import subject_of_words
 
@@ -229,6 +229,15 @@ def test_words_are_those_of_the_model_that_is_explored():
     assert subject_of_words("rolling", ["alpha=1"]).spec.alpha == 1.0
     assert subject_of_words("alpha=1", ["gravity=1.6"]).spec.gravity == 1.6
     assert subject_of_words(None, []).spec is None
+
+
+@pytest.mark.parametrize("name", ["alpha=1 +5%.nc", "größe & 盤 #1.nc", "a='b'\";<i>.nc"])
+def test_the_file_of_an_atlas_may_have_any_name(tmp_path, file, name):
+    """Signs that mean something in words, addresses or HTML mean nothing in the name of a file."""
+    path = tmp_path / name
+    path.write_bytes(file.read_bytes())
+    with Explorer(subject_of_words(str(path), [])) as explorer:
+        assert about(explorer)["atlas"]["label"] == name
 
 
 def test_the_accessor_opens_the_explorer_of_its_atlas(file):

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 import pytest
 from explorer_client import ROLLING, ask, changed, post, raw, refused
 
+from sweep.errors import RequestError
 from sweep.explorer import window as window_module
 from sweep.explorer.explorer import explore
 
@@ -241,8 +242,16 @@ def test_a_port_that_is_taken_is_refused():
     """A port in use is refused in words."""
     with explore() as explorer:
         port = urlsplit(explorer.url).port
-        with pytest.raises(Exception, match=f"cannot listen at port {port}"):
+        with pytest.raises(Exception, match=f"cannot listen at port {port}: Address already in use\\."):
             explore(port=port)
+
+
+@pytest.mark.parametrize("port", [-1, 65_536, 99_999_999])
+def test_a_port_that_is_none_is_refused(port):
+    """What no port can be is refused with the numbers that one can have."""
+    with pytest.raises(RequestError) as refused:
+        explore(port=port)
+    assert refused.value.message == f"A port is a number from 0 to 65535; got {port}."
 
 
 @pytest.mark.parametrize("words", [[], ["rolling", "alpha=1"], ["spinning"]])

@@ -88,7 +88,7 @@ export function stateOf(fragment, about) {
     quantity: known(entries.get("quantity"), quantitiesOf(about, first.view.base)) ?? first.quantity,
     stored: entries.get("stored") !== "no",
     hidden: LINES.filter((name) => (entries.get("hide") ?? "").split(",").includes(name)),
-    range: readPair(entries.get("range")),
+    range: readRange(entries.get("range")),
     points: [readPoint(entries.get(LETTERS[0])), readPoint(entries.get(LETTERS[1]))],
     compare: entries.get("compare") === "yes",
     motions: [readMotion(entries, LETTERS[0], about), readMotion(entries, LETTERS[1], about)],
@@ -141,8 +141,19 @@ function readWords(entries, about) {
  * @returns {[number, number]|null}
  */
 function readPair(text) {
-  const [low, high] = (text ?? "").split(",").map(Number);
-  return Number.isFinite(low) && Number.isFinite(high) && text ? [low, high] : null;
+  const parts = (text ?? "").split(",");
+  const [first, second] = parts.map(Number);
+  const possible = parts.length === 2 && !parts.includes("") && Number.isFinite(first + second);
+  return possible ? [first, second] : null;
+}
+
+/**
+ * Ends of the colours, the lower one first.
+ * @param {string|null} text
+ */
+function readRange(text) {
+  const pair = readPair(text);
+  return pair && pair[0] < pair[1] ? pair : null;
 }
 
 /**

@@ -8,6 +8,7 @@ import { AtlasMap } from "eulerdisk/map";
 import { addMenus } from "eulerdisk/menus";
 import { clock } from "eulerdisk/motion/clock";
 import { loadMotions, Motions } from "eulerdisk/motions";
+import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
 import { baseOf, quantityOf, wordsOf, withinDomain } from "eulerdisk/state";
@@ -57,7 +58,7 @@ class Page {
       onAim: (aim) => this.#aim(aim),
       onReset: (double) => this.#reset(double),
       onShown: () => this.#shown(),
-      onLines: () => this.#controls.show(this.#state, this.#map.lines),
+      onLines: () => this.#hearLines(),
       onProblem: (problem) => this.#say(problem),
     });
     this.#controls = new Controls(part("controls"), about, change);
@@ -75,7 +76,8 @@ class Page {
         change((state) => ({ ...state, motions: withSlot(state.motions, slot, settings) })),
     });
     clock.listen(() => this.#hearClock());
-    this.#choices = [baseMenu(part("bases"), about, change), themeButton(part("theme"), change)];
+    const begin = (/** @type {(state: State) => State} */ by) => this.#begin(by(this.#state));
+    this.#choices = [baseMenu(part("bases"), about, begin), themeButton(part("theme"), change)];
     part("compare").addEventListener("click", () =>
       change((state) => ({ ...state, compare: !state.compare })),
     );
@@ -98,6 +100,7 @@ class Page {
       };
     }
     window.addEventListener("hashchange", () => this.#restore());
+    this.#tell("");
     this.#show(this.#state);
     const [first] = this.#state.points;
     if (first) this.#aim({ point: first, shown: null, keys: false });
@@ -162,6 +165,17 @@ class Page {
     if (fragment !== location.hash) history.replaceState(null, "", fragment);
   }
 
+  /**
+   * Show a state that gives up the window that was chosen: one goes back to that as to the page before.
+   * @param {State} state
+   */
+  #begin(state) {
+    this.#keep();
+    const fragment = `#${fragmentOf(state)}`;
+    if (fragment !== location.hash) history.pushState(null, "", fragment);
+    this.#show(state);
+  }
+
   /** Show what an address says that was typed or gone back to. */
   #restore() {
     if (location.hash.slice(1) !== fragmentOf(this.#state)) this.#show(stateOf(location.hash, this.#about));
@@ -201,7 +215,13 @@ class Page {
     const base = baseOf(this.#about, view).view;
     const first = [base.x, base.y];
     const [x, y] = [view.x, view.y].map((axis) => first.find((each) => each.name === axis.name) ?? axis);
-    this.#show({ ...kept, view: { ...view, x, y } });
+    this.#begin({ ...kept, view: { ...view, x, y } });
+  }
+
+  #hearLines() {
+    this.#controls.show(this.#state, this.#map.lines);
+    const { linesProblem } = this.#map;
+    if (linesProblem) this.#say(linesProblem);
   }
 
   /** New numbers are shown. */
@@ -209,17 +229,20 @@ class Page {
     this.#controls.show(this.#state, this.#map.lines);
     const note = this.#map.picture.answer?.head.note ?? "";
     const end = this.#map.atEnd || this.#map.picture.answer?.head.end;
-    this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
+    const { linesProblem } = this.#map;
+    if (linesProblem) this.#say(linesProblem);
+    else this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
   }
 
   /** @param {Error & {hint?: string}} problem */
   #say(problem) {
-    this.#tell([problem.message, problem.hint].filter(Boolean).join(" "));
+    const again = mayPass(/** @type {any} */ (problem)) ? () => this.#map.again() : null;
+    tell(part("notice"), wordsOfProblem(problem), again);
   }
 
   /** @param {string} words */
   #tell(words) {
-    part("notice").textContent = words;
+    tell(part("notice"), words);
   }
 }
 
@@ -235,16 +258,27 @@ function withSlot(both, slot, settings) {
   return slot === 0 ? [settings, both[1]] : [both[0], settings];
 }
 
-async function begin() {
-  const held = document.getElementById("stored");
-  const source = held ? await StoredSource.read(held.textContent ?? "") : new ServerSource();
+/** @param {Source} source */
+async function begin(source) {
   const about = await source.about();
   document.title = `${about.atlas?.label ?? "eulerdisk explorer"}`;
   new Page(about, source);
-  await loadMotions();
+  // where that fails it is loaded anew for the first motion, which tells it
+  await loadMotions().catch(() => {});
 }
 
-begin().catch((problem) => {
-  part("notice").textContent = problem.message;
-  throw problem;
-});
+/**
+ * Begin; where the server does not answer, as soon as it does.
+ * @param {Source} source
+ */
+function beginOnceAnswered(source) {
+  begin(source).catch((problem) => {
+    const again = () => beginOnceAnswered(source);
+    if (source.reach) source.reach.onBack = again;
+    tell(part("notice"), wordsOfProblem(problem), mayPass(problem) ? again : null);
+    if (!problem.unreachable && !problem.status) throw problem;
+  });
+}
+
+const held = document.getElementById("stored");
+beginOnceAnswered(held ? await StoredSource.read(held.textContent ?? "") : new ServerSource());

@@ -5,6 +5,7 @@ import { Gestures, inside, listenToKeys } from "eulerdisk/gestures";
 import { html } from "eulerdisk/html";
 import { Latest } from "eulerdisk/latest";
 import { legendHeight } from "eulerdisk/legend";
+import { mayPass } from "eulerdisk/notice";
 import { drawOverlay } from "eulerdisk/overlay";
 import { Picture } from "eulerdisk/picture";
 import { Refresh } from "eulerdisk/refresh";
@@ -51,6 +52,8 @@ export class AtlasMap {
   overlay = /** @type {SVGSVGElement} */ (svg("svg", { class: "overlay", "aria-hidden": "true" }));
   /** @type {Line[]} */
   lines = [];
+  /** @type {Error|null} why there are no lines, though they could be had */
+  linesProblem = null;
   #element;
   #about;
   #told;
@@ -239,8 +242,10 @@ export class AtlasMap {
     try {
       this.lines = await source.lines(view);
       this.#linesOf = wordsOf(view);
-    } catch {
+      this.linesProblem = null;
+    } catch (problem) {
       // what is wrong with the view is told by its window
+      this.linesProblem = mayPass(/** @type {any} */ (problem)) ? /** @type {Error} */ (problem) : null;
       this.lines = [];
     }
     this.redraw();

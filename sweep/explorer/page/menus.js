@@ -1,6 +1,8 @@
 /** The menus at the top: copy the address or a command, save pictures and data. */
 
+import { copied } from "eulerdisk/copy";
 import { html } from "eulerdisk/html";
+import { wordsOfProblem } from "eulerdisk/notice";
 import { FINE, pixels } from "eulerdisk/refresh";
 import { download, pngOf, svgOf } from "eulerdisk/save";
 import { isFixed } from "eulerdisk/state";
@@ -114,20 +116,28 @@ function item(words, deed, offered = () => true) {
 function menu(title, items, say) {
   const details = html("details", { class: "menu" }, html("summary", {}, title));
   const close = () => details.removeAttribute("open");
+  const closeAndReturn = () => {
+    close();
+    // else the focus would be lost with what has it, and Tab would begin at the top of the page
+    details.querySelector("summary")?.focus();
+  };
+  const closeUnlessIn = (/** @type {EventTarget|null} */ target) => {
+    if (!details.contains(/** @type {Node} */ (target))) close();
+  };
   for (const { button, deed } of items) {
     button.addEventListener("click", () => {
-      close();
-      deed().catch(({ message, hint }) => say([message, hint].filter(Boolean).join(" ")));
+      closeAndReturn();
+      deed().catch((problem) => say(wordsOfProblem(problem)));
     });
   }
   details.append(html("div", {}, ...items.map(({ button }) => button)));
-  details.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape") return;
-    close();
-    details.querySelector("summary")?.focus();
+  // some browsers give the focus to no button that is clicked, so that Escape is pressed elsewhere
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && details.open) closeAndReturn();
   });
-  document.addEventListener("pointerdown", (event) => {
-    if (!details.contains(/** @type {Node} */ (event.target))) close();
+  document.addEventListener("pointerdown", (event) => closeUnlessIn(event.target));
+  details.addEventListener("focusout", ({ relatedTarget }) => {
+    if (relatedTarget) closeUnlessIn(relatedTarget);
   });
   return details;
 }
@@ -137,11 +147,5 @@ function menu(title, items, say) {
  * @param {(words: string) => void} say
  */
 async function copy(text, say) {
-  try {
-    await navigator.clipboard.writeText(text);
-    say("Copied.");
-  } catch {
-    // a page without leave to write to the clipboard shows what to copy
-    say(text);
-  }
+  if (await copied(text)) say("Copied.");
 }

@@ -1,6 +1,7 @@
 /** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
 
 import { html } from "eulerdisk/html";
+import { tell, wordsOfProblem } from "eulerdisk/notice";
 import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
@@ -34,6 +35,7 @@ class Slot {
   #letter;
   #set;
   #caption = html("p", { class: "quiet" });
+  #problem = html("p", { class: "fault", role: "status" });
   #body = html("div", { class: "motion" });
   /** @type {Promise<Panel>|null} */
   #panel = null;
@@ -64,7 +66,13 @@ class Slot {
     );
     const heading = html("h2", {}, html("span", { class: "letter" }, letter));
     const head = html("header", {}, heading, this.#caption, button);
-    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, this.#body);
+    this.element = html(
+      "section",
+      { class: "slot", "aria-label": `Motion ${letter}` },
+      head,
+      this.#problem,
+      this.#body,
+    );
   }
 
   /**
@@ -100,6 +108,7 @@ class Slot {
 
   /** @param {Place} request */
   async #move(request) {
+    tell(this.#problem, "");
     try {
       this.#panel ??= this.#make().catch((problem) => {
         // what could not be loaded is loaded anew next time
@@ -113,12 +122,13 @@ class Slot {
       await panel.show(request);
       if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
     } catch (problem) {
-      if (this.#wanted === request) this.#caption.textContent = /** @type {Error} */ (problem).message;
+      if (this.#wanted === request) tell(this.#problem, wordsOfProblem(/** @type {Error} */ (problem)));
     }
   }
 
   #clear() {
     delete this.element.dataset.shown;
+    tell(this.#problem, "");
     void this.#panel?.then(
       (panel) => {
         if (this.#wanted) return;

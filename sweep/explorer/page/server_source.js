@@ -63,7 +63,7 @@ export class ServerSource {
   async about() {
     const answer = await this.reach.of(fetch("./about"));
     if (!answer.ok) throw await refusal(answer);
-    const about = await answer.json();
+    const about = await this.reach.of(answer.json());
     this.live = about.atlas === null || about.atlas.live;
     return about;
   }

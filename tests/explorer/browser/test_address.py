@@ -115,6 +115,58 @@ def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
     assert "time" not in entries(page)
 
 
+def test_addresses_that_others_have_written(opened):
+    """Signs that programs encode, and those they leave, are read as they were meant: "+", ",", ":", ">" and spaces."""
+    page = opened(
+        "x=roll_rate%2C%2B2.5%2C5e-1%2Clinear&y=tilt,-4.5e+0,1.5,log&with.criterion=departure%3A7deg&theme=dark)"
+    )
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 2.5, 0.5, "linear")
+    assert axis(page, "y") == ("tilt", -4.5, 1.5, "log")
+    assert entries(page)["with.criterion"] == "departure:7deg"
+    assert "theme" not in entries(page)
+    criterion = "peak_tilt > 1e+1deg"
+    page.evaluate(
+        "text => { location.hash = `with.criterion=${encodeURIComponent(text)}`; }",
+        criterion,
+    )
+    settled(page)
+    assert entries(page)["with.criterion"] == criterion
+    assert page.locator(".own-criterion").inner_text() == criterion
+    assert page.locator("#notice").inner_text() == ""
+
+
+def test_back_returns_to_what_was_given_up(opened):
+    """Another preset and the whole range give up a window: the browser's way back leads to it, and forth again."""
+    page = opened(BOTH + "&a=2.4,0.02")
+    first = fragment_of(page)
+    page.locator("#base").select_option("spinning")
+    # at once: what was before it is in the address though it was not at rest yet
+    page.locator("#slide-alpha").press("ArrowRight")
+    settled(page)
+    spinning = fragment_of(page)
+    assert spinning != first
+    page.go_back()
+    settled(page)
+    assert (fragment_of(page), page.locator("#base").input_value()) == (first, "rolling")
+    page.locator("#motions .motion.shown").wait_for()
+    page.go_forward()
+    settled(page)
+    assert (fragment_of(page), page.locator("#base").input_value()) == (spinning, "spinning")
+    page.go_back()
+    settled(page)
+    page.locator("#whole").click()
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    # what is whole already gives up nothing
+    page.locator("#whole").click()
+    settled(page)
+    page.go_back()
+    settled(page)
+    assert fragment_of(page) == first
+    assert shown(page)["view"]["x"]["half"] == 0.5
+
+
 @pytest.mark.parametrize(
     "fragment",
     [
@@ -124,6 +176,9 @@ def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
         "base=x&quantity=y&a=1&range=&with.alpha=&with.nothing=1",
         "a=1&hide=<b>,x&theme=pink",
         "time=-1&speed=3",
+        "range=50,1",
+        "range=5,5&a=,5&b=1,",
+        "range=1,50,7&a=2.4,0.02,1",
         "time=NaN&speed=Infinity",
         "&&==&%zz=%",
         "with.alpha=1&junk=" + "x" * 20_000,

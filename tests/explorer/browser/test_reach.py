@@ -13,9 +13,11 @@ def unwatched(browser):
     """Return a function that opens a page of a server whose failures are meant."""
     context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
 
-    def open_page(url):
+    def open_page(url, load=True):
         page = context.new_page()
         page.set_default_timeout(20_000)
+        if not load:
+            return page
         page.goto(f"{url}#{BOTH}")
         page.wait_for_selector(COMPLETE)
         page.evaluate("import('eulerdisk/motion/panel').then(() => null)")
@@ -72,6 +74,91 @@ def test_a_page_goes_on_when_its_server_answers_again(unwatched, explorer):
     page.wait_for_selector("#motions .motion.shown:not(.waiting)")
     wait_for_text(page, "#readout", "nutation period")
     assert GONE not in page.locator("#motions").inner_text()
+
+
+def refuse(route):
+    """Answer as a server that has too many connections."""
+    route.fulfill(status=503, json={"error": "The explorer has no room.", "hint": "Close some.", "where": ""})
+
+
+def test_a_page_begins_when_its_server_answers(unwatched, explorer):
+    """A page whose first question is not answered says so, and begins as soon as it is."""
+    page = unwatched(explorer.url, load=False)
+    page.route("**/about", lambda route: route.abort("connectionrefused"))
+    page.goto(f"{explorer.url}#{BOTH}")
+    wait_for_text(page, "#notice", "Start eulerdisk explore again")
+    page.unroute("**/about")
+    page.wait_for_selector(COMPLETE)
+    page.locator("#notice").filter(has_not_text=GONE).wait_for(state="attached")
+
+
+def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
+    """A page whose first question is refused has a button that asks once more."""
+    page = unwatched(explorer.url, load=False)
+    page.route("**/about", refuse)
+    page.goto(f"{explorer.url}#{BOTH}")
+    wait_for_text(page, "#notice", "no room. Close some.")
+    page.unroute("**/about")
+    page.get_by_role("button", name="Try again").click()
+    page.wait_for_selector(COMPLETE)
+    assert page.locator("#notice").inner_text() == ""
+
+
+@pytest.mark.parametrize("part", ["map.js", "main.js"])
+def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
+    """Where a file of the page does not come nothing can run: words that stand in the page say what to do."""
+    page = unwatched(explorer.url, load=False)
+    page.route(f"**/page/{part}", lambda route: route.abort("connectionrefused"))
+    page.goto(explorer.url)
+    assert page.locator("#notice").inner_text() == ""
+    page.get_by_text("reload it").wait_for(state="visible")
+    page.unroute(f"**/page/{part}")
+    page.reload()
+    page.wait_for_selector(COMPLETE)
+    assert page.locator("#notice").text_content() == ""
+
+
+def test_a_motion_whose_parts_do_not_come_is_shown_once_they_do(unwatched, explorer):
+    """What shows motions is loaded apart: that it did not come is told in the motion's place, until it comes."""
+    page = unwatched(explorer.url, load=False)
+    page.route("**/page/motion/panel.js", lambda route: route.abort("connectionrefused"))
+    page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02")
+    wait_for_text(page, ".slot > .fault", GONE)
+    page.unroute("**/page/motion/panel.js")
+    page.locator("#motions .motion.shown:not(.waiting)").wait_for()
+    words = page.locator("#motions").inner_text()
+    assert GONE not in words
+    assert "roll rate 2.4 rad" in words
+
+
+@pytest.mark.parametrize("what", ["window", "lines", "motion"])
+def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
+    """A window, lines or a motion that a server could not answer is told, with a button that asks once more."""
+    page = unwatched(explorer.url)
+    page.route(f"**/{what}", refuse)
+    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6&a=2.4,0.02")
+    told = page.locator("#motions .motion .problem" if what == "motion" else "#notice")
+    told.filter(has_text="no room. Close some.").wait_for()
+    # pictures that come after it do not take its place
+    page.wait_for_timeout(500)
+    page.unroute(f"**/{what}")
+    told.get_by_role("button", name="Try again").click()
+    told.filter(has_not_text="no room").wait_for(state="attached")
+    settled(page)
+    page.locator("#motions .motion.shown:not(.waiting)").wait_for()
+    page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
+
+
+def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
+    """An explanation that did not come is told, and asked for once more when it is opened again."""
+    page = unwatched(explorer.url)
+    page.route("**/explain", refuse)
+    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.open=words")
+    wait_for_text(page, ".explanation", "no room")
+    page.unroute("**/explain")
+    for _ in range(2):
+        page.locator("details.words summary").click()
+    wait_for_text(page, ".explanation", "because")
 
 
 def test_a_new_server_at_the_old_address_is_told(unwatched, explorer):

@@ -14,6 +14,7 @@ import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
 import { Samples } from "eulerdisk/motion/samples";
 import { Transport } from "eulerdisk/motion/transport";
+import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
@@ -47,8 +48,10 @@ export class MotionPanel {
     this.judged = null;
     this.timer = 0;
     this.fresh = false;
+    /** Whether the words of the start are those of the request. */
+    this.explained = false;
     this.parts = partsOf(element);
-    /** @type {DiskScene|undefined} */
+    /** @type {DiskScene|null|undefined} null where there is no WebGL */
     this.scene = undefined;
     this.parts.words.addEventListener("toggle", () => this.#explain());
     for (const part of [this.parts.laws, this.parts.words]) part.addEventListener("toggle", told);
@@ -76,10 +79,11 @@ export class MotionPanel {
     this.request = request;
     // the same place is another start where the other words are others: what was said is not said of it
     if (!former || another || wordsOf(former.view) !== wordsOf(request.view)) {
+      this.explained = false;
       this.parts.explanation.textContent = "";
       this.parts.verdict.textContent = "";
-      void this.#tellVerdict(request);
     }
+    if (!this.parts.verdict.textContent) void this.#tellVerdict(request);
     await this.#ask(another);
     if (this.request === request) await this.#explain();
   }
@@ -140,10 +144,8 @@ export class MotionPanel {
       this.parts.problem.textContent = "";
     } catch (problem) {
       if (asked.signal.aborted) return;
-      const { message, hint, status } = /** @type {{message: string, hint?: string, status?: number}} */ (
-        problem
-      );
-      if (status === 400 && !this.samples && Object.keys(this.losses.losses).length) {
+      const refused = /** @type {Error & {hint?: string, status?: number}} */ (problem);
+      if (refused.status === 400 && !this.samples && Object.keys(this.losses.losses).length) {
         // losses of an address may leave no motion: without them there are sliders to set them with
         this.losses.losses = {};
         this.told();
@@ -153,7 +155,8 @@ export class MotionPanel {
         // another start may have been chosen meanwhile: this is not said of it
         if (this.asked !== last || last.signal.aborted) return;
       }
-      this.parts.problem.textContent = hint ? `${message} ${hint}` : message;
+      const again = mayPass(refused) ? () => void this.#ask(fromStart) : null;
+      tell(this.parts.problem, wordsOfProblem(refused), again);
       // the verdict and the words of the start are there without its motion
       this.element.classList.toggle("refused", !this.samples);
     }
@@ -184,12 +187,13 @@ export class MotionPanel {
     const style = getComputedStyle(this.element);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     try {
-      this.scene ??= this.#makeScene();
+      if (this.scene === undefined) this.scene = this.#makeScene();
     } catch (problem) {
       if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
+      this.scene = null;
       this.parts.stage.textContent = NO_WEBGL;
-      return;
     }
+    if (!this.scene) return;
     const colours = {
       ground: colour("--motion-ground"),
       grid: colour("--motion-grid"),
@@ -268,13 +272,18 @@ export class MotionPanel {
   /** Ask for the explanation when it is open and not there yet. */
   async #explain() {
     const { request } = this;
-    if (!request || !this.parts.words.open || this.parts.explanation.textContent) return;
+    if (!request || !this.parts.words.open || this.explained) return;
     const { view, x, y } = request;
-    const text = await this.source
-      .explain({ view, x, y })
-      .catch((/** @type {Error} */ problem) => problem.message);
+    /** @type {Promise<string>} */
+    const asked = this.source.explain({ view, x, y });
+    const found = await asked.then(
+      (text) => ({ text, explained: true }),
+      // what was refused is asked for once more when the words are opened again
+      (problem) => ({ text: wordsOfProblem(problem), explained: false }),
+    );
     if (this.request !== request) return;
-    this.parts.explanation.textContent = text;
+    this.parts.explanation.textContent = found.text;
+    this.explained = found.explained;
   }
 }
 

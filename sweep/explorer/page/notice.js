@@ -1,0 +1,33 @@
+/** The line below the map: what is wrong, what has been done, and a button where trying again may help. */
+
+import { html } from "eulerdisk/html";
+
+/** Status from which on a request was in order, and the server could not answer it. */
+const FAULT = 500;
+
+/**
+ * Whether a request that failed may be answered when it is made once more.
+ * @param {{status?: number}} problem
+ */
+export function mayPass({ status = 0 }) {
+  return status >= FAULT;
+}
+
+/**
+ * Show words in an element, and a button behind them.
+ * @param {HTMLElement} element
+ * @param {string} words
+ * @param {(() => void)|null} [again]  tries once more
+ */
+export function tell(element, words, again = null) {
+  const button = again && html("button", { type: "button", class: "again", click: again }, "Try again");
+  element.replaceChildren(...(button ? [words, " ", button] : [words]));
+}
+
+/**
+ * Words of a problem and what to do about it.
+ * @param {{message: string, hint?: string}} problem
+ */
+export function wordsOfProblem({ message, hint }) {
+  return [message, hint].filter(Boolean).join(" ");
+}

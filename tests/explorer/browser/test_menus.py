@@ -1,0 +1,117 @@
+"""Menus close as people expect, and what is copied can be had where a browser keeps the clipboard from the page."""
+
+from itertools import pairwise
+
+import pytest
+
+from tests.explorer.browser.map_page import BOTH, plot, settled, wait_for_text
+
+#: Titles of the menus that are open, and the words of what has the focus.
+OPEN = "[...document.querySelectorAll('details.menu[open] > summary')].map((each) => each.textContent)"
+FOCUSED = "document.activeElement.closest('summary, button')?.textContent ?? document.activeElement.id"
+
+#: A browser without a clipboard, and one that refuses it, as in a frame of another page.
+WITHOUT = "Object.defineProperty(Navigator.prototype, 'clipboard', { get: () => undefined });"
+REFUSED = "navigator.clipboard.writeText = () => Promise.reject(new DOMException('no', 'NotAllowedError'));"
+NO_COPY = "document.execCommand = () => false;"
+
+
+def choose(page, words):
+    """Choose from the menu of copies."""
+    page.get_by_text("Copy", exact=True).click()
+    page.get_by_role("button", name=words).click()
+
+
+def test_menus_close_and_the_focus_is_where_it_was(opened):
+    """Escape, a click elsewhere, Tab beyond the end and a choice close a menu; none of it loses the focus."""
+    page = opened(BOTH)
+    page.context.grant_permissions(["clipboard-write"])
+    copy, keys = page.locator("summary", has_text="Copy"), page.keyboard
+    copy.focus()
+    keys.press("Enter")
+    keys.press("Tab")
+    assert page.evaluate(OPEN) == ["Copy"]
+    assert page.evaluate(FOCUSED) == "address of this view"
+    keys.press("Escape")
+    assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "Copy")
+    keys.press("Enter")
+    for _ in range(3):
+        keys.press("Tab")
+    assert page.evaluate(OPEN) == ["Copy"]
+    keys.press("Tab")
+    assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "Save")
+    keys.press("Enter")
+    assert page.evaluate(OPEN) == ["Save"]
+    copy.click()
+    assert page.evaluate(OPEN) == ["Copy"]
+    # a browser that gives buttons no focus when they are clicked
+    page.evaluate("document.activeElement.blur()")
+    keys.press("Escape")
+    assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "Copy")
+    copy.click()
+    box = plot(page)
+    page.mouse.click(box["x"] + 20, box["y"] + 20)
+    assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "map")
+    copy.focus()
+    keys.press("Enter")
+    keys.press("Tab")
+    keys.press("Enter")
+    wait_for_text(page, "#notice", "Copied.")
+    assert (page.evaluate(OPEN), page.evaluate(FOCUSED)) == ([], "Copy")
+
+
+def test_keys_go_through_the_page_as_it_is_seen(opened):
+    """On a phone, where the motion stands above the sliders, Tab comes to it first."""
+    page = opened(BOTH + "&a=2.4,0.02", viewport={"width": 360, "height": 740})
+    page.locator("#motions .motion.shown").wait_for()
+    page.locator("#map").focus()
+    place = """() => {
+        const { top } = document.activeElement.getBoundingClientRect();
+        return [document.activeElement.closest("#bar, #motions, #controls")?.id, top + scrollY];
+    }"""
+    places = []
+    while not places or page.evaluate("document.activeElement.id") != "log-y":
+        page.keyboard.press("Tab")
+        places.append(page.evaluate(place))
+        assert len(places) < 50
+    assert list(dict.fromkeys(part for part, _ in places)) == ["bar", "motions", "controls"]
+    # what stands in one row has almost one height
+    assert all(below > above - 40 for (_, above), (_, below) in pairwise(places))
+
+
+@pytest.mark.parametrize("clipboard", [WITHOUT, REFUSED])
+def test_a_text_is_copied_without_the_clipboard_of_the_page(opened, clipboard):
+    """Where `navigator.clipboard` is missing or refused, the text is copied as a person copies what is selected."""
+    page = opened(BOTH)
+    page.context.grant_permissions(["clipboard-read"])
+    page.evaluate(f"{clipboard} null")
+    choose(page, "window as Python")
+    wait_for_text(page, "#notice", "Copied.")
+    assert page.locator("dialog").count() == 0
+    assert page.evaluate(FOCUSED) == "Copy"
+    reader = page.context.new_page()
+    reader.goto(page.url)
+    text = reader.evaluate("navigator.clipboard.readText()")
+    assert text.startswith("import sweep\n\natlas = sweep.run('rolling', ")
+
+
+def test_a_text_that_cannot_be_copied_is_shown(opened):
+    """Else it is shown as it is, line by line and selected; Escape and a button close it, and the focus returns."""
+    page = opened(BOTH)
+    settled(page)
+    page.evaluate(REFUSED + NO_COPY)
+    choose(page, "window as Python")
+    area = page.get_by_role("dialog").get_by_role("textbox")
+    area.wait_for()
+    lines = area.input_value().splitlines()
+    assert (lines[0], lines[-1]) == ("import sweep", "atlas.eulerdisk.plot()")
+    assert area.evaluate("each => each.value.slice(each.selectionStart, each.selectionEnd) === each.value")
+    assert "Copied." not in page.inner_text("#notice")
+    page.keyboard.press("Escape")
+    area.wait_for(state="detached")
+    assert page.evaluate(FOCUSED) == "Copy"
+    choose(page, "address of this view")
+    assert page.get_by_role("dialog").get_by_role("textbox").input_value() == page.url
+    page.get_by_role("button", name="Close", exact=True).click()
+    area.wait_for(state="detached")
+    assert page.evaluate(FOCUSED) == "Copy"
