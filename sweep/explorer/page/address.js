@@ -75,10 +75,8 @@ function pointText({ x, y }) {
  * @returns {State}
  */
 export function stateOf(fragment, about) {
-  const text = fragment.length > MOST ? "" : fragment.replace(/^#/, "").replaceAll("+", "%2B");
-  const entries = new URLSearchParams(text);
+  const entries = entriesOf(fragment);
   const first = firstState(about, entries.get("base") ?? undefined);
-  const theme = entries.get("theme");
   const x = readAxis(entries.get("x"), about) ?? first.view.x;
   const y = readAxis(entries.get("y"), about) ?? first.view.y;
   // two axes of one parameter are no plane
@@ -94,8 +92,30 @@ export function stateOf(fragment, about) {
     motions: [readMotion(entries, LETTERS[0], about), readMotion(entries, LETTERS[1], about)],
     time: readPositive(entries.get("time")),
     speed: SPEEDS.find((speed) => String(speed) === entries.get("speed")) ?? null,
-    theme: theme === "light" || theme === "dark" ? theme : "",
+    theme: readTheme(entries),
   };
+}
+
+/**
+ * Light or dark as a fragment has it; empty for that of the system.
+ * @param {string} fragment  with or without "#"
+ */
+export function themeOf(fragment) {
+  return readTheme(entriesOf(fragment));
+}
+
+/** @param {string} fragment */
+function entriesOf(fragment) {
+  return new URLSearchParams(fragment.length > MOST ? "" : fragment.replace(/^#/, "").replaceAll("+", "%2B"));
+}
+
+/**
+ * @param {URLSearchParams} entries
+ * @returns {State["theme"]}
+ */
+function readTheme(entries) {
+  const theme = entries.get("theme");
+  return theme === "light" || theme === "dark" ? theme : "";
 }
 
 /**

@@ -46,6 +46,25 @@ export function baseMenu(element, about, change) {
   };
 }
 
+/** Whether the system is dark. */
+const SYSTEM = matchMedia("(prefers-color-scheme: dark)");
+
+/** @param {State["theme"]} theme */
+function isDark(theme) {
+  return theme === "dark" || (theme === "" && SYSTEM.matches);
+}
+
+/**
+ * Give the page its light.
+ * @param {State["theme"]} theme
+ */
+export function showTheme(theme) {
+  const { dataset } = document.documentElement;
+  const shown = isDark(theme) ? "dark" : "light";
+  // who watches it draws anew, even where it is set to what it was
+  if (dataset.theme !== shown) dataset.theme = shown;
+}
+
 /**
  * Button that goes from the light of the system to the other one, and back.
  * @param {HTMLElement} button
@@ -53,16 +72,14 @@ export function baseMenu(element, about, change) {
  * @returns {(state: State) => void}
  */
 export function themeButton(button, change) {
-  const system = matchMedia("(prefers-color-scheme: dark)");
-  const isDark = (/** @type {State} */ { theme }) => theme === "dark" || (theme === "" && system.matches);
   button.addEventListener("click", () => {
     change((state) => {
-      const dark = !isDark(state);
-      return { ...state, theme: dark === system.matches ? "" : dark ? "dark" : "light" };
+      const dark = !isDark(state.theme);
+      return { ...state, theme: dark === SYSTEM.matches ? "" : dark ? "dark" : "light" };
     });
   });
-  system.addEventListener("change", () => change((state) => state));
+  SYSTEM.addEventListener("change", () => change((state) => state));
   return (state) => {
-    button.textContent = isDark(state) ? "Light" : "Dark";
+    button.textContent = isDark(state.theme) ? "Light" : "Dark";
   };
 }

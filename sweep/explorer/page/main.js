@@ -1,8 +1,8 @@
 /** The page: one state, shown by all its parts and kept in the address. */
 
-import { fragmentOf, stateOf } from "eulerdisk/address";
+import { fragmentOf, stateOf, themeOf } from "eulerdisk/address";
 import { UNSET } from "eulerdisk/address_motion";
-import { baseMenu, themeButton } from "eulerdisk/choices";
+import { baseMenu, showTheme, themeButton } from "eulerdisk/choices";
 import { Controls } from "eulerdisk/controls";
 import { AtlasMap } from "eulerdisk/map";
 import { addMenus } from "eulerdisk/menus";
@@ -113,12 +113,7 @@ class Page {
     const words = wordsOf(state.view);
     const before = wordsOf(this.#state.view);
     this.#state = state;
-    const dark =
-      state.theme === "dark" || (state.theme === "" && matchMedia("(prefers-color-scheme: dark)").matches);
-    const theme = dark ? "dark" : "light";
-    const { dataset } = document.documentElement;
-    // who watches it draws anew, even where it is set to what it was
-    if (dataset.theme !== theme) dataset.theme = theme;
+    showTheme(state.theme);
     part("compare").setAttribute("aria-pressed", String(state.compare));
     for (const follow of this.#choices) follow(state);
     this.#map.show(state);
@@ -280,5 +275,7 @@ function beginOnceAnswered(source) {
   });
 }
 
+// at once: a page that waits for its server should not flash
+showTheme(themeOf(location.hash));
 const held = document.getElementById("stored");
 beginOnceAnswered(held ? await StoredSource.read(held.textContent ?? "") : new ServerSource());

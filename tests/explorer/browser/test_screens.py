@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from explorer_browser import COMPLETE
 
 import sweep
 from tests.explorer.browser.map_page import BOTH, click, entries, plot, settled, shown
@@ -22,6 +23,38 @@ def test_dark_and_light(opened):
     settled(page)
     assert page.evaluate(background) == dark
     assert "theme" not in entries(page)
+
+
+@pytest.mark.parametrize(
+    ("system", "fragment"), [("dark", ""), ("light", ""), ("light", "theme=dark"), ("dark", "theme=light")]
+)
+def test_a_page_that_begins_does_not_flash(browser, explorer, system, fragment):
+    """While the server is asked for the first time the page has its light already, and one that begins keeps it."""
+    context = browser.new_context(color_scheme=system, reduced_motion="reduce")
+    page = context.new_page()
+    asked = []
+    page.route("**/about", lambda route: asked.append(route))
+    page.add_init_script(
+        """const look = () => {
+            const { backgroundColor } = getComputedStyle(document.body);
+            window.seen = [...(window.seen ?? []), backgroundColor];
+            requestAnimationFrame(look);
+        };
+        addEventListener("DOMContentLoaded", look);"""
+    )
+    page.goto(f"{explorer.url}#{fragment}")
+    page.wait_for_timeout(300)
+    # that the address is another light than the system is known once the modules are there
+    if fragment:
+        page.evaluate("seen = []")
+    page.wait_for_timeout(100)
+    asked[0].continue_()
+    page.wait_for_selector(COMPLETE)
+    seen = [sum(map(int, re.findall(r"\d+", each))) for each in page.evaluate("seen")]
+    dark = "dark" in (fragment or system)
+    assert len(seen) > 3
+    assert all(each < 120 if dark else each > 600 for each in seen)
+    context.close()
 
 
 @pytest.mark.parametrize("width", [320, 360, 768, 1280, 2560])
