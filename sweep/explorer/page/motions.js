@@ -28,6 +28,13 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @property {MotionSettings} settings  what a person has set
  */
 
+/** The module that shows motions did not come. */
+class NotLoaded extends Error {
+  constructor() {
+    super("The part of this page that shows motions could not be loaded.");
+  }
+}
+
 /** One place for a motion: its heading and its panel. */
 class Slot {
   #about;
@@ -122,8 +129,22 @@ class Slot {
       await panel.show(request);
       if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
     } catch (problem) {
-      if (this.#wanted === request) tell(this.#problem, wordsOfProblem(/** @type {Error} */ (problem)));
+      if (this.#wanted === request) this.#tell(/** @type {Error} */ (problem));
     }
+  }
+
+  /** @param {Error} problem */
+  #tell(problem) {
+    const again = problem instanceof NotLoaded ? () => void this.#reload() : null;
+    tell(this.#problem, wordsOfProblem(problem), again);
+  }
+
+  /** Load the page anew if its server answers: some browsers ask only once for a module. The address keeps all. */
+  async #reload() {
+    await this.#source.about().then(
+      () => location.reload(),
+      () => this.#tell(new NotLoaded()),
+    );
   }
 
   #clear() {
@@ -146,8 +167,9 @@ class Slot {
 
   /** @returns {Promise<Panel>} */
   async #make() {
-    const loaded = import("eulerdisk/motion/panel");
-    const { MotionPanel } = await (this.#source.reach?.of(loaded) ?? loaded);
+    const { MotionPanel } = await import("eulerdisk/motion/panel").catch(() => {
+      throw new NotLoaded();
+    });
     /** @type {Panel} */
     const panel = new MotionPanel(this.#body, this.#source, () => {
       const settings = JSON.stringify(panel.settings);

@@ -59,7 +59,9 @@ def test_addresses_are_read_back_to_the_bit(quiet):
                 const other = values[values.length - 1 - each];
                 const x = { ...first.view.x, centre: value, half: Math.abs(other) };
                 const view = { ...first.view, x, words: { alpha: other, criterion: "departure:1.5deg" } };
-                const state = { ...first, view, points: [{ x: value, y: other }, null], range: [other, value] };
+                // ends of colours are two, the lower one first
+                const range = other < value ? [other, value] : other > value ? [value, other] : null;
+                const state = { ...first, view, points: [{ x: value, y: other }, null], range };
                 return JSON.stringify(stateOf(fragmentOf(state), about)) !== JSON.stringify(state);
             });
         }""",

@@ -119,15 +119,22 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
 
 
 def test_a_motion_whose_parts_do_not_come_is_shown_once_they_do(unwatched, explorer):
-    """What shows motions is loaded apart: that it did not come is told in the motion's place, until it comes."""
+    """What shows motions is loaded apart: that it did not come is told in the motion's place, and can be mended."""
     page = unwatched(explorer.url, load=False)
     page.route("**/page/motion/panel.js", lambda route: route.abort("connectionrefused"))
     page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02")
-    wait_for_text(page, ".slot > .fault", GONE)
-    page.unroute("**/page/motion/panel.js")
+    fault = page.locator(".slot > .fault").first
+    fault.filter(has_text="could not be loaded").wait_for()
+    page.wait_for_selector(COMPLETE)
+    page.route("**/about", lambda route: route.abort("connectionrefused"))
+    fault.get_by_role("button", name="Try again").click()
+    wait_for_text(page, "#notice", GONE)
+    assert "could not be loaded" in fault.inner_text()
+    page.unroute_all()
+    fault.get_by_role("button", name="Try again").click()
     page.locator("#motions .motion.shown:not(.waiting)").wait_for()
     words = page.locator("#motions").inner_text()
-    assert GONE not in words
+    assert "could not be loaded" not in words
     assert "roll rate 2.4 rad" in words
 
 
@@ -140,7 +147,8 @@ def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
     told = page.locator("#motions .motion .problem" if what == "motion" else "#notice")
     told.filter(has_text="no room. Close some.").wait_for()
     # pictures that come after it do not take its place
-    page.wait_for_timeout(500)
+    page.wait_for_selector("#map[aria-busy=false]")
+    page.wait_for_timeout(100)
     page.unroute(f"**/{what}")
     told.get_by_role("button", name="Try again").click()
     told.filter(has_not_text="no room").wait_for(state="attached")
