@@ -115,3 +115,21 @@ def test_losses_of_an_address_are_kept_while_another_motion_is_followed(opened):
     wait_for_text(page, ".motion .problem", "ANOTHER IS FOLLOWED.")
     settled(page)
     assert entries(page)["a.loss.friction"] == "0.1"
+
+
+def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
+    """What one page asks for drops nothing that another one waits for."""
+    pages = [opened(BOTH), opened("base=spinning")]
+    for turn in range(4):
+        for number, page in enumerate(pages):
+            page.evaluate(
+                "fragment => { location.hash = fragment; }",
+                f"base={('rolling', 'spinning')[number]}&quantity=nutation_period&with.alpha={0.5 + turn / 10}",
+            )
+            # both ask at the same time
+            page.wait_for_timeout(40)
+    for number, page in enumerate(pages):
+        settled(page)
+        view = shown(page)["view"]
+        assert (view["base"], view["words"]) == (("rolling", "spinning")[number], {"alpha": 0.8})
+        assert page.locator("#notice").inner_text() == ""
