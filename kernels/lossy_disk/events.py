@@ -220,8 +220,13 @@ def step_to_event(state, senses, case, reach, h):
     after, gain = next_state(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
     if heading * after[2] < 0.0:
-        h, found = _time_of(TURNS, state, senses, heading, case, reach, h), TURNS
-        after, gain = next_state(state, senses, case.inertia, case.losses, h)
+        turn = _time_of(TURNS, state, senses, heading, case, reach, h)
+        if turn > 0.0:
+            h, found = turn, TURNS
+            after, gain = next_state(state, senses, case.inertia, case.losses, h)
+        else:
+            # it turns where it is: a step that ends there would be followed by another such one
+            heading = 0.0
     margins, least = _margins(after, senses, heading, case, reach), h
     for event in range(ROLL_VANISHES, BREACHES + 1):
         if margins[event] < 0.0:

@@ -391,3 +391,61 @@ def test_falls_are_resolved_with_any_tolerance(name):
         assert np.count_nonzero(~same) <= n // 100, (seed, tolerance)
         off, stated = np.abs(found.end_time - close.end_time), found.time_error + close.time_error
         assert not np.any(off[same] > stated[same] + 1e-12), (seed, tolerance)
+
+
+#: Starts, with tolerance and duration, that were followed without end: a step landed next to flat with rates beyond all
+#: measure; a tilt rate of rounding turned at once, again and again.
+WITHOUT_END = [
+    (
+        {
+            "tilt": -0.6288117402511292,
+            "tilt_rate": 14.262279771913253,
+            "roll_rate": 3.1393650567441003,
+            "alpha": 0.8029336009374162,
+            "radius": 0.02566653806696942,
+            "gravity": 9.81,
+            "mass": 0.030495994609085624,
+            "pivoting_friction": 8.880483638088679e-06,
+        },
+        0.020843978725596016,
+        0.3112080137576445,
+    ),
+    (
+        {
+            "tilt": -1.5487818056464908,
+            "tilt_rate": 0.018441115488913088,
+            "precession_rate": -152.5159969749508,
+            "roll_rate": -152.51853055291843,
+            "alpha": 0.9105238399893796,
+            "radius": 0.04206082631833925,
+            "gravity": 9.81,
+            "mass": 0.6360562481094045,
+            "rolling_friction": 8.697647374686394e-05,
+            "pivoting_friction": 0.000593059152452884,
+            "contour_damping": 1.3058475692943483e-06,
+        },
+        0.06219022774911462,
+        0.303789560397222,
+    ),
+]
+
+
+@pytest.mark.parametrize(("start", "tolerance", "duration"), WITHOUT_END)
+def test_a_motion_that_was_followed_without_end_ends(start, tolerance, duration):
+    """A few steps decide, not ten million."""
+    found = lossy_runner.run(referee.starts(**start), tolerance=tolerance, duration=duration)
+    assert found.steps[0] < 10000
+
+
+def test_every_motion_ends_with_any_tolerance():
+    """New mixtures of laws and motions in every run, with the coarsest tolerances that a request may have."""
+    seed = int(np.random.default_rng().integers(2**31))
+    rng = np.random.default_rng(seed)
+    for _ in range(4):
+        tolerance, duration = 10.0 ** rng.uniform(-5, -1), 10.0 ** rng.uniform(-1, 0.5)
+        for air, starts in lossy_cells.random_cells(90, rng).items():
+            found = lossy_runner.run(starts, air=air, tolerance=tolerance, duration=duration)
+            assert found.steps.max() < 1e6, (seed, air, tolerance)
+            known = found.ending != UNRESOLVED
+            assert (found.energy_imbalance[known] <= tolerance).all(), (seed, air, tolerance)
+            assert np.count_nonzero(~known) <= 1, (seed, air, tolerance)
