@@ -58,9 +58,8 @@ EXPONENT_ERROR, ALPHAS = 0.01, (0.5, 0.62, 1.0)
 COMPARED = (
     "tilt_min", "tilt_max", "end_tilt", "heading_turned", "path_length", "contact_x", "contact_y", *arrays.LOSSES,
 )  # fmt: skip
-#: What is off of a motion that all but stops on its way, and is late after that: the tilt by `tilt_error`; as much is
-#: allowed of the other two, which state no error and are off by more near flat.
-STATED = ("end_tilt", "heading_turned", "path_length")
+#: What is off of a motion that all but stops on its way, and is late after that, and what states by how much.
+STATED = {"end_tilt": "tilt_error", "heading_turned": "heading_error", "path_length": "path_error"}
 NAMES = {code: name for name, code in vars(endings).items() if isinstance(code, int)}
 
 
@@ -133,9 +132,10 @@ def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.
     measured |= {name: (apart(found, true, name), slack * ERROR) for name in COMPARED if hasattr(found, name)}
     if hasattr(found, "tilt_error"):
         # what a cell states itself is promised beside that
-        for name in STATED:
+        for name, error in STATED.items():
             values, limit = measured[name]
-            measured[name] = values, limit + PROMISED * np.nan_to_num(found.tilt_error)
+            size = np.maximum(1.0, np.abs(getattr(true, name)))
+            measured[name] = values, limit + PROMISED * np.nan_to_num(getattr(found, error) / size)
     if "limit" in settings:
         # a start at the limit breaks it within a rounding of time 0
         measured["breach_time"] = relative(found.breach_time, true.breach_time), slack * BREACH_ERROR

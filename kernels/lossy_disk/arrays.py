@@ -54,7 +54,8 @@ DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START, AIR_LAW = rang
 #: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; length of
 #: the path of the contact point [m]; energy taken by rolling, pivoting, contour friction, contour damping and air, each
 #: over m g R [1]; when the criterion was first broken [s], NaN if it was not; largest imbalance of the energy, over
-#: m g R [1]; estimated error of the extreme tilts [rad], and of the time [s].
+#: m g R [1]; estimated errors of the tilts [rad], of the time [s], of the heading turned [rad] and of the length of the
+#: path [m].
 MEASURES = (
     "tilt_min",
     "tilt_max",
@@ -71,6 +72,8 @@ MEASURES = (
     "energy_imbalance",
     "tilt_error",
     "time_error",
+    "heading_error",
+    "path_error",
 )
 (
     TILT_MIN,
@@ -88,6 +91,8 @@ MEASURES = (
     ENERGY_IMBALANCE,
     TILT_ERROR,
     TIME_ERROR,
+    HEADING_ERROR,
+    PATH_ERROR,
 ) = range(len(MEASURES))
 
 #: Counts of a cell: code of `kernels.lossy_disk.endings`; steps of the accepted integration; reductions of the step;

@@ -27,9 +27,11 @@ from kernels.lossy_disk.arrays import (
     ENERGY_IMBALANCE,
     FRICTION,
     GRAVITY,
+    HEADING_ERROR,
     HEADING_TURNED,
     MASS,
     NO_AIR,
+    PATH_ERROR,
     PATH_LENGTH,
     PIVOTING_FRICTION,
     PIVOTING_LOSS,
@@ -50,7 +52,7 @@ from kernels.lossy_disk.arrays import (
 )
 from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
-from kernels.lossy_disk.error_estimate import stated_errors
+from kernels.lossy_disk.error_estimate import late_errors, stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
 from kernels.lossy_disk.lag import astray, lag
@@ -121,7 +123,7 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
     end_time, breach_time = times
     least, greatest, end_tilt = tilts
     turned, path, rolled, pivoted, rubbed, damped, blown = ledger
-    imbalance, tilt_error, time_error = errors
+    imbalance, tilt_error, time_error, heading_error, path_error = errors
     steps, refinements, switches = taken
     measures[TILT_MIN, cell], measures[TILT_MAX, cell] = least, greatest
     measures[END_TIME, cell], measures[END_TILT, cell] = end_time, end_tilt
@@ -134,6 +136,7 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
     )
     measures[BREACH_TIME, cell], measures[ENERGY_IMBALANCE, cell] = breach_time, imbalance
     measures[TILT_ERROR, cell], measures[TIME_ERROR, cell] = tilt_error, time_error
+    measures[HEADING_ERROR, cell], measures[PATH_ERROR, cell] = heading_error, path_error
     counts[ENDING, cell], counts[STEPS, cell] = ending, int(steps)
     counts[REFINEMENTS, cell], counts[SWITCHES, cell] = int(refinements), int(switches)
 
@@ -144,9 +147,8 @@ def _write_at_once(cell, ending, tilt, time, measures, counts):
     # nothing where nothing is known
     zero = 0.0 * tilt
     ledger, tilts = (zero, zero, zero, zero, zero, zero, zero), (tilt, tilt, tilt)
-    _write(
-        cell, ending, (time, math.nan), tilts, ledger, (zero, zero, zero), (0.0, 0.0, 0.0), measures, counts
-    )
+    errors, taken = (zero, zero, zero, zero, zero), (0.0, 0.0, 0.0)
+    _write(cell, ending, (time, math.nan), tilts, ledger, errors, taken, measures, counts)
 
 
 @internal
@@ -154,7 +156,8 @@ def _write_unresolved(cell, lane, record, lanes, measures, counts):
     nan = math.nan
     taken = record.steps, lanes[at.REFINED + lane], record.switches
     ledger = nan, nan, nan, nan, nan, nan, nan
-    _write(cell, UNRESOLVED, (nan, nan), (nan, nan, nan), ledger, (nan, nan, nan), taken, measures, counts)
+    errors = nan, nan, nan, nan, nan
+    _write(cell, UNRESOLVED, (nan, nan), (nan, nan, nan), ledger, errors, taken, measures, counts)
 
 
 @simd
@@ -309,6 +312,26 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
 
 
 @internal
+def _errors(motion, ending, least, greatest, lane, run, lanes):
+    """Return the `Errors` of a motion that has ended, with these extreme tilts."""
+    imbalance, alpha = lanes[at.IMBALANCE + lane], lanes[at.ALPHA + lane]
+    errors = stated_errors(ending, motion, alpha, max(abs(least), abs(greatest)), imbalance, run.tolerance)
+    _, _, speed, _, _ = motion.state
+    if speed == 0.0 or motion.time == 0.0:
+        return errors
+    last = spin_state(motion.state, inertia_of(lane, lanes))
+    # half the longest step of this cell: an error of the energy that following it back adds would hide the lag
+    relative_step = lanes[at.COARSEST + lane]
+    late = lag(last, alpha, motion.time, imbalance, relative_step, run.cos_flat_tilt)
+    # an event comes later, in the same place
+    moving = late.time if ending == HORIZON else 0.0
+    change = astray(last, alpha, moving, relative_step, run.cos_flat_tilt)
+    turned, path, _, _, _, _, _ = motion.ledger
+    way = abs(turned) + path + motion.time
+    return late_errors(errors, ending, late, change, greatest - least, way)
+
+
+@internal
 def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended."""
     unit, tilt = lanes[at.UNIT + lane], tilt_of(motion.state)
@@ -318,22 +341,13 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
         least, greatest = min(least, tilt), max(greatest, tilt)
         # the sine, which the lanes look at, says little about a tilt there
         least, greatest = max(least, -run.flat_tilt), min(greatest, run.flat_tilt)
+    errors = _errors(motion, ending, least, greatest, lane, run, lanes)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
-    lost, peak = rolled + pivoted + rubbed + damped + blown, max(abs(least), abs(greatest))
-    _, _, speed, _, _ = motion.state
-    tilt_error, time_error = stated_errors(ending, motion.time, speed, peak, lost, imbalance, run.tolerance)
-    if ending == HORIZON and speed != 0.0:
-        last, alpha = spin_state(motion.state, inertia_of(lane, lanes)), lanes[at.ALPHA + lane]
-        # half the longest step of this cell: an error of the energy that following it back adds would hide the lag
-        relative_step = lanes[at.COARSEST + lane]
-        late = lag(last, alpha, motion.time, imbalance, relative_step)
-        moved = astray(last, alpha, late, relative_step)
-        # so written, a NaN is too much too
-        tilt_error += moved if moved < greatest - least else greatest - least
-    ledger = turned, lanes[at.RADIUS + lane] * path, rolled, pivoted, rubbed, damped, blown
+    radius = lanes[at.RADIUS + lane]
+    ledger = turned, radius * path, rolled, pivoted, rubbed, damped, blown
     _write(
         cell, ending, (unit * motion.time, unit * record.breach), (least, greatest, tilt), ledger,
-        (imbalance, tilt_error, unit * time_error),
+        (imbalance, errors.tilt, unit * errors.time, errors.heading, radius * errors.path),
         (record.steps, lanes[at.REFINED + lane], record.switches), measures, counts,
     )  # fmt: skip
 

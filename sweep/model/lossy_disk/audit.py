@@ -60,6 +60,13 @@ _ITSELF, _ENDING, _START = (
 #: A stated error is a magnitude: a second computation may be this many times as far off, and by this share and number.
 _TIMES, _SHARE, _LEAST = 10.0, 1e-8, 1e-10
 
+#: Values whose error a cell states, and by which variable; those that have no rounding of sums beside it.
+_STATED = {
+    "end_time": "time_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error", "end_tilt": "tilt_error",
+    "heading_turned": "heading_error", "path_length": "path_error",
+}  # fmt: skip
+_EXACTLY = ("end_time", "tilt_min", "tilt_max")
+
 #: Share of the cells in which a force only just reaches its limit, so that another step finds it at another moment.
 _GRAZING = 0.01
 
@@ -337,10 +344,30 @@ def _endings_agree(facts: _Facts) -> Truths:
 
 def _allowed(facts: _Facts, name: str, values: Array) -> Array:
     """Return how far a value may be from a second computation of it, in its unit."""
-    stated = {"end_time": "time_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error"}.get(name)
     size = np.abs(np.nan_to_num(values))
     rule = tables.VARIABLES[name].tolerance
+    own = _SHARE * size + _LEAST if name in _EXACTLY else rule.absolute + rule.relative * size
+    return np.asarray(_TIMES * PROMISED * _error(facts, name, size) + own)
+
+
+def _error(facts: _Facts, name: str, size: Array) -> Array:
+    """Return the error of a value that a cell states, itself or with that of other values."""
+    stated = _STATED.get(name, "")
+    # an older file lacks those of heading and path
+    if stated in facts.stored:
+        return _number(facts, stated)
     # an error of the tilt is at most as large a share of the energy
-    error = np.nan_to_num(np.asarray(facts.stored[stated or "tilt_error"], np.float64))
-    own = _SHARE * size + _LEAST if stated else rule.absolute + rule.relative * size
-    return np.asarray(_TIMES * PROMISED * error + own)
+    error = _number(facts, "tilt_error")
+    if name == "breach_time":
+        return np.asarray(error + _number(facts, "time_error"))
+    if name in _LOSSES:
+        # a law takes more for as much longer as the motion lasts
+        time = np.nan_to_num(facts.stored["end_time"])
+        longer = np.divide(_number(facts, "time_error"), time, out=np.zeros(time.shape), where=time > 0.0)
+        return np.asarray(error + size * np.minimum(longer, 1.0))
+    return error
+
+
+def _number(facts: _Facts, name: str) -> Array:
+    """Return a stored variable, 0 where it is missing."""
+    return np.nan_to_num(np.asarray(facts.stored[name], np.float64))

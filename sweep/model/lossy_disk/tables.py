@@ -157,8 +157,10 @@ _TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error
 _STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
 _LATE = Tolerance(1e-6, 1e-5, "slow past a maximum of its potential a motion is late: tilt_error tells by how much",
                   "tilt_error")
-_TURNED = Tolerance(1e-6, 1e-5, "a motion that is late has turned by another angle: as much is allowed as of the tilt "
-                    "at the ending, although a disk near flat turns faster", "tilt_error")
+_TURNED = Tolerance(1e-6, 1e-5, "a motion that is late has turned by another angle: heading_error tells by how much",
+                    "heading_error")
+_ROLLED = Tolerance(1e-7, 1e-5, "a motion that is late has rolled another way: path_error tells by how much",
+                    "path_error")
 _SUM = Tolerance(1e-7, 1e-5, "integrals along the motion, each to the order of the method")
 
 
@@ -186,9 +188,9 @@ VARIABLES: Mapping[str, Quantity] = table(
              f"the motion was followed; {_NO_NUMBERS}"),
     Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _LATE, f"signed; {_NO_NUMBERS}"),
     Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _TURNED,
-             f"signed, as precession_rate; no error is stated of it; {_NO_NUMBERS}"),
-    Quantity("path_length", r"\ell", "m", "length of the path of the contact point on the plane", _SUM,
-             f"no error is stated of it; {_NO_NUMBERS}"),
+             f"signed, as precession_rate; {_NO_NUMBERS}"),
+    Quantity("path_length", r"\ell", "m", "length of the path of the contact point on the plane", _ROLLED,
+             _NO_NUMBERS),
     *(_lost_to(law, measure) for law, (_, measure) in LOSSES.items()),
     Quantity("largest_loss", "", "1", "the loss that took most energy", DECISION, "none where nothing was lost", "i1",
              MappingProxyType(dict(enumerate(("none", *LOSSES))))),
@@ -201,7 +203,13 @@ VARIABLES: Mapping[str, Quantity] = table(
             description="from tolerance and imbalance of the energy, and from how slowly a motion passes maxima of "
                         "its potential"),
     Quantity("time_error", r"\delta t", "s", "estimated error of end_time", ERROR_GAUGE,
-             "from tolerance, imbalance of the energy and all that was lost; 0 where ending is horizon", "f4"),
+             "from tolerance, imbalance of the energy, all that was lost, and how slowly a motion passes maxima of its "
+             "potential; 0 where ending is horizon", "f4"),
+    Quantity("heading_error", r"\delta\psi", "rad", "estimated error of heading_turned", ERROR_GAUGE,
+             "from tolerance, time, path and heading, and from how slowly a motion passes maxima of its potential",
+             "f4"),
+    Quantity("path_error", r"\delta\ell", "m", "estimated error of path_length", ERROR_GAUGE,
+             "as heading_error", "f4"),
     disk.VARIABLES["steps"],
     disk.VARIABLES["refinements"],
     Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", STEP_COUNT, "", "i4"),
