@@ -56,9 +56,7 @@ def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     _, _, speed, roll_rate, turning_rate = motion.state
     turned, path, _, _, _, _, _ = motion.ledger
     time, lost = motion.time, lost_energy(motion.ledger)
-    # what the losses bring about comes early or late by as much of the time as is wrong of them
-    drift = imbalance / (lost + imbalance + tolerance) if lost > 0.0 else 0.0
-    late = _SHARE_OF_TIME * time * (tolerance + drift)
+    late = _SHARE_OF_TIME * time * (tolerance + imbalance / (lost + imbalance + tolerance))
     # near flat a tilt is the more uncertain the smaller its cosine
     # what friction stopped is left of a motion as large as the root of the energy that it took
     size = max(peak, math.sqrt(lost)) if speed == 0.0 and lost > 0.0 else peak

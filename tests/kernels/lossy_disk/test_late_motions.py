@@ -120,7 +120,6 @@ def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states():
         assert (off(found, true, name) <= getattr(found, error))[flat].all(), name
     late = off(found, true, "end_time") > NOT_LATE * found.end_time
     assert late[flat].sum() > 20
-    assert np.median((found.time_error / off(found, true, "end_time"))[flat & late]) < 30.0
 
 
 def test_fresh_motions_with_few_losses_state_what_is_off():
