@@ -38,6 +38,14 @@ def whole_number(text: str) -> int:
     raise typer.BadParameter(f"{shown(text)!r} is not a valid integer.")
 
 
+def seed_number(text: str) -> int:
+    """Return the seed that a text spells, 0 or more."""
+    seed = whole_number(text)
+    if seed < 0:
+        raise typer.BadParameter(f"a seed is 0 or more; got {seed}.")
+    return seed
+
+
 def number(text: str) -> float:
     """Return the number that a text spells in ASCII digits, ``nan`` and ``inf`` included; not `float`, likewise."""
     with contextlib.suppress(ValueError):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Overwrite
+from sweep.commands.arguments import AtlasFile, Overwrite, seed_number
 from sweep.commands.terminal import show
 
 
@@ -17,7 +17,11 @@ def verify(
     overwrite: Overwrite = False,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, help="Which cells of an atlas with losses are computed a second time."),
+        typer.Option(
+            parser=seed_number,
+            metavar="INTEGER",
+            help="Which cells of an atlas with losses are computed a second time.",
+        ),
     ] = None,
 ) -> None:
     """Check every cell of an atlas against the exact reduction.

@@ -318,6 +318,11 @@ def _ask_pint(unit: str, units: str) -> tuple[str, float]:
     spelled = unit
     for pattern, written in _SPELLINGS if len(unit) <= _MOST_UNIT else ():
         spelled = pattern.sub(written, spelled)
+    if unit.startswith("."):
+        raise RequestError(
+            f"Behind a number comes its unit, not {shown(unit)!r}.",
+            hint="A number has one decimal point, as in 0.25; a range is start:stop:count, as in 2:4:300.",
+        )
     if len(unit) > _MOST_UNIT or not _unit().fullmatch(spelled) or _LONG_NUMBER.search(spelled):
         raise RequestError(
             f"The unit {shown(unit)!r} is not known: units are names that pint knows, multiplied and divided, each "

@@ -3,11 +3,14 @@
 import os
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 
 import sweep
+from sweep import cli
 from sweep.errors import FailedBlocksError, RequestError, StorageError
 
 CHECKOUT = Path(__file__).parents[2]
@@ -88,6 +91,7 @@ def test_a_bad_request_has_one_message(command, tmp_path, line, facts):
         ("run rolling --max-failed nan -o a.nc", ["--max-failed", "0 to 100", "nan"]),
         ("run rolling --max-failed -1 -o a.nc", ["--max-failed", "0 to 100", "-1"]),
         ("assemble a.nc.run --max-failed 101", ["--max-failed", "0 to 100", "101"]),
+        ("verify a.nc --seed -1", ["--seed", "0 or more", "-1"]),
     ],
     ids=lambda each: each if isinstance(each, str) else "",
 )
@@ -99,6 +103,25 @@ def test_the_parser_names_what_it_refuses(command, tmp_path, line, facts):
     for fact in facts:
         assert fact in err
     assert list(tmp_path.iterdir()) == []
+
+
+def numbers():
+    """Return command and option wherever a command takes a number."""
+    found = []
+    for name, (module, _) in cli._COMMANDS.items():
+        function = getattr(import_module(f"sweep.commands.{module}"), name)
+        for parameter, annotation in get_type_hints(function).items():
+            if {int, float} & {annotation, *get_args(annotation)}:
+                found.append((name, "--" + parameter.replace("_", "-")))
+    return found
+
+
+@pytest.mark.parametrize(("name", "option"), numbers())
+def test_every_option_that_is_a_number_refuses_others_in_the_same_words(command, name, option):
+    """So does one that is added: no other reader of numbers than that of `sweep.commands.arguments`."""
+    status, _, err = command(f"{name} a.nc {option} ٣")
+    assert status == 2
+    assert "'٣' is not a valid" in err
 
 
 @pytest.mark.parametrize(

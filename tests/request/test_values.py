@@ -140,6 +140,8 @@ def test_a_list_reads_back_as_itself(numbers):
         ({"start": 1}, ROLL, NO_VALUE),
         (b"3", ROLL, NO_VALUE),
         ("3s", TILT, ["does not fit", "'s'", "deg, rad"]),
+        ("2..4", TILT, ["Behind a number comes its unit", "start:stop:count"]),
+        ("1.2.3deg", TILT, ["Behind a number comes its unit", "one decimal point"]),
         ("3deg", ALPHA, ["does not fit", "no unit"]),
         ("5Hz", RATE, ["does not fit", "rad/s, deg/s, rpm"]),
         ("5/s", RATE, ["not known", "/s"]),
