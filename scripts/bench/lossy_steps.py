@@ -38,7 +38,7 @@ _LAWS = {
 _TOY = {"alpha": 0.5, "radius": 0.03755, "gravity": 9.81, "mass": 0.4387, "friction": math.inf}
 
 #: Duration [s] with losses; step without [s], which makes motions from turning point to turning point about as long.
-_LONG, _SHORT = 30.0, 5e-6
+_LONG, _SHORT = 120.0, 5e-6
 
 #: One solve -> processor time [s] and steps.
 _Timed = Callable[[], tuple[float, float]]
@@ -97,7 +97,7 @@ def _with(law: dict[str, float], cells: int) -> _Timed:
     return timed
 
 
-def measure(repeats: int, cells: int = 128) -> dict[str, float]:
+def measure(repeats: int, cells: int = 240) -> dict[str, float]:
     """Return the time of a step [ns] without losses (the name "none") and with each law; one thread must be set."""
     timed = {"none": _without(cells)} | {name: _with(law, cells) for name, law in _LAWS.items()}
     least = dict.fromkeys(timed, math.inf)
