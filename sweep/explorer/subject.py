@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -104,8 +105,8 @@ def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
     from sweep.request.spec_changes import given_in, split_changes
     from sweep.request.words import model_for, pairs
 
-    # the name of a file may have such a sign, too: hoop_alpha=1.nc
-    if what is not None and "=" in what and not Path(what).is_file():
+    # the name of a file may have such a sign, too: hoop_alpha=1.nc; Path.is_file raises for a name that is too long
+    if what is not None and "=" in what and not isfile(what):
         words, what = [what, *words], None
     if words and not _is_atlas(what):
         return _subject_of_spec(SweepSpec.from_words("rolling" if what is None else what, words))

@@ -229,6 +229,9 @@ def test_words_are_those_of_the_model_that_is_explored():
     assert subject_of_words("rolling", ["alpha=1"]).spec.alpha == 1.0
     assert subject_of_words("alpha=1", ["gravity=1.6"]).spec.gravity == 1.6
     assert subject_of_words(None, []).spec is None
+    # longer than the name of a file can be
+    with pytest.raises(RequestError, match="alpha"):
+        subject_of_words(f"alpha={'a' * 300}", [])
 
 
 @pytest.mark.parametrize("name", ["alpha=1 +5%.nc", "größe & 盤 #1.nc", "a='b'\";<i>.nc"])
