@@ -1,6 +1,6 @@
 /** The whole state in the fragment of the address, so that it can be shared, kept and gone back to. */
 
-import { motionEntries, readMotion } from "eulerdisk/address_motion";
+import { motionEntries, numberOf, readMotion } from "eulerdisk/address_motion";
 import { SPEEDS } from "eulerdisk/motion/clock";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
@@ -14,6 +14,9 @@ const MOST = 16_384;
 
 /** Digits of a time that is kept: finer than a picture of a motion. */
 const TIME_DIGITS = 6;
+
+/** Largest number of an axis: a server computes with no larger one. */
+const LARGEST = 1e12;
 
 /** Words of a view have this before their names, so that none is taken for an entry of the page. */
 const WORD = "with.";
@@ -133,9 +136,8 @@ function known(name, table) {
  */
 function readAxis(text, about) {
   const [name, centre, half, scale] = (text ?? "").split(",");
-  const axis = { name, centre: Number(centre), half: Number(half), scale };
-  const possible =
-    Number.isFinite(axis.centre) && Number.isFinite(axis.half) && axis.half > 0 && centre !== "";
+  const axis = { name, centre: numberOf(centre), half: numberOf(half), scale };
+  const possible = Math.abs(axis.centre) <= LARGEST && axis.half > 0 && axis.half <= LARGEST;
   if (!possible || !known(name, about.parameters)) return null;
   return { ...axis, scale: scale === "log" ? "log" : "linear" };
 }
@@ -149,7 +151,7 @@ function readWords(entries, about) {
   const words = {};
   for (const [key, text] of entries) {
     const name = key.slice(WORD.length);
-    if (!key.startsWith(WORD) || text === "" || text.length > MOST_TEXT) continue;
+    if (!key.startsWith(WORD) || text.trim() === "" || text.length > MOST_TEXT) continue;
     if (name !== "criterion" && !known(name, about.parameters)) continue;
     words[name] = Number.isFinite(Number(text)) ? Number(text) : text;
   }
@@ -161,10 +163,8 @@ function readWords(entries, about) {
  * @returns {[number, number]|null}
  */
 function readPair(text) {
-  const parts = (text ?? "").split(",");
-  const [first, second] = parts.map(Number);
-  const possible = parts.length === 2 && !parts.includes("") && Number.isFinite(first + second);
-  return possible ? [first, second] : null;
+  const numbers = (text ?? "").split(",").map(numberOf);
+  return numbers.length === 2 && numbers.every(Number.isFinite) ? [numbers[0], numbers[1]] : null;
 }
 
 /**

@@ -43,7 +43,7 @@ export function readMotion(entries, letter, about) {
   const losses = {};
   for (const name of about.losses) {
     const text = entries.get(`${letter}.${LOSS}${name}`) ?? "";
-    if (text === "" || text.length > MOST_TEXT) continue;
+    if (text.trim() === "" || text.length > MOST_TEXT) continue;
     losses[name] = Number.isFinite(Number(text)) ? Number(text) : text;
   }
   const open = (entries.get(`${letter}.open`) ?? "").split(",");
@@ -59,7 +59,15 @@ export function readMotion(entries, letter, about) {
  * @returns {MotionSettings["camera"]}
  */
 function readCamera(text) {
-  const parts = (text ?? "").split(",").map(Number);
-  if (!text || parts.length !== 3 || !parts.every(Number.isFinite) || parts[2] <= 0) return null;
+  const parts = (text ?? "").split(",").map(numberOf);
+  if (parts.length !== 3 || !parts.every(Number.isFinite) || parts[2] <= 0) return null;
   return [parts[0], parts[1], parts[2]];
+}
+
+/**
+ * Number of a text; NaN for an empty one and for spaces, which `Number` reads as zero.
+ * @param {string} [text]
+ */
+export function numberOf(text = "") {
+  return text.trim() === "" ? NaN : Number(text);
 }

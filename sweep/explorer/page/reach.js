@@ -34,6 +34,10 @@ export class Reach {
   /** Is told that it answers again. */
   onBack = () => {};
   #waiting = false;
+  /** Milliseconds until the server is asked again. */
+  #wait = SOON;
+  /** When it answered again last. */
+  #back = -Infinity;
 
   /**
    * What a promise of fetch, or of the body of its answer, comes to.
@@ -53,24 +57,28 @@ export class Reach {
       if (!this.#waiting) {
         this.#waiting = true;
         this.onLost(lost);
-        this.#askAgain(SOON);
+        // one that answers here, and breaks off what is asked of it then, is asked ever more seldom, too
+        const isBackForGood = performance.now() - this.#back > LATE;
+        this.#wait = isBackForGood ? SOON : Math.min(2 * this.#wait, LATE);
+        this.#askAgain();
       }
       throw lost;
     }
   }
 
-  /** @param {number} after  milliseconds */
-  #askAgain(after) {
+  #askAgain() {
     setTimeout(async () => {
       const answer = await fetch("./about").catch(() => null);
       // too many at once, or a fault: it is the same server; another one refuses the token of this page
       if (answer === null || !(answer.ok || answer.status === REFUSED)) {
-        this.#askAgain(Math.min(2 * after, LATE));
+        this.#wait = Math.min(2 * this.#wait, LATE);
+        this.#askAgain();
         return;
       }
       this.#waiting = false;
+      this.#back = performance.now();
       if (answer.ok) this.onBack();
       else this.onLost(new Replaced());
-    }, after);
+    }, this.#wait);
   }
 }

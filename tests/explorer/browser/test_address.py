@@ -177,6 +177,9 @@ def test_back_returns_to_what_was_given_up(opened):
         "a=1&hide=<b>,x&theme=pink",
         "time=-1&speed=3",
         "range=50,1",
+        "a= , &b=1, &range= ,1&with.alpha= &x=roll_rate, ,1,linear",
+        "x=roll_rate,3,1e308,linear",
+        "x=roll_rate,-1e13,1,linear",
         "range=5,5&a=,5&b=1,",
         "range=1,50,7&a=2.4,0.02,1",
         "time=NaN&speed=Infinity",
@@ -196,6 +199,8 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
     "set_of_it",
     [
         "camera=1,2",
+        "camera= , ,4",
+        "loss.friction= ",
         "camera=nan,0,4",
         "camera=0,0,-1",
         "open=all",

@@ -57,7 +57,9 @@ def test_addresses_are_read_back_to_the_bit(quiet):
             const first = firstState(about);
             return values.filter((value, each) => {
                 const other = values[values.length - 1 - each];
-                const x = { ...first.view.x, centre: value, half: Math.abs(other) };
+                // a number of an axis is at most 1e12, in its address as well
+                const [centre, half] = [value, Math.abs(other)].map((x) => Math.abs(x) > 1e12 ? 1 / x : x);
+                const x = { ...first.view.x, centre, half };
                 const view = { ...first.view, x, words: { alpha: other, criterion: "departure:1.5deg" } };
                 // ends of colours are two, the lower one first
                 const range = other < value ? [other, value] : other > value ? [value, other] : null;
@@ -68,6 +70,51 @@ def test_addresses_are_read_back_to_the_bit(quiet):
         values,
     )
     assert differing == []
+
+
+def test_a_pair_is_read_however_large_its_numbers_are(quiet):
+    """Two numbers are a point where their sum is none."""
+    found = quiet.evaluate(
+        """async () => {
+            const { stateOf } = await import("eulerdisk/address");
+            const about = await (await fetch("./about")).json();
+            return stateOf("a=1e308,1.5e308", about).points[0];
+        }"""
+    )
+    assert found == {"x": 1e308, "y": 1.5e308}
+
+
+def test_a_server_that_breaks_off_is_asked_ever_more_seldom(quiet):
+    """The wait begins anew only once the server has answered for longer than the longest wait."""
+    waits = quiet.evaluate(
+        """async () => {
+            const { Reach } = await import("eulerdisk/reach");
+            const [after, ask, clock] = [window.setTimeout, window.fetch, performance.now];
+            const waits = [];
+            let time = 0;
+            performance.now = () => time;
+            window.fetch = async () => new Response("{}");
+            window.setTimeout = (deed, wait) => {
+                waits.push(wait);
+                after(deed, 0);
+            };
+            try {
+                const reach = new Reach();
+                const lost = () => reach.of(Promise.reject(new TypeError("broken off"))).catch(() => {});
+                for (const later of [0, 10, 10, 10, 10, 10, 20_000, 10]) {
+                    time += later;
+                    const back = new Promise((resolve) => { reach.onBack = resolve; });
+                    void lost();
+                    await back;
+                }
+            } finally {
+                Object.assign(window, { setTimeout: after, fetch: ask });
+                performance.now = clock;
+            }
+            return waits;
+        }"""
+    )
+    assert waits == [1000, 2000, 4000, 8000, 15000, 15000, 1000, 2000]
 
 
 def test_zoom_keeps_the_value_at_its_place(quiet):
