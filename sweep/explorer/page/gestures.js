@@ -10,7 +10,7 @@
  * @property {(across: number, up: number) => void} move
  * @property {(place: Place, second: boolean) => void} choose
  * @property {(place: Place|null) => void} hover
- * @property {(double: boolean) => void} reset  `double`: by a double click, whose first click chose a start
+ * @property {(chosen: boolean) => void} reset  `chosen`: by a double click whose first click chose a start
  */
 
 /** CSS pixels that a pointer may move in a click. */
@@ -26,6 +26,8 @@ export class Gestures {
   /** @type {Map<number, {x: number, y: number}>} pointers that are down */
   #down = new Map();
   #moved = false;
+  /** Whether the last click that was no second one chose a start. */
+  #chose = false;
 
   /**
    * @param {HTMLElement} element
@@ -43,7 +45,7 @@ export class Gestures {
     element.addEventListener("pointercancel", (event) => this.#down.delete(event.pointerId));
     element.addEventListener("click", (event) => this.#click(event));
     element.addEventListener("pointerleave", () => deeds.hover(null));
-    element.addEventListener("dblclick", () => deeds.reset(true));
+    element.addEventListener("dblclick", () => deeds.reset(this.#chose));
   }
 
   /**
@@ -116,9 +118,10 @@ export class Gestures {
   /** @param {MouseEvent} event */
   #click(event) {
     // the second click of a double click chooses nothing
-    if (this.#moved || event.detail > 1) return;
+    if (event.detail > 1) return;
     const place = this.#place(event);
-    if (inside(place)) this.#deeds.choose(place, event.shiftKey);
+    this.#chose = !this.#moved && inside(place);
+    if (this.#chose) this.#deeds.choose(place, event.shiftKey);
   }
 
   /** @param {{x: number, y: number}} point */

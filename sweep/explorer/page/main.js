@@ -42,6 +42,10 @@ class Page {
   #timer = 0;
   /** @type {State|null} what was shown before the last click */
   #before = null;
+  /** @type {Error|null} what the notice tells */
+  #problem = null;
+  /** @type {Error|null} why there are no lines, though they could be had; until their next answer */
+  #linesProblem = null;
 
   /**
    * @param {About} about
@@ -56,7 +60,7 @@ class Page {
       onView: (view) => change((state) => ({ ...state, view })),
       onChoose: (aim, second) => this.#choose(aim, second),
       onAim: (aim) => this.#aim(aim),
-      onReset: (double) => this.#reset(double),
+      onReset: (chosen) => this.#reset(chosen),
       onShown: () => this.#shown(),
       onLines: () => this.#hearLines(),
       onProblem: (problem) => this.#say(problem),
@@ -203,40 +207,49 @@ class Page {
     this.#show({ ...this.#state, points: [point, null], motions: [settings, UNSET], compare: false });
   }
 
-  /** @param {boolean} double  whether by a double click: its first click chose a start that was not meant */
-  #reset(double) {
-    const kept = (double && this.#before) || this.#state;
-    const { view } = kept;
+  /** @param {boolean} chosen  whether by a double click whose first click chose a start: that was not meant */
+  #reset(chosen) {
+    // it is not kept either: one would go back to it
+    if (chosen && this.#before) this.#state = this.#before;
+    const { view } = this.#state;
     const base = baseOf(this.#about, view).view;
     const first = [base.x, base.y];
     const [x, y] = [view.x, view.y].map((axis) => first.find((each) => each.name === axis.name) ?? axis);
-    this.#begin({ ...kept, view: { ...view, x, y } });
+    this.#begin({ ...this.#state, view: { ...view, x, y } });
   }
 
   #hearLines() {
     this.#controls.show(this.#state, this.#map.lines);
     const { linesProblem } = this.#map;
+    const isToldOfLines = this.#problem !== null && this.#problem === this.#linesProblem;
+    this.#linesProblem = linesProblem;
     if (linesProblem) this.#say(linesProblem);
+    else if (isToldOfLines) this.#tellOfPicture();
   }
 
   /** New numbers are shown. */
   #shown() {
     this.#controls.show(this.#state, this.#map.lines);
+    if (this.#linesProblem) this.#say(this.#linesProblem);
+    else this.#tellOfPicture();
+  }
+
+  #tellOfPicture() {
     const note = this.#map.picture.answer?.head.note ?? "";
     const end = this.#map.atEnd || this.#map.picture.answer?.head.end;
-    const { linesProblem } = this.#map;
-    if (linesProblem) this.#say(linesProblem);
-    else this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
+    this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
   }
 
   /** @param {Error & {hint?: string}} problem */
   #say(problem) {
+    this.#problem = problem;
     const again = mayPass(/** @type {any} */ (problem)) ? () => this.#map.again() : null;
     tell(part("notice"), wordsOfProblem(problem), again);
   }
 
   /** @param {string} words */
   #tell(words) {
+    this.#problem = null;
     tell(part("notice"), words);
   }
 }
@@ -259,23 +272,42 @@ async function begin(source) {
   document.title = `${about.atlas?.label ?? "eulerdisk explorer"}`;
   new Page(about, source);
   // where that fails it is loaded anew for the first motion, which tells it
-  await loadMotions().catch(() => {});
+  await loadMotions().catch(reportError);
 }
 
 /**
  * Begin; where the server does not answer, as soon as it does.
- * @param {Source} source
+ * @param {ServerSource} source
  */
 function beginOnceAnswered(source) {
-  begin(source).catch((problem) => {
-    const again = () => beginOnceAnswered(source);
-    if (source.reach) source.reach.onBack = again;
-    tell(part("notice"), wordsOfProblem(problem), mayPass(problem) ? again : null);
-    if (!problem.unreachable && !problem.status) throw problem;
-  });
+  let isUnderWay = false;
+  const attempt = async () => {
+    // a second press, and a server that answers again meanwhile, would begin a second page
+    if (isUnderWay) return;
+    isUnderWay = true;
+    await begin(source).catch((problem) => sayWhyNot(problem, attempt));
+    isUnderWay = false;
+  };
+  source.reach.onBack = attempt;
+  source.reach.onLost = (problem) => tell(part("notice"), wordsOfProblem(problem));
+  void attempt();
+}
+
+/**
+ * Tell why the page could not begin; what is no answer of a server is a fault, and told to the console as well.
+ * @param {Error & {status?: number, unreachable?: boolean}} problem
+ * @param {(() => void)|null} [again]
+ */
+function sayWhyNot(problem, again = null) {
+  tell(part("notice"), wordsOfProblem(problem), mayPass(problem) ? again : null);
+  if (!problem.unreachable && !problem.status) reportError(problem);
 }
 
 // at once: a page that waits for its server should not flash
 showTheme(themeOf(location.hash));
 const held = document.getElementById("stored");
-beginOnceAnswered(held ? await StoredSource.read(held.textContent ?? "") : new ServerSource());
+if (held) {
+  StoredSource.read(held.textContent ?? "")
+    .then(begin)
+    .catch(sayWhyNot);
+} else beginOnceAnswered(new ServerSource());

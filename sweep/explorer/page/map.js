@@ -34,7 +34,7 @@ import { svg } from "eulerdisk/svg";
  * @property {(view: View) => void} onView
  * @property {(aim: Aim, second: boolean) => void} onChoose
  * @property {(aim: Aim|null) => void} onAim
- * @property {(double: boolean) => void} onReset
+ * @property {(chosen: boolean) => void} onReset
  * @property {() => void} onShown
  * @property {() => void} onLines
  * @property {(problem: Error) => void} onProblem
@@ -259,7 +259,7 @@ export class AtlasMap {
       move: (across, up) => this.#move(across, up),
       choose: (place, second) => this.#told.onChoose(this.#aimAt(place, false), second),
       hover: (place) => this.#told.onAim(place && this.#aimAt(place, false)),
-      reset: (double) => this.#told.onReset(double),
+      reset: (chosen) => this.#told.onReset(chosen),
     };
     new Gestures(this.#element, () => this.plot, deeds);
     listenToKeys(this.#element, deeds, {

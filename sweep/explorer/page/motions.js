@@ -30,8 +30,9 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** The module that shows motions did not come. */
 class NotLoaded extends Error {
-  constructor() {
-    super("The part of this page that shows motions could not be loaded.");
+  /** @param {unknown} cause */
+  constructor(cause) {
+    super("The part of this page that shows motions could not be loaded.", { cause });
   }
 }
 
@@ -143,7 +144,7 @@ class Slot {
   async #reload() {
     await this.#source.about().then(
       () => location.reload(),
-      () => this.#tell(new NotLoaded()),
+      (problem) => this.#tell(new NotLoaded(problem)),
     );
   }
 
@@ -167,8 +168,10 @@ class Slot {
 
   /** @returns {Promise<Panel>} */
   async #make() {
-    const { MotionPanel } = await import("eulerdisk/motion/panel").catch(() => {
-      throw new NotLoaded();
+    const { MotionPanel } = await import("eulerdisk/motion/panel").catch((problem) => {
+      // it may have come and have a fault, which the console tells
+      reportError(problem);
+      throw new NotLoaded(problem);
     });
     /** @type {Panel} */
     const panel = new MotionPanel(this.#body, this.#source, () => {

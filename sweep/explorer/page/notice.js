@@ -14,14 +14,20 @@ export function mayPass({ status = 0 }) {
 }
 
 /**
- * Show words in an element, and a button behind them.
+ * Show words in an element, and a button behind them. What is there already stays as it is: a button that is being
+ * pressed or has the focus, and words that were read out. Where a button with the focus goes, the map has it next.
  * @param {HTMLElement} element
  * @param {string} words
  * @param {(() => void)|null} [again]  tries once more
  */
 export function tell(element, words, again = null) {
-  const button = again && html("button", { type: "button", class: "again", click: again }, "Try again");
+  const former = element.querySelector("button");
+  const button = again && (former ?? html("button", { type: "button", class: "again" }, "Try again"));
+  if (button) button.onclick = again;
+  if (former === button && element.firstChild?.textContent === words) return;
+  const hadFocus = former !== null && document.activeElement === former;
   element.replaceChildren(...(button ? [words, " ", button] : [words]));
+  if (hadFocus) (button ?? document.getElementById("map"))?.focus({ preventScroll: true });
 }
 
 /**

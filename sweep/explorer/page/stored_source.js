@@ -25,6 +25,17 @@ const NO_MOTION =
   "An exported page has no motions of a disk with losses: eulerdisk explore shows them, of the same atlas.";
 const NO_CELL = "No cell here.";
 
+/** What the page holds cannot be read. */
+class Unreadable extends Error {
+  hint =
+    "The file is damaged, or this browser is too old: export the page once more, or open it in a newer browser.";
+
+  /** @param {any} cause */
+  constructor(cause) {
+    super(`The cells that this page holds cannot be read: ${cause?.message ?? cause}.`, { cause });
+  }
+}
+
 /** @implements {Source} */
 export class StoredSource {
   live = false;
@@ -52,8 +63,16 @@ export class StoredSource {
   /**
    * Source of what a page holds.
    * @param {string} text  JSON
+   * @throws {Unreadable}
    */
   static async read(text) {
+    return StoredSource.#unpacked(text).catch((cause) => {
+      throw new Unreadable(cause);
+    });
+  }
+
+  /** @param {string} text */
+  static async #unpacked(text) {
     /** @type {StoredPage} */
     const page = JSON.parse(text);
     const names = Object.keys(page.cells);

@@ -7,7 +7,7 @@ import pytest
 from explorer_browser import COMPLETE
 from PIL import Image
 
-from tests.explorer.browser.map_page import BOTH, axis, click, entries, settled, shown
+from tests.explorer.browser.map_page import BOTH, axis, click, entries, point, settled, shown
 
 #: A panel whose motion is shown.
 SHOWN = "#motions .slot[data-shown] .motion.shown:not(.waiting)"
@@ -165,6 +165,39 @@ def test_back_returns_to_what_was_given_up(opened):
     settled(page)
     assert fragment_of(page) == first
     assert shown(page)["view"]["x"]["half"] == 0.5
+
+
+def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
+    """The start that the first click chose was not meant: no entry of the history has it, or stands for it alone."""
+    page = opened(f"{BOTH}&a=2.4,0.02")
+    first, entries_before = fragment_of(page), page.evaluate("history.length")
+    page.mouse.dblclick(*point(page, 0.1, 0.1))
+    settled(page)
+    whole = fragment_of(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    # what is whole already gives up nothing
+    for across in (-0.5, 0.0, 0.5):
+        page.mouse.dblclick(*point(page, across, 0.1))
+        settled(page)
+    assert (fragment_of(page), page.evaluate("history.length")) == (whole, entries_before + 1)
+    page.go_back()
+    settled(page)
+    assert fragment_of(page) == first
+
+
+def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
+    """Beside the picture nothing is chosen: the start and the words that were set before stay."""
+    page = opened(BOTH)
+    click(page, 0.3, 0.2)
+    settled(page)
+    start = entries(page)["a"]
+    page.locator("#slide-alpha").press("ArrowRight")
+    settled(page)
+    page.evaluate("scrollTo(0, 0)")
+    page.mouse.dblclick(*point(page, -1.05, 0.0))
+    settled(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    assert (entries(page).get("a"), "with.alpha" in entries(page)) == (start, True)
 
 
 @pytest.mark.parametrize(

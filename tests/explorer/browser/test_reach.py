@@ -1,8 +1,12 @@
 """A page whose server does not answer says what has happened and what to do, and goes on when it answers again."""
 
+import re
+
 import pytest
 from explorer_browser import COMPLETE, served
 
+from sweep.explorer.export import export
+from sweep.explorer.subject import subject_of
 from tests.explorer.browser.map_page import BOTH, click, entries, plot, point, settled, shown, wait_for_text
 
 GONE = "The explorer does not answer"
@@ -99,9 +103,12 @@ def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
     page.goto(f"{explorer.url}#{BOTH}")
     wait_for_text(page, "#notice", "no room. Close some.")
     page.unroute("**/about")
-    page.get_by_role("button", name="Try again").click()
+    # what a second press would begin is a second page
+    page.get_by_role("button", name="Try again").dblclick()
     page.wait_for_selector(COMPLETE)
     assert page.locator("#notice").inner_text() == ""
+    assert page.locator("#map canvas").count() == 1
+    assert page.locator("#base").count() == 1
 
 
 @pytest.mark.parametrize("part", ["map.js", "main.js"])
@@ -109,8 +116,16 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     """Where a file of the page does not come nothing can run: words that stand in the page say what to do."""
     page = unwatched(explorer.url, load=False)
     page.route(f"**/page/{part}", lambda route: route.abort("connectionrefused"))
+    page.add_init_script(
+        """const look = () => {
+            const notice = document.getElementById("notice");
+            if (notice) window.first = notice.innerText;
+            else requestAnimationFrame(look);
+        };
+        look();"""
+    )
     page.goto(explorer.url)
-    assert page.locator("#notice").inner_text() == ""
+    assert page.evaluate("first") == ""
     page.get_by_text("reload it").wait_for(state="visible")
     page.unroute(f"**/page/{part}")
     page.reload()
@@ -142,19 +157,119 @@ def test_a_motion_whose_parts_do_not_come_is_shown_once_they_do(unwatched, explo
 def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
     """A window, lines or a motion that a server could not answer is told, with a button that asks once more."""
     page = unwatched(explorer.url)
-    page.route(f"**/{what}", refuse)
+    refused = [what, "point"] if what == "motion" else [what]
+    for each in refused:
+        page.route(f"**/{each}", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6&a=2.4,0.02")
     told = page.locator("#motions .motion .problem" if what == "motion" else "#notice")
     told.filter(has_text="no room. Close some.").wait_for()
     # pictures that come after it do not take its place
     page.wait_for_selector("#map[aria-busy=false]")
     page.wait_for_timeout(100)
-    page.unroute(f"**/{what}")
+    for each in refused:
+        page.unroute(f"**/{each}")
     told.get_by_role("button", name="Try again").click()
     told.filter(has_not_text="no room").wait_for(state="attached")
     settled(page)
     page.locator("#motions .motion.shown:not(.waiting)").wait_for()
+    page.locator("#motions .motion .verdict").first.filter(has_text=re.compile(r"\w")).wait_for()
     page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
+
+
+def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explorer):
+    """That lines were refused is not told any more once they are there, whichever picture came before them."""
+    page = unwatched(explorer.url)
+    page.route("**/lines", refuse)
+    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6")
+    wait_for_text(page, "#notice", "no room. Close some.")
+    held = []
+    page.unroute("**/lines")
+    page.route("**/lines", lambda route: held.append(route))
+    with page.expect_request("**/lines"), page.expect_response(lambda found: found.url.endswith("/window")):
+        page.get_by_role("button", name="Try again").click()
+    settled(page)
+    held[0].continue_()
+    page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
+    page.locator("#notice").filter(has_not_text="no room").wait_for(state="attached")
+
+
+def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
+    """Where it is refused again the same button stays, and words are not told anew; where it goes the map is next."""
+    page = unwatched(explorer.url)
+    page.route("**/lines", refuse)
+    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6")
+    button = page.locator("#notice button")
+    button.wait_for()
+    settled(page)
+    page.evaluate(
+        """() => {
+            window.changes = 0;
+            const watch = new MutationObserver((found) => { window.changes += found.length; });
+            watch.observe(document.getElementById("notice"), { childList: true, characterData: true, subtree: true });
+        }"""
+    )
+    button.focus()
+    with page.expect_response("**/lines"):
+        button.press("Enter")
+    settled(page)
+    assert button.evaluate("each => each === document.activeElement")
+    assert page.evaluate("changes") == 0
+    page.unroute("**/lines")
+    button.press("Enter")
+    page.locator("#notice").filter(has_not_text="no room").wait_for(state="attached")
+    assert page.evaluate("document.activeElement.id") == "map"
+
+
+def test_a_fault_of_what_shows_motions_is_in_the_console(unwatched, explorer):
+    """A part that came, and has a fault, is told as one that did not come; the console tells the fault."""
+    page = unwatched(explorer.url, load=False)
+    thrown = []
+    page.on("pageerror", lambda problem: thrown.append(problem.message))
+
+    def answer(route):
+        come = route.fetch()
+        route.fulfill(response=come, body=f"{come.text()}\nthrow new RangeError('A FAULT OF THE PAGE');")
+
+    page.route("**/page/motion/plot.js", answer)
+    page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02")
+    page.locator(".slot > .fault").first.filter(has_text="could not be loaded").wait_for()
+    page.wait_for_selector(COMPLETE)
+    assert "A FAULT OF THE PAGE" in thrown
+
+
+@pytest.mark.parametrize("fault", ["damaged", "old browser"])
+def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault):
+    """What is wrong with the cells that a page holds, or with the browser, is told in its notice and in the console."""
+    path = tmp_path / "page.html"
+    words = {"roll_rate": "2.3:3.1:4", "tilt": "0.2deg:4deg:3:log"}
+    export(subject_of("rolling", words), path)
+    page = unwatched(path.as_uri(), load=False)
+    thrown = []
+    page.on("pageerror", lambda problem: thrown.append(problem.message))
+    if fault == "damaged":
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(r'("data": ?")\w{8}', r"\1AAAAAAAA", text), encoding="utf-8")
+    else:
+        page.add_init_script("delete window.DecompressionStream")
+    page.goto(path.as_uri())
+    wait_for_text(page, "#notice", "The cells that this page holds cannot be read")
+    notice = page.locator("#notice").inner_text()
+    assert ("DecompressionStream" in notice) == (fault == "old browser")
+    assert "export the page once more" in notice
+    assert len(thrown) == 1
+
+
+def test_a_new_server_is_told_to_a_page_that_has_not_begun(unwatched, explorer):
+    """A page whose first question was lost says so, too, when a new process answers: nothing goes on by itself."""
+    page = unwatched(explorer.url, load=False)
+    page.route("**/about", lambda route: route.abort("connectionrefused"))
+    page.goto(f"{explorer.url}#{BOTH}")
+    wait_for_text(page, "#notice", GONE)
+    page.unroute("**/about")
+    page.route(
+        "**/about", lambda route: route.fulfill(status=403, json={"error": "no", "hint": "", "where": ""})
+    )
+    wait_for_text(page, "#notice", "started anew")
 
 
 def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):

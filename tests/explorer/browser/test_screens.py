@@ -42,8 +42,10 @@ def test_a_page_that_begins_does_not_flash(browser, explorer, system, fragment):
         };
         addEventListener("DOMContentLoaded", look);"""
     )
-    page.goto(f"{explorer.url}#{fragment}")
-    page.wait_for_timeout(300)
+    with page.expect_request("**/about"):
+        page.goto(f"{explorer.url}#{fragment}")
+    while not asked:
+        page.wait_for_timeout(50)
     # that the address is another light than the system is known once the modules are there
     if fragment:
         page.evaluate("seen = []")

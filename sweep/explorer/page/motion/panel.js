@@ -112,7 +112,7 @@ export class MotionPanel {
     this.asked?.abort();
     this.judged?.abort();
     this.parts.verdict.textContent = "";
-    this.parts.problem.textContent = "";
+    tell(this.parts.problem, "");
     this.samples = null;
     this.request = null;
     this.fresh = false;
@@ -141,7 +141,7 @@ export class MotionPanel {
       if (asked.signal.aborted) return;
       this.#show(new Samples(answer), this.fresh);
       this.fresh = false;
-      this.parts.problem.textContent = "";
+      tell(this.parts.problem, "");
     } catch (problem) {
       if (asked.signal.aborted) return;
       const refused = /** @type {Error & {hint?: string, status?: number}} */ (problem);
@@ -155,7 +155,7 @@ export class MotionPanel {
         // another start may have been chosen meanwhile: this is not said of it
         if (this.asked !== last || last.signal.aborted) return;
       }
-      const again = mayPass(refused) ? () => void this.#ask(fromStart) : null;
+      const again = mayPass(refused) ? () => this.request && void this.show(this.request) : null;
       tell(this.parts.problem, wordsOfProblem(refused), again);
       // the verdict and the words of the start are there without its motion
       this.element.classList.toggle("refused", !this.samples);
