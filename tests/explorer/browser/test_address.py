@@ -233,7 +233,7 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
     [
         "camera=1,2",
         "camera= , ,4",
-        "loss.friction= ",
+        "loss.air_law=%20",
         "camera=nan,0,4",
         "camera=0,0,-1",
         "open=all",
@@ -247,6 +247,7 @@ def test_what_makes_no_sense_of_a_motion_is_not_set(opened, set_of_it):
     page.locator(SHOWN).wait_for()
     settled(page)
     assert fragment_of(page) == f"{BOTH}&a=2.4,0.02"
+    assert page.locator(".problem").first.text_content() == ""
     assert not page.locator(".motion").first.evaluate("each => each.classList.contains('lossy')")
 
 
