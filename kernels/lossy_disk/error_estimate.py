@@ -55,7 +55,8 @@ def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     """
     _, _, speed, roll_rate, turning_rate = motion.state
     turned, path, _, _, _, _, _ = motion.ledger
-    time, lost = motion.time, lost_energy(motion.ledger)
+    # coarse steps may err by more than a loss
+    time, lost = motion.time, max(lost_energy(motion.ledger), 0.0)
     late = _SHARE_OF_TIME * time * (tolerance + imbalance / (lost + imbalance + tolerance))
     # near flat a tilt is the more uncertain the smaller its cosine
     # what friction stopped is left of a motion as large as the root of the energy that it took
@@ -70,7 +71,13 @@ def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
 
 
 @internal
-def late_errors(errors, ending, late, change, swing, way):
+def _stated(error, all_of_it):
+    """Return an error, or all of what it is one of where a motion could not be followed."""
+    return error if 0.0 <= error < math.inf else all_of_it
+
+
+@internal
+def late_errors(errors, ending, late, change, swing, time, way):
     """Errors of a motion that may be late, or early.
 
     Parameters
@@ -83,16 +90,12 @@ def late_errors(errors, ending, late, change, swing, way):
         Of its last state within the time by which it is late.
     swing : float
         Difference of the extreme tilts [rad].
-    way : float
-        What is stated of heading and path of a motion that cannot be followed for that time.
+    time, way : float
+        What is stated of the time, and of heading and path, of a motion that cannot be followed.
     """
-    # so written, a NaN is too much too
-    tilt = change.tilt if change.tilt < swing else swing
-    heading = change.heading if change.heading == change.heading else way
-    path = change.path if change.path == change.path else way
     return Errors(
-        errors.tilt + tilt,
-        errors.time + (0.0 if ending == HORIZON else late.time),
-        errors.heading + late.turned + heading,
-        errors.path + late.rolled + path,
+        errors.tilt + min(_stated(change.tilt, swing), swing),
+        errors.time + (0.0 if ending == HORIZON else _stated(late.time, time)),
+        errors.heading + _stated(late.turned, way) + _stated(change.heading, way),
+        errors.path + _stated(late.rolled, way) + _stated(change.path, way),
     )

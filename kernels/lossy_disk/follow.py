@@ -247,8 +247,10 @@ def leap(motion, case, until, reach):
     time = until if length == left else motion.time + length
     after = Motion(state, motion.senses, time, entered(motion.ledger, 1.0, gain))
     won = _energy(state, case.inertia) - _energy(motion.state, case.inertia)
-    # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end
-    if not (won <= _MOST_WON and math.isfinite(after.ledger[0])):
+    # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end, behind flat
+    # they would go back in time
+    possible = won <= _MOST_WON and (state[1] > 0.0 or event == FLATTENS)
+    if not (possible and math.isfinite(after.ledger[0])):
         return motion, 0.0, FAILS
     if event == CONTACT_RESTS:
         after = _come_to_rest(after, case, until)

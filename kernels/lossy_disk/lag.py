@@ -29,6 +29,8 @@ class Lag(NamedTuple):
         By which it is ahead or behind.
     turned, rolled : float
         Angle by which its heading turned, and length of the path over R, that it did near the maxima in that time.
+
+    None of them is a number where the motion cannot be followed.
     """
 
     time: float
@@ -97,13 +99,13 @@ def _passing(state, constants, h):
 
 
 @internal
-def _begun(start, constants, time, relative_step, fastest):
+def _begun(start, constants, time, relative_step, fastest, flat):
     """What a motion from its start until its first turning point is late: times, heading, path over the energy.
 
     It errs by a share of how fast it has been, which near the maximum is nothing for a disk that sets off there.
     """
     present, total, gone, steps, before = start, _NOTHING, 0.0, 0, 0.0
-    while gone < time and steps < _MOST_STEPS:
+    while gone < time and steps < _MOST_STEPS and present[1] > flat:
         h = min(_length(present, constants, relative_step), time - gone)
         square, slow = _passing(present, constants, h)
         before = max(before, square)
@@ -155,12 +157,13 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
         present = step(present, constants, -h)
         gone, since, steps = gone + h, since + h, steps + 1
         if not present[1] > flat:
+            slowness = _sum(slowness, latest, 1.0)
             break
         # a start at rest is no turning point
         if w * present[3] < 0.0 and time - gone > h:
             slowness, latest, since, turns = _sum(slowness, latest, 1.0), _NOTHING, 0.0, turns + 1
-    if not gone < time and turns < _TURNS:
-        slowness = _sum(slowness, _begun(present, constants, since, relative_step, fastest), 1.0)
+    if not gone < time and turns < _TURNS and present[1] > flat:
+        slowness = _sum(slowness, _begun(present, constants, since, relative_step, fastest, flat), 1.0)
     late, turned, rolled = slowness
     share = imbalance * (time / gone)
     return Lag(share * late, share * turned, share * rolled)
@@ -168,11 +171,11 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
 
 @internal
 def _larger(most, change):
-    """Larger of each of two `Change`; so written, a NaN stays."""
+    """Larger of each of two `Change`; a NaN of either stays."""
     return Change(
-        most.tilt if change.tilt <= most.tilt else change.tilt,
-        most.heading if change.heading <= most.heading else change.heading,
-        most.path if change.path <= most.path else change.path,
+        most.tilt if change.tilt <= most.tilt or most.tilt != most.tilt else change.tilt,
+        most.heading if change.heading <= most.heading or most.heading != most.heading else change.heading,
+        most.path if change.path <= most.path or most.path != most.path else change.path,
     )
 
 

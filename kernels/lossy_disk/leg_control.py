@@ -254,9 +254,9 @@ def _start_of(lane, lanes):
 
 @internal
 def _record_of(lane, lanes, least, greatest):
-    """Return the record of a lane with extreme tilts of these sines."""
+    """Return the record of a lane with extreme tilts of these sines, which coarse steps may take beyond 1."""
     return Record(
-        math.asin(least), math.asin(greatest), lanes[at.BREACH + lane],
+        math.asin(max(least, -1.0)), math.asin(min(greatest, 1.0)), lanes[at.BREACH + lane],
         lanes[at.STEPS_KEPT + lane], lanes[at.SWITCHES + lane],
     )  # fmt: skip
 
@@ -328,7 +328,7 @@ def _errors(motion, ending, least, greatest, lane, run, lanes):
     change = astray(last, alpha, moving, relative_step, run.cos_flat_tilt)
     turned, path, _, _, _, _, _ = motion.ledger
     way = abs(turned) + path + motion.time
-    return late_errors(errors, ending, late, change, greatest - least, way)
+    return late_errors(errors, ending, late, change, greatest - least, motion.time, way)
 
 
 @internal

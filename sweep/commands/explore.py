@@ -41,6 +41,7 @@ def explore(
     A page of this machine alone; it is answered until Ctrl-C. The address that is printed lets in who knows it.
     """
     from sweep.explorer.explorer import Explorer
+    from sweep.explorer.freed_memory import keep_large_blocks_apart
     from sweep.explorer.subject import subject_of_words
     from sweep.model.kernel import compile_apart
 
@@ -53,6 +54,7 @@ def explore(
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
     compile_apart()
+    keep_large_blocks_apart()
     explorer = Explorer(subject, port)
     if browser:
         explorer.open_browser()

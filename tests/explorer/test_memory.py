@@ -1,6 +1,7 @@
 """What the process of an explorer takes of memory: no compiler, and no more for each file that it gives away."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,21 @@ def test_the_memory_of_a_file_is_given_back():
             assert ask(server.url, "data", json.dumps(LARGE).encode()).status == 200
             after.append(server.memory)
     assert max(after) - before < 40.0, after
+
+
+def test_threads_keep_nothing_of_large_windows():
+    """After a large block was freed the heaps of the threads that answer would keep blocks of that size: 78 MB here."""
+    with served() as server:
+        ask(server.url, "data", json.dumps(LARGE | {"width": 20, "height": 20}).encode())
+        ask(server.url, "data", json.dumps(LARGE | {"width": 1000, "height": 700, "format": "csv"}).encode())
+        before = server.memory
+        fields = {"view": ROLLING, "width": 1400, "height": 900, "quantity": "peak_tilt", "lane": "fine"}
+        with ThreadPoolExecutor(8) as clients:
+            for answer in clients.map(
+                lambda n: post(server.url, "window", client=f"c{n}", number=1, **fields), range(8)
+            ):
+                assert answer
+        assert server.memory - before < 55.0
 
 
 def test_a_refused_question_gives_memory_back_too(monkeypatch):

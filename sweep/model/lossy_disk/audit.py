@@ -222,6 +222,10 @@ def _of_the_ending(facts: _Facts) -> Iterator[CellCheck]:
     every = np.ones(moved.shape, bool)
     for name in ("end_time", "end_tilt", "tilt_min", "tilt_max", *_LOSSES):
         yield _decided(name, _ENDING, np.isfinite(stored[name]) == moved, every)
+    # an older file lacks those of heading and path
+    for name in sorted(set(_STATED.values()) & set(stored)):
+        error = np.asarray(stored[name], np.float64)
+        yield _decided(name, "finite and 0 or more", (np.isfinite(error) & (error >= 0.0)) | ~moved, every)
     time, tilt, duration = stored["end_time"], stored["end_tilt"], np.full(moved.shape, float(spec.duration))
     with np.errstate(invalid="ignore"):
         apart = np.where(
