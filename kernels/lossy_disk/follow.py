@@ -63,7 +63,7 @@ MOST_STEPS = 1.0e7
 #: Switches of friction in excess of its steps after which a motion is abandoned: it would switch for ever.
 _MOST_SWITCHES = 1000.0
 
-#: Energy (of m g R), the largest tolerance ten times over, that no step wins which leads anywhere.
+#: A step that wins more energy (of m g R) than this leads nowhere: it is ten times the largest tolerance.
 _MOST_WON = 1.0
 
 #: A rate of a start is zero where rounding may have made it.
