@@ -1,18 +1,21 @@
-"""What every test relies on: the same examples in CI, the same terminal everywhere, no window."""
+"""What every test relies on: the same examples each time, the same terminal everywhere, no window."""
 
 import os
+import secrets
 import shlex
 import signal
 import sys
+import zlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
 # Compiling the first kernel takes seconds; hypothesis would count them against the one example that met it.
-settings.register_profile("home", deadline=None)
-settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
-settings.load_profile("ci" if os.environ.get("CI") == "true" else "home")
+settings.register_profile("same", deadline=None, derandomize=True)
+settings.register_profile("fresh", deadline=None)
+settings.load_profile("same")
 
 os.environ["MPLBACKEND"] = "agg"
 
@@ -29,6 +32,33 @@ os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 # which command compiles a kernel depends on the tests before: none of them says so
 os.environ["EULERDISK_NOTICES"] = "no"
 os.environ.setdefault("EULERDISK_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "kernels"))
+
+
+def pytest_addoption(parser):
+    """Add the options that let tests draw other examples and random numbers."""
+    parser.addoption("--seed", type=int, default=0, help="draw other random numbers and examples than by day")
+    fresh = {"action": "store_const", "const": secrets.randbits(32), "dest": "seed"}
+    parser.addoption("--fresh-seeds", **fresh, help="the same, with a seed that is drawn and told")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config):
+    """Give hypothesis the seed, if there is one."""
+    if config.option.seed:
+        settings.load_profile("fresh")
+        config.option.hypothesis_seed = config.option.seed
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Tell how to repeat what was drawn."""
+    if config.option.seed:
+        terminalreporter.write_line(f"drawn with --seed {config.option.seed}")
+
+
+@pytest.fixture
+def rng(request):
+    """Return a generator of random numbers, the same in each run of a test; another one with --seed."""
+    return np.random.default_rng([zlib.crc32(request.node.nodeid.encode()), request.config.option.seed])
 
 
 @pytest.fixture
