@@ -12,6 +12,8 @@ import pytest
 import sweep
 from sweep.checks.verify import verify
 
+pytestmark = pytest.mark.slow_lane
+
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 SPECS = {
     "rolling": sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:30deg:5:log"),

@@ -8,6 +8,8 @@ import netCDF4
 import pytest
 from source_copy import CHECKOUT, SourceCopy
 
+pytestmark = pytest.mark.slow_lane
+
 PAGE = (CHECKOUT / "docs" / "extend.md").read_text(encoding="utf-8")
 
 

@@ -13,6 +13,8 @@ with warnings.catch_warnings():
     import nbformat
     from nbclient import NotebookClient
 
+pytestmark = pytest.mark.slow_lane
+
 CHECKOUT = Path(__file__).parents[2]
 BEGIN = """
 import os, signal, threading

@@ -19,7 +19,7 @@ from sweep import platforms
 from sweep.errors import RequestError
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", ".ci/run")
+COMMANDS = ("scripts/atlas", "scripts/gallery", "scripts/soak", "scripts/test", "scripts/release", ".ci/run")
 PRESETS = ("rolling", "spinning", "circling")
 
 

@@ -1,4 +1,4 @@
-"""docs/names.md lists what is public, with its arguments, as checkers see it; the Python of docs/python.md runs."""
+"""docs/names.md lists what is public, with its arguments; checkers of types find its types and mistakes of users."""
 
 import inspect
 import json
@@ -13,7 +13,7 @@ import pytest
 import sweep
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE, LISTING = ((CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("python.md", "names.md"))
+LISTING = (CHECKOUT / "docs" / "names.md").read_text(encoding="utf-8")
 PROJECT = Path(__file__).parent / "user_project"
 (LISTED,) = re.findall(r"^```text\n(.*?)^```$", LISTING, flags=re.MULTILINE | re.DOTALL)
 LINES = [line for line in LISTED.splitlines() if line]
@@ -95,29 +95,6 @@ def test_every_public_name_says_what_it_is():
         assert found.__doc__, name
 
 
-@pytest.mark.compiled
-def test_its_python_runs(capsys):
-    """The examples of the page, in its order, without a warning."""
-    blocks = re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
-    assert len(blocks) == 2
-    names = {}
-    for block in blocks:
-        exec(compile(block, "docs/python.md", "exec"), names)
-    out = capsys.readouterr().out
-    assert "criterion  departure:5deg" in out
-    assert "computing: 100% of 2000 cells" in out
-
-
-@pytest.mark.compiled
-def test_its_interruption_runs(tmp_path, monkeypatch):
-    """The example of docs/interruption.md ends before its hour, and leaves the file."""
-    monkeypatch.chdir(tmp_path)
-    page = (CHECKOUT / "docs" / "interruption.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"^```python\n(.*?)^```$", page, flags=re.MULTILINE | re.DOTALL)
-    exec(compile(block, "docs/interruption.md", "exec"), {})
-    assert (tmp_path / "a.nc").is_file()
-
-
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     """Return the folder of a user's project, and an environment in which the built wheel is installed."""
@@ -151,6 +128,7 @@ def checked(project, *command):
     )
 
 
+@pytest.mark.slow_lane
 def test_mypy_sees_types_and_mistakes(project):
     """Strictly: nothing is wrong with the program, and each mistake is found, none besides."""
     strict = ["mypy", "--strict", "--config-file=", "--no-error-summary"]
@@ -161,6 +139,7 @@ def test_mypy_sees_types_and_mistakes(project):
     )
 
 
+@pytest.mark.slow_lane
 def test_pyright_sees_types_and_mistakes(project):
     """The same for the other type checker, whose strictest setting asks for the type of everything."""
     folder, environment = project
@@ -181,6 +160,7 @@ def test_pyright_sees_types_and_mistakes(project):
     assert found == {("mistakes", line) for line in wrong_lines()}, done.stdout
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_typed_program_runs(project):
     """What the checkers have read is a program that works with what is installed."""

@@ -22,6 +22,8 @@ import sweep
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 
+pytestmark = pytest.mark.slow_lane
+
 READERS = Path(__file__).with_name("readers")
 
 #: A few disks fall: `fall_time` has values and gaps. The title is to be read by programs that only know ASCII.

@@ -60,14 +60,14 @@ def test_test_command_explains_itself(tmp_path):
     """`scripts/test`, which is running this very test, is a command that says what it does."""
     done = _run([str(_ROOT / "scripts" / "test"), "--help"], tmp_path)
     assert done.returncode == 0
-    assert "Run every check" in done.stdout
+    assert "Run the checks of every day" in done.stdout
 
 
 @pytest.mark.compiled
 def test_command_line(tmp_path):
     """Every command of the second block runs, in the order shown, and leaves the file that it names.
 
-    The explorer runs until it is told to end: tests/promises/test_explorer_page.py starts and ends it.
+    The explorer runs until it is told to end: tests/promises/test_pages.py starts and ends it.
     """
     commands = _commands(_blocks("bash")[1])
     assert "eulerdisk explore" in commands

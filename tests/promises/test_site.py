@@ -15,6 +15,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from explorer_browser import find_browser, launched
 
+pytestmark = pytest.mark.slow_lane
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
 NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_nb", "numpydoc", "ziamath", "ipykernel", "distributed")
@@ -314,24 +316,3 @@ def test_a_cell_that_raises_ends_the_build(tmp_path: Path) -> None:
     )
     assert done.returncode != 0
     assert "assert 1 + 1 == 3" in done.stderr
-
-
-def python_of(name: str) -> str:
-    """Return the one block of Python of a page."""
-    text = (CHECKOUT / "docs" / name).read_text(encoding="utf-8")
-    (block,) = re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S)
-    return str(block)
-
-
-@pytest.mark.compiled
-def test_the_start_page_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its ten lines of Python run; the measured rate lies below the critical one, by less than two per cent."""
-    monkeypatch.chdir(tmp_path)
-    block = python_of("index.md")
-    assert len([line for line in block.splitlines() if line]) <= 10
-    exec(compile(block, "docs/index.md", "exec"), {})
-    measured, critical = map(float, capsys.readouterr().out.splitlines()[-1].split())
-    assert 0.98 * critical < measured < critical
-    assert (tmp_path / "strict.nc").is_file()
