@@ -6,13 +6,9 @@ than inlining in Numba (`inline="always"`).
 """
 
 from kernels.native.function import lazy
-from kernels.native.options import ALL, INTERNAL
 
-#: Decorators of functions that Python calls too; of the second kind are those called in loops over lanes.
-kernel, simd_kernel = lazy(**ALL), lazy(forceinline=True, **ALL)
-
-#: The same for functions that only kernels call; a call from Python would end the process.
-internal, simd = lazy(**INTERNAL), lazy(forceinline=True, **INTERNAL)
+#: Decorators of functions that kernels call, and Python; of the second kind are those called in loops over lanes.
+kernel, simd = lazy(), lazy(forceinline=True)
 
 #: Decorator of a short function that is called with constants: Numba would compile one specialisation per constant.
-inlined = lazy(inline="always", **INTERNAL)
+inlined = lazy(inline="always")

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from kernels.jit import simd_kernel
+from kernels.jit import simd
 
 #: pi/2 minus its double.
 _REST_OF_QUARTER = 6.123233995736766e-17
 
 
-@simd_kernel
+@simd
 def sine_cosine(tilt):
     """Sine and cosine of an angle (`tilt`, at most pi/2 in magnitude), each with a relative error of at most 3e-16.
 
@@ -29,7 +29,7 @@ def sine_cosine(tilt):
     return math.copysign(cosine if steep else sine, tilt), sine if steep else cosine
 
 
-@simd_kernel
+@simd
 def angle_of(S, C):
     """Angle of a sine and a cosine, or of a common multiple of both, with a relative error of at most 1e-15.
 
@@ -50,7 +50,7 @@ _TO_LOW_BITS = 1.5 * 2.0**52
 _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 
 
-@simd_kernel
+@simd
 def exp_minus_one(x):
     """exp(x) - 1 for x from -700 to 700, with an error of at most 3e-16 of it or, where exp(x) < 1/2, of one.
 
@@ -68,7 +68,7 @@ def exp_minus_one(x):
     return scale * (rest * series) + (scale - 1.0)
 
 
-@simd_kernel
+@simd
 def logarithm(x):
     """Natural logarithm of a normal positive number, with an error of at most 3e-16 of it or of one.
 

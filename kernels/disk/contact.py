@@ -6,7 +6,7 @@ All in scaled form (`kernels.disk.equations`): forces over m g, angular momentum
 import math
 
 from kernels.disk.rk4 import tilt_acceleration
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 
 
 @kernel
@@ -62,7 +62,7 @@ def vertical_momentum(state, alpha):
     return (1.0 + alpha) * S * s + 0.5 * alpha * o * C, (s - o * T) * w * C
 
 
-@internal
+@kernel
 def suitable_step(state, constants, relative_step):
     """Scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
     _, C, _, w, o, s = state

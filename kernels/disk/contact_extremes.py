@@ -48,7 +48,7 @@ from kernels.disk.tilt_series import (
     TAN,
     TERMS,
 )
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.entry import parallel
 
 #: Cells that a thread takes at a time.
@@ -80,7 +80,7 @@ _KEPT = 10
 _TURNS, _EXACT, _STOPS = range(3)
 
 
-@internal
+@kernel
 def _rounding_errors(series, end, kept):
     """Bound of the rounding errors of the forces on a panel up to `end`."""
     kept[_AXIAL_SIZE] = max(kept[_AXIAL_SIZE], largest_value(series, AXIAL, end))
@@ -92,7 +92,7 @@ def _rounding_errors(series, end, kept):
     return _ROUNDING * (2.0 + kept[_PANELS]) * size
 
 
-@internal
+@kernel
 def _look(series, t, apart, rounding, kept):
     """Take the forces at t into account, where t is known to within `apart`."""
     normal, slope = value_and_slope(series, NORMAL, t)
@@ -113,7 +113,7 @@ def _look(series, t, apart, rounding, kept):
     kept[_MOST_HIGH] = max(kept[_MOST_HIGH], needed + error)
 
 
-@internal
+@kernel
 def _search_panel(series, end, apart, found, kept):
     """Find the extremes of the forces from the beginning of a panel to `end`, which is known to within `apart`."""
     rounding = _rounding_errors(series, end, kept)
@@ -137,7 +137,7 @@ def _search_panel(series, end, apart, found, kept):
         _look(series, found[i], 0.0, rounding, kept)
 
 
-@internal
+@kernel
 def _turning_point(series, at_rest, length, found):
     """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
     row = KINETIC
@@ -155,7 +155,7 @@ def _turning_point(series, at_rest, length, found):
     return found[0] if count > 0 else math.nan
 
 
-@internal
+@kernel
 def _first_length(series, at_rest):
     """Length of the first panel: a power of two above twice the way to the turning point, where that is near.
 
@@ -175,7 +175,7 @@ def _first_length(series, at_rest):
     return 2.0 ** math.ceil(math.log2(2.0 * way))
 
 
-@internal
+@kernel
 def _end_on_panel(series, turn, left, length, ends, error):
     """Where a way ends on a panel: (where, to within what); NaN if further on, negative if it does not fit its cell.
 
@@ -196,7 +196,7 @@ def _end_on_panel(series, turn, left, length, ends, error):
     return left, (early if ends == _EXACT else early + error * stretch)
 
 
-@internal
+@kernel
 def _uncertainty(series, end, kept):
     """How far off, in the stretched tilt, rounding can have moved a root of the kinetic energy."""
     if end == 0.0:
@@ -205,7 +205,7 @@ def _uncertainty(series, end, kept):
     return _ROUNDING * (2.0 + kept[_PANELS]) * kinetic / abs(value_and_slope(series, KINETIC, end)[1])
 
 
-@internal
+@kernel
 def _follow(state, constants, alpha, way, ends, error, series, found, kept):
     """Search the way from a scaled start to where its tilt is greatest, `way` away; whether that fits the start."""
     at.set_out(series, state, constants)
@@ -234,12 +234,12 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
     return False
 
 
-@internal
+@kernel
 def _stretched(tilt):
     return math.asinh(math.tan(tilt))
 
 
-@internal
+@kernel
 def _end_of(end, tilt, tilt_rate, ending, fall_tilt):
     """How the way from a tilt to the greatest tilt of its motion ends, by the ending of the cell."""
     if abs(end) >= fall_tilt:
@@ -250,7 +250,7 @@ def _end_of(end, tilt, tilt_rate, ending, fall_tilt):
     return _STOPS if ending == HORIZON and end != tilt else _EXACT
 
 
-@internal
+@kernel
 def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, series, found, kept):
     """Search a motion on both sides of its start; whether its extreme tilts fit the start."""
     alpha, tilt = start[ALPHA], start[TILT]
@@ -265,7 +265,7 @@ def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, s
     return fits
 
 
-@internal
+@kernel
 def _judge(kept):
     """(least normal force, friction needed, state) of what was kept; NaN for what is not known."""
     least, most = kept[_LEAST], kept[_MOST]

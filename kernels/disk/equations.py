@@ -8,10 +8,10 @@ trigonometry nor division stands in the inner loop, and the deviations from S*S 
 
 import math
 
-from kernels.jit import kernel, simd, simd_kernel
+from kernels.jit import kernel, simd
 
 
-@simd_kernel
+@simd
 def inertia(alpha):
     """Constants of the equations for one mass distribution.
 
@@ -28,7 +28,7 @@ def inertia(alpha):
     return 1.0 / (1.0 + 0.5 * alpha), 1.0 + alpha, 0.5 * alpha, 1.0 / (1.0 + alpha)
 
 
-@simd_kernel
+@simd
 def slopes(state, i_spin, drag):
     """How a motion changes with its tilt, and what accelerates the tilt.
 
@@ -75,13 +75,13 @@ def scaled_state(tilt, tilt_rate, precession_rate, roll_rate, unit):
     return scaled(math.sin(tilt), math.cos(tilt), tilt_rate, precession_rate, roll_rate, unit)
 
 
-@simd_kernel
+@simd
 def energy(S, C, w, o, s, alpha):
     """Energy over m g R (scaled state): conserved along every motion (physics of a disk without slip)."""
     return 0.5 * (1.0 + 0.5 * alpha) * w * w + 0.5 * (1.0 + alpha) * s * s + 0.25 * alpha * o * o + C
 
 
-@simd_kernel
+@simd
 def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     """Energy minus the start's energy, over m g R, formed from differences.
 

@@ -5,7 +5,7 @@ import math
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT
 from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.rk4 import step
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.entry import parallel
 
 #: Kick [1] over the fastest rate of the cell: the part of the response that is odd in it is linear to its square.
@@ -16,7 +16,7 @@ _STEPS = 64
 _CHUNK = 256
 
 
-@internal
+@kernel
 def _deviation(state, S0, C0, constants, h):
     """Sine of the tilt's distance from the start after one and after two units of time."""
     for _ in range(_STEPS):
@@ -27,7 +27,7 @@ def _deviation(state, S0, C0, constants, h):
     return once, state[0] * C0 - state[1] * S0
 
 
-@internal
+@kernel
 def _coefficient(starts, cell):
     unit = math.sqrt(starts[RADIUS, cell] / starts[GRAVITY, cell])
     S, C, T, w, o, s = scaled_state(

@@ -45,7 +45,7 @@ from kernels.disk.simd_stages import (
 )
 from kernels.disk.step_size import share_near_maximum
 from kernels.disk.summit import doubtful_pass, is_long
-from kernels.jit import inlined, internal, simd
+from kernels.jit import inlined, kernel, simd
 from kernels.simd_math import angle_of
 
 #: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
@@ -61,7 +61,7 @@ _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
 
 
-@internal
+@kernel
 def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity):
     finite = math.isfinite(tilt_rate) and math.isfinite(precession_rate) and math.isfinite(roll_rate)
     possible = abs(tilt) < 0.5 * math.pi and 0.0 < alpha <= 1.0
@@ -115,7 +115,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
     return True
 
 
-@internal
+@kernel
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
     _store_start(lane, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, lanes)
@@ -137,7 +137,7 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
     return True
 
 
-@internal
+@kernel
 def _event(lane, run, lanes):
     """Land on the event of a leg: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
     state, constants = state_of(lane, lanes), constants_of(lane, lanes)
@@ -162,7 +162,7 @@ def _event(lane, run, lanes):
     return ending, there, t + elapsed
 
 
-@internal
+@kernel
 def _allowed(lane, run, lanes):
     """Estimated error [rad] with which a result is accepted.
 
@@ -178,7 +178,7 @@ def _allowed(lane, run, lanes):
     return _ACCEPTED_SHARE * run.tolerance / divisor
 
 
-@internal
+@kernel
 def _end_leg(lane, run, lanes):
     """Measure the end of a leg that `kernels.disk.simd_stages.land` left open; returns the ending so far."""
     ending, state, t = _event(lane, run, lanes)
@@ -193,7 +193,7 @@ def _end_leg(lane, run, lanes):
     return ending
 
 
-@internal
+@kernel
 def _passed_in_doubt(lane, lanes):
     """Whether the leg of a lane passed a maximum of the potential without enough energy (`kernels.disk.summit`)."""
     constants = constants_of(lane, lanes)
@@ -210,7 +210,7 @@ def _passed_in_doubt(lane, lanes):
     return doubtful_pass(state, constants, leg, whole, alpha)
 
 
-@internal
+@kernel
 def _refine(lane, error, allowed, run, lanes):
     """Set the cell off again with a smaller step, if there is one left to try."""
     # where the error is that of the method the shorter step leaves a quarter of it at most; rounding errors stay
@@ -277,7 +277,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     return False
 
 
-@internal
+@kernel
 def _finish(cell, lane, ending, t, lanes, measures, counts):
     """Write a cell whose last leg ended at the scaled time t."""
     unit, before = lanes[at.UNIT + lane], lanes[at.FIRST_TURN + lane]

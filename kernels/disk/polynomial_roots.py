@@ -7,7 +7,7 @@ neither is halved.
 
 import math
 
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: Halvings of the interval, and pieces looked at, before a root that cannot be told from two is given up.
 _FEWEST_SHARE, _MOST_PIECES = 2.0**-40, 400
@@ -22,7 +22,7 @@ MOST_ROOTS = 12
 AMBIGUOUS = -1
 
 
-@internal
+@kernel
 def value_and_slope(rows, row, t):
     """Value and derivative of a series at t (Horner)."""
     value, slope = 0.0, 0.0
@@ -32,13 +32,13 @@ def value_and_slope(rows, row, t):
     return value, slope
 
 
-@internal
+@kernel
 def value_at(rows, row, t):
     """Value of a series at t."""
     return value_and_slope(rows, row, t)[0]
 
 
-@internal
+@kernel
 def largest_value(rows, row, t):
     """Bound of the magnitude of a series from 0 to t."""
     bound = 0.0
@@ -47,7 +47,7 @@ def largest_value(rows, row, t):
     return bound
 
 
-@internal
+@kernel
 def _largest_second(rows, row, t):
     """Bound of the magnitude of the second derivative of a series from 0 to t."""
     bound = 0.0
@@ -56,7 +56,7 @@ def _largest_second(rows, row, t):
     return bound
 
 
-@internal
+@kernel
 def _root_between(rows, row, low, high, sign):
     """The root of a monotone series that has the given sign at `low` and the other one, or zero, at `high`."""
     t = 0.5 * (low + high)
@@ -75,7 +75,7 @@ def _root_between(rows, row, low, high, sign):
     return t
 
 
-@internal
+@kernel
 def roots(rows, row, end, negligible, found):
     """Find the roots of a series in (0, end], from the first to the last.
 

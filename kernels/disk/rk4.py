@@ -7,7 +7,7 @@ it as good as the method: from the first state past the event take a short step 
 import math
 
 from kernels.disk.equations import slopes
-from kernels.jit import kernel, simd, simd_kernel
+from kernels.jit import kernel, simd
 
 #: Scaled time and angle [rad] from a turning point below which its last correction needs no step any more.
 _SHORT, _NEAR = 3.0e-4, 1.0e-7
@@ -94,7 +94,7 @@ def step(state, constants, h):
     return inlined_step(state, constants, h)
 
 
-@simd_kernel
+@simd
 def tilt_acceleration(state, constants):
     """Scaled second derivative of the tilt in `state`."""
     S, C, T, _, o, s = state

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from kernels.disk.arrays import DURATION, FALL_TILT, STEP, TOLERANCE
-from kernels.jit import internal, kernel, simd
+from kernels.jit import kernel, simd
 
 #: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `first_step`.
 _RELATIVE_STEP = 0.042
@@ -49,7 +49,7 @@ def first_step(state, constants, relative_step):
     return relative_step / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
 
 
-@internal
+@kernel
 def share_near_maximum(curvature):
     """Share of `first_step` for a start where the second derivative V'' of the potential (of m g R) is `curvature`.
 

@@ -10,7 +10,7 @@ import math
 from kernels.disk.equations import force
 from kernels.disk.error_estimate import drift, uncertain_energy
 from kernels.disk.rk4 import step, tilt_acceleration
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 
 #: A potential has maxima only at smaller tilts [rad]: steady motions are unstable below 18.6 deg (disk) to 20 deg.
 _LARGEST_TILT = 0.36
@@ -31,12 +31,12 @@ _MARGIN = 4.0
 _ELSEWHERE = 0.2
 
 
-@internal
+@kernel
 def _covers_summits(tilt_start, tilt_end):
     return min(abs(tilt_start), abs(tilt_end)) < _LARGEST_TILT or tilt_start * tilt_end < 0.0
 
 
-@internal
+@kernel
 def _leaves_summit(state, constants, heading):
     """Whether a leg begins beside a maximum of the potential that it leaves, or passes without doubt."""
     _, curvature = force(state, constants)
@@ -83,7 +83,7 @@ def _fall(S, C, s, o, constants):
     return -(S * C + o * (constants[1] * s * C - constants[2] * o * S))
 
 
-@internal
+@kernel
 def _lies_in_hidden_well(state, constants, h):
     """Whether the end of a leg lies in a well of the potential that is narrower than the distance of two nodes."""
     pull, curvature = force(state, constants)
@@ -94,7 +94,7 @@ def _lies_in_hidden_well(state, constants, h):
     return 2.0 * kinetic + pull * pull / curvature < curvature * reach * reach
 
 
-@internal
+@kernel
 def _slow_between(state, tilt_end, constants):
     """Whether the kinetic energy may have a small minimum between a start and a tilt, by a coarse integration."""
     S, C, _, w, o, s = state
@@ -122,7 +122,7 @@ def _slow_between(state, tilt_end, constants):
     return _lies_in_hidden_well((S, C, S / C, 0.0, o, s), constants, h)
 
 
-@internal
+@kernel
 def _doubtful_on_the_way(state, constants, leg, whole, alpha):
     """Take the steps of a leg again; whether at a minimum of its speed it was as slow as its energy is uncertain.
 
@@ -153,7 +153,7 @@ def is_long(time, constants):
     return not time * math.sqrt(constants[0]) < _SHORTEST
 
 
-@internal
+@kernel
 def doubtful_pass(state, constants, leg, whole, alpha):
     """Whether a long leg passed a maximum of the potential by less energy than is uncertain there.
 

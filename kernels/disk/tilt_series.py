@@ -8,7 +8,7 @@ here is analytic within pi/2 of the real axis: its series about any tilt, howeve
 
 import numpy as np
 
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: Length [1] of a panel in y, and terms of the series: what is left out is (1/4pi)^16 = 3e-18 times a few hundred.
 PANEL, TERMS = 0.125, 16
@@ -59,7 +59,7 @@ _OF_ACROSS = np.array([[_ACROSS, _ACROSS, _ACROSS_ACROSS]])
 _OF_SLOPES = np.array([[_SQUARED_SLOPE, NORMAL, _UP], [FRICTION_SQUARED, NORMAL_SLOPE, _DOWN]])
 
 
-@internal
+@kernel
 def set_out(series, state, constants):
     """Put a scaled state (`kernels.disk.equations`) at the beginning of a panel."""
     S, C, T, w, o, s = state
@@ -67,7 +67,7 @@ def set_out(series, state, constants):
     series[AXIAL, 0], series[DIAMETRAL, 0], series[KINETIC, 0] = s, o, 0.5 * w * w / constants[0]
 
 
-@internal
+@kernel
 def go_on(series, h):
     """Put the state at t = h of a panel at the beginning of the next one."""
     for row in range(PULL):
@@ -77,7 +77,7 @@ def go_on(series, h):
         series[row, 0] = value
 
 
-@internal
+@kernel
 def _multiply(series, products, first, stop):
     """Terms `first` to `stop` - 1 of products of rows."""
     for product in range(products.shape[0]):
@@ -89,7 +89,7 @@ def _multiply(series, products, first, stop):
             series[into, k] = total
 
 
-@internal
+@kernel
 def expand_motion(series, constants):
     """Expand a motion about the beginning of a panel, from the terms of order 0 there.
 
@@ -114,7 +114,7 @@ def expand_motion(series, constants):
         series[DIAMETRAL, k + 1] = share * (series[_O_SIN, k] - 2.0 * series[_S_COS, k])
 
 
-@internal
+@kernel
 def expand_forces(series, constants, alpha):
     """Expand the contact forces, from the motion: as `kernels.disk.contact.contact_forces`, from w^2 and not from w."""
     twice = 2.0 * constants[0]
@@ -138,7 +138,7 @@ def expand_forces(series, constants, alpha):
     _differentiate(series)
 
 
-@internal
+@kernel
 def _differentiate(series):
     last = TERMS - 1
     for k in range(last):

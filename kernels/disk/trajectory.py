@@ -29,14 +29,14 @@ from kernels.disk.motion_arrays import (
     TRAJECTORY_STEP,
 )
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.entry import entry
 
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 100_000_000
 
 
-@internal
+@kernel
 def _rates(state):
     """Scaled rates of the heading, of the roll angle, and of the vertical momentum about the contact point."""
     _, C, T, w, o, s = state
@@ -44,7 +44,7 @@ def _rates(state):
     return o / C, rolling, rolling * w * C
 
 
-@internal
+@kernel
 def _carry(place, before, middle, after, h):
     """Heading, roll angle, contact point (over R) and momentum gained, one step of scaled length h later."""
     heading, angle, x, y, gained = place
@@ -66,7 +66,7 @@ def _carry(place, before, middle, after, h):
     )
 
 
-@internal
+@kernel
 def _fall(before, after, constants, fall_tilt, h):
     """(whether fall_tilt was reached between two states, scaled time from the second back to that moment)."""
     there, elapsed, fell = after, 0.0, not after[1] >= math.cos(fall_tilt)
@@ -84,7 +84,7 @@ def _fall(before, after, constants, fall_tilt, h):
     return True, elapsed + more
 
 
-@internal
+@kernel
 def _record(samples, i, state, place, unit, radius):
     S, C, T, w, o, s = state
     heading, angle, x, y, gained = place
@@ -99,7 +99,7 @@ def _record(samples, i, state, place, unit, radius):
     samples[MOMENTUM_GAINED, i] = radius * radius / unit * gained
 
 
-@internal
+@kernel
 def _scaled_column(states, i, unit):
     return scaled_state(
         states[TILT, i], states[TILT_RATE, i], states[PRECESSION_RATE, i], states[ROLL_RATE, i], unit

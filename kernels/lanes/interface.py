@@ -15,7 +15,7 @@ Two kinds of functions
     they call. So that the loop over lanes becomes full-width vector code they have no branch that cannot become a
     selection and load before they store: one call that is left when the loop is first compiled keeps it scalar, seven
     times as slow. They run for an idle lane too: its numbers have no meaning, and no result is written.
-    Those marked *scalar* run for one cell at a time (`kernels.jit.internal` or `simd`). No function raises, makes an
+    Those marked *scalar* run for one cell at a time (`kernels.jit.kernel` or `simd`). No function raises, makes an
     array or returns a part of one.
 
 Arguments
@@ -38,7 +38,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 
 #: Numbers of LANES cells that `advance` reads and writes: they come first in the layout.
 STEPPING: Any = None
@@ -129,7 +129,7 @@ def coast(lane, number, run, lanes):
     """
 
 
-@internal
+@kernel
 def go_on(lane, place, run, memory):
     """Let a stepping lane with an event go on at once, in its place (scalar); a model may have no such event.
 

@@ -1,10 +1,10 @@
 """A feature of LLVM that Numba does not offer: the trailing zero count of a word."""
 
-from kernels.jit import simd
 from kernels.native.function import LazyFunction
 
 
-def _instruction(function):
+def _instruction(function, options):
+    import numba
     from numba.core import types
     from numba.extending import intrinsic
 
@@ -15,7 +15,7 @@ def _instruction(function):
 
         return types.int64(types.int64), generate
 
-    return simd(lambda word: trailing_zeros(word)).compiled
+    return numba.njit(forceinline=True, **options)(lambda word: trailing_zeros(word))
 
 
 def _count(word):

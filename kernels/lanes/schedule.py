@@ -16,7 +16,7 @@ Words of bits
 
 import numpy as np
 
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 from kernels.lanes.interface import (
     COASTS,
     RETURNED,
@@ -76,7 +76,7 @@ def _advance_all(run, lanes):
     return _ALL & ~going
 
 
-@internal
+@kernel
 def _advance_to_event(pending, idle, run, lanes):
     """Step all lanes until one that is not idle has an event.
 
@@ -93,25 +93,25 @@ def _advance_to_event(pending, idle, run, lanes):
     return events, pending, steps
 
 
-@internal
+@kernel
 def _prepare_all(run, block):
     for lane in range(LANES):
         prepare(lane, run, block)
 
 
-@internal
+@kernel
 def _set_off_all(run, block):
     for lane in range(LANES):
         set_off(lane, run, block)
 
 
-@internal
+@kernel
 def _land_all(run, block):
     for lane in range(LANES):
         land(lane, run, block)
 
 
-@internal
+@kernel
 def _begin(first, stop, starts, run, block, measures, counts):
     """Put the cells from `first` on into a block; returns the word of the lanes that are to be integrated."""
     read = 0
@@ -130,7 +130,7 @@ def _begin(first, stop, starts, run, block, measures, counts):
     return integrated
 
 
-@internal
+@kernel
 def _end(first, legs, run, block, measures, counts):
     """Finish the legs of a block's lanes; returns the word of those that have set off again."""
     _land_all(run, block)
@@ -142,7 +142,7 @@ def _end(first, legs, run, block, measures, counts):
     return again
 
 
-@internal
+@kernel
 def _let_wait(lanes, number, notes):
     """Let lanes of a block wait to be stepped; returns the word of the block, 0 if there are none."""
     notes[_LEG, number], notes[_LEFT, number], notes[_WAITING, number] = lanes, lanes, lanes
@@ -191,7 +191,7 @@ def _going_on(events, run, memory, notes):
     return going
 
 
-@internal
+@kernel
 def _integrate_all(start, stop, starts, run, memory, notes, measures, counts):
     """Integrate the cells from `start` to `stop`; `memory` holds the stepping lanes, all zero, then the blocks."""
     following, total = start, 0

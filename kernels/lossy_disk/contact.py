@@ -1,16 +1,16 @@
 """The force of the plane on a disk with losses, whatever dry friction holds."""
 
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.contact_motion import Forces, compliance, contact_rates
 
 
-@internal
+@kernel
 def all_held(senses):
     """Whether friction holds tilt and roll rate: the disk can only turn about the vertical through its contact."""
     return senses.roll == 0.0 and senses.tilt == 0.0
 
 
-@internal
+@kernel
 def _forces(state, senses, inertia, losses):
     """Acceleration of the tilt, and `Forces`."""
     if all_held(senses):

@@ -9,7 +9,7 @@ along, its error would grow with each pass near flat. The laws are those of the 
 import math
 from typing import NamedTuple
 
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.loss_laws import (
     Load,
@@ -56,14 +56,14 @@ class Forces(NamedTuple):
     turn: float
 
 
-@internal
+@kernel
 def contact_state(state, inertia):
     """State (S, C, w, f, v) of a state (S, C, K, w, o, p)."""
     S, C, _, w, _, _ = state
     return S, C, w, roll_rate(state, inertia.i_inverse), turning_rate(state, inertia.i_inverse)
 
 
-@internal
+@kernel
 def spin_state(state, inertia):
     """State (S, C, K, w, o, p) of a state (S, C, w, f, v)."""
     S, C, w, f, v = state
@@ -92,7 +92,7 @@ def pull_at_rest(S, C, turning, inertia):
     return S * (1.0 + turning * turning * C / inertia.i_tilt)
 
 
-@internal
+@kernel
 def contact_rates(state, senses, inertia, losses):
     """How a motion and its ledger change in scaled time, whatever friction holds but the tilt.
 
@@ -144,7 +144,7 @@ def contact_rates(state, senses, inertia, losses):
     return changes, ledger, Forces(normal, roll, turn)
 
 
-@internal
+@kernel
 def time_scale(state, inertia):
     """Scaled time over the fastest rate of the linearised motion without friction; near flat, the precession."""
     S, C, w, f, v = state
@@ -153,7 +153,7 @@ def time_scale(state, inertia):
     return C / math.sqrt(C * C * own + o * o + w * w)
 
 
-@internal
+@kernel
 def horizontal_rate(state, senses, inertia, losses):
     """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
     S, C, w, f, _ = state
@@ -164,7 +164,7 @@ def horizontal_rate(state, senses, inertia, losses):
     return size, falling, math.sqrt(dw * dw + changing * changing)
 
 
-@internal
+@kernel
 def moved(state, h, change):
     """`state` + h * `change`, of five numbers each."""
     S, C, w, f, v = state
@@ -172,7 +172,7 @@ def moved(state, h, change):
     return S + h * dS, C + h * dC, w + h * dw, f + h * df, v + h * dv
 
 
-@internal
+@kernel
 def entered(ledger, h, change):
     """`ledger` + h * `change`, of seven numbers each."""
     a0, a1, a2, a3, a4, a5, a6 = ledger

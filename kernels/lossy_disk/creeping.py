@@ -8,7 +8,7 @@ which the acceleration is, but for the little by which that direction changes it
 
 import math
 
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.contact_motion import (
     compliance,
     contact_rates,
@@ -37,7 +37,7 @@ def stiffness(C, G_ff, losses, inertia):
     return losses.rolling * (inertia.i_tilt + C * C * G_ff)
 
 
-@internal
+@kernel
 def creeps(state, senses, inertia, losses):
     """Whether friction turns the horizontal turning rate of a motion much faster than anything else changes it."""
     S, C, w, f, v = state
@@ -53,14 +53,14 @@ def creeps(state, senses, inertia, losses):
     return 0.0 < size and change < fast
 
 
-@internal
+@kernel
 def _placed(place, angle):
     """State (S, C, w, f, v) of (S, C, size, v) of the horizontal turning rate, in the direction of an angle."""
     S, C, size, v = place
     return S, C, size * math.cos(angle), size * math.sin(angle) / C, v
 
 
-@internal
+@kernel
 def _accelerations(place, angle, senses, inertia, losses):
     """Acceleration of the horizontal turning rate along its direction and across it; `contact_rates`.
 
@@ -74,7 +74,7 @@ def _accelerations(place, angle, senses, inertia, losses):
     return cosine * dw + sine * dx, cosine * dx - sine * dw, changes, ledger
 
 
-@internal
+@kernel
 def _balanced(place, angle, swing, senses, inertia, losses):
     """Angle near another one at which the acceleration turns the rate as fast as `swing`: by the secant method."""
     S, C, size, _ = place
@@ -95,7 +95,7 @@ def _balanced(place, angle, swing, senses, inertia, losses):
     return angle
 
 
-@internal
+@kernel
 def _along(place, h, change):
     """`place` + h * `change`, of four numbers each."""
     S, C, size, v = place
@@ -103,7 +103,7 @@ def _along(place, h, change):
     return S + h * dS, C + h * dC, size + h * growth, v + h * dv
 
 
-@internal
+@kernel
 def _growth(place, angle, senses, inertia, losses):
     """Derivatives of (S, C, size, v) and of the ledger."""
     growth, _, changes, ledger = _accelerations(place, angle, senses, inertia, losses)
@@ -111,7 +111,7 @@ def _growth(place, angle, senses, inertia, losses):
     return (dS, dC, growth, dv), ledger
 
 
-@internal
+@kernel
 def _direction(place, angle, senses, inertia, losses):
     """Angle near another one in which friction keeps the horizontal turning rate."""
     angle = _balanced(place, angle, 0.0, senses, inertia, losses)
@@ -127,7 +127,7 @@ def _direction(place, angle, senses, inertia, losses):
     return _balanced(place, angle, (later - angle) / h, senses, inertia, losses)
 
 
-@internal
+@kernel
 def _slopes(place, angle, senses, inertia, losses):
     """`_growth` in the direction near an angle, and that direction."""
     angle = _direction(place, angle, senses, inertia, losses)
@@ -152,7 +152,7 @@ def creeping_step(state, senses, inertia, losses, h):
     return _placed(there, angle), entered(nothing, sixth, entered(gained, 1.0, more))
 
 
-@internal
+@kernel
 def next_state(state, senses, inertia, losses, h):
     """State and gain of the ledger after a step, as of `kernels.lossy_disk.contact_motion.contact_step`."""
     if creeps(state, senses, inertia, losses):

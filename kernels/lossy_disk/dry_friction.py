@@ -8,7 +8,7 @@ with the help of contour friction along f).
 
 import math
 
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, pull_at_rest
 
 #: A breaking away disk is carried over its first instant of this scaled length (over 1 + |v|) with the acceleration
@@ -24,13 +24,13 @@ LETS_GO = 0.0
 _HALVINGS = 60
 
 
-@internal
+@kernel
 def sign(x):
     """Sign of a number: -1, 0 or 1."""
     return 0.0 if x == 0.0 else math.copysign(1.0, x)
 
 
-@internal
+@kernel
 def _beginning_roll(state, inertia):
     """Sign with which a roll rate begins that no force sets going: it comes with the tilting, as f' = -w v C (...)."""
     S, C, w, _, v = state
@@ -38,7 +38,7 @@ def _beginning_roll(state, inertia):
     return -1.0 if tilting * v > 0.0 else 1.0
 
 
-@internal
+@kernel
 def _roll_held_or_let_go(state, turn, strength, inertia, losses):
     """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
     S, C, w, _, v = state
@@ -51,7 +51,7 @@ def _roll_held_or_let_go(state, turn, strength, inertia, losses):
     return state, Senses(sense, turn, 0.0)
 
 
-@internal
+@kernel
 def _turn_held_or_let_go(state, roll, strength, inertia, losses):
     """Return state and senses of a motion whose turning rate has just vanished while its roll rate has not."""
     S, C, w, f, _ = state
@@ -87,7 +87,7 @@ def is_held(S, C, turning, pivoted, inertia, losses):
     return abs(G_fv * pivoted) <= G_ff * (losses.contour + left)
 
 
-@internal
+@kernel
 def _balance(angle, pull, push, disk, inertia, losses):
     """How far the acceleration of a disk that breaks away at an angle is from having that direction.
 
@@ -152,7 +152,7 @@ def breaking_away(S, C, turning, turn, inertia, losses):
     return tilt_sense * tilting, along * rolling, normal
 
 
-@internal
+@kernel
 def _set_going(state, turn, inertia, losses):
     """Return state and senses an instant after a disk at rest on its contact has broken away; and the instant.
 
@@ -174,7 +174,7 @@ def _set_going(state, turn, inertia, losses):
     return there, Senses(sense, turn, 0.0), h
 
 
-@internal
+@kernel
 def decided(state, senses, vanished, strength, inertia, losses):
     """What dry friction does from now on, after rates have vanished.
 

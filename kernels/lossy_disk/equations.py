@@ -6,17 +6,17 @@ where everything happens, precession rate, drag and friction need it. And torque
 about the vertical v = o C + s S. They are the rates at which the contact moves across, along and about itself.
 """
 
-from kernels.jit import simd, simd_kernel
+from kernels.jit import simd
 
 
-@simd_kernel
+@simd
 def roll_rate(state, i_inverse):
     """Roll rate f = s - o T (scaled) of a state (S, C, K, w, o, p) with p = (1+alpha) s; `i_inverse` is 1/(1+alpha)."""
     S, _, K, _, o, p = state
     return i_inverse * p - o * (S * K)
 
 
-@simd_kernel
+@simd
 def turning_rate(state, i_inverse):
     """Turning rate about the vertical v = o C + s S (scaled); arguments as of `roll_rate`."""
     S, C, _, _, o, p = state

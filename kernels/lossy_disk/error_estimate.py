@@ -14,7 +14,7 @@ was off by 8e-8 rad in place of 3.5e-8.
 import math
 from typing import NamedTuple
 
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.lossy_disk.endings import FLAT, HORIZON
 from kernels.lossy_disk.step_control import lost_energy
 
@@ -34,7 +34,7 @@ class Errors(NamedTuple):
     path: float
 
 
-@internal
+@kernel
 def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     """Errors of a motion that is not late.
 
@@ -70,13 +70,13 @@ def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     return Errors(tilt_error, 0.0 if ending == HORIZON else late, off, off)
 
 
-@internal
+@kernel
 def _stated(error, all_of_it):
     """Return an error, or all of what it is one of where a motion could not be followed."""
     return error if 0.0 <= error < math.inf else all_of_it
 
 
-@internal
+@kernel
 def late_errors(errors, ending, late, change, swing, time, way):
     """Errors of a motion that may be late, or early.
 

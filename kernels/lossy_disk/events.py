@@ -9,7 +9,7 @@ error of the method only, so the state there is as good as any other.
 import math
 from typing import NamedTuple
 
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
 from kernels.lossy_disk.contact_motion import horizontal_rate
 from kernels.lossy_disk.creeping import next_state
@@ -76,7 +76,7 @@ class Case(NamedTuple):
     longest: float
 
 
-@internal
+@kernel
 def _margins(state, senses, heading, case, reach):
     """Margins of all events; infinite where there can be none.
 
@@ -108,7 +108,7 @@ def _margins(state, senses, heading, case, reach):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def beyond(state, senses, case, reach):
     """Return an ending or breach that the state itself is beyond: FLATTENS, LIFTS, SLIPS, BREACHES, or NO_EVENT."""
     margins = _margins(state, senses, 0.0, case, reach)
@@ -118,7 +118,7 @@ def beyond(state, senses, case, reach):
     return NO_EVENT
 
 
-@internal
+@kernel
 def _time_of(event, state, senses, heading, case, reach, h):
     """Length of the step, at most h, at whose end the margin of an event is just negative; after h it is negative.
 
@@ -158,7 +158,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
     return after
 
 
-@internal
+@kernel
 def _until_touched(event, state, senses, margin, case, h):
     """Length of a step of at most h after which a force is beyond its limit; infinite if it never is.
 
@@ -185,7 +185,7 @@ def _until_touched(event, state, senses, margin, case, h):
     return share * h if _margins(there, senses, 0.0, case, math.inf)[event] < 0.0 else math.inf
 
 
-@internal
+@kernel
 def _contact_rests(state, senses, case):
     """Whether the horizontal turning rate has all but vanished, and still falls."""
     if senses.roll == 0.0 or not case.losses.rolling > 0.0:
@@ -194,7 +194,7 @@ def _contact_rests(state, senses, case):
     return size < _REST and change < 0.0
 
 
-@internal
+@kernel
 def step_to_event(state, senses, case, reach, h):
     """One step, cut at its first event.
 

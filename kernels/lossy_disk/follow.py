@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from kernels.disk.equations import energy
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.contact import all_held
 from kernels.lossy_disk.contact_motion import (
     Senses,
@@ -110,13 +110,13 @@ class Record(NamedTuple):
     switches: float
 
 
-@internal
+@kernel
 def tilt_of(state):
     """Tilt [rad] of a state."""
     return math.atan2(state[0], state[1])
 
 
-@internal
+@kernel
 def step_length(state, senses, case):
     """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
     S, C, _, f, v = state
@@ -138,7 +138,7 @@ def step_length(state, senses, case):
     return min(h, case.longest)
 
 
-@internal
+@kernel
 def begun(state, case, reach):
     """Return the `Motion` of a start, and an event that it is beyond, or NO_EVENT.
 
@@ -168,7 +168,7 @@ def begun(state, case, reach):
     return motion, event
 
 
-@internal
+@kernel
 def _switched(motion, vanished, strength, case):
     """Return the motion after friction has decided what it does with rates that have vanished."""
     state, senses, instant = decided(
@@ -179,7 +179,7 @@ def _switched(motion, vanished, strength, case):
     return Motion(state, senses, motion.time + instant, entered(motion.ledger, instant, gain))
 
 
-@internal
+@kernel
 def _come_to_rest(motion, case, until):
     """Return the motion at the instant when the last of its horizontal turning rate has vanished."""
     state, senses = motion.state, motion.senses
@@ -190,7 +190,7 @@ def _come_to_rest(motion, case, until):
     return Motion(moved(state, h, changes), senses, motion.time + h, entered(motion.ledger, h, gain))
 
 
-@internal
+@kernel
 def _turned(motion, case, until):
     """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event."""
     S, C, _, _, v = motion.state
@@ -213,14 +213,14 @@ def _turned(motion, case, until):
     return Motion(state, motion.senses, time, entered(motion.ledger, h, gain)), event
 
 
-@internal
+@kernel
 def _energy(state, inertia):
     """Energy (of m g R) of a state."""
     S, C, _, w, o, p = spin_state(state, inertia)
     return energy(S, C, w, o, inertia.i_inverse * p, 2.0 * inertia.i_spin)
 
 
-@internal
+@kernel
 def leap(motion, case, until, reach):
     """Go on by one step, to the first event at most, and let friction decide there.
 
@@ -263,13 +263,13 @@ def leap(motion, case, until, reach):
     return after, length, event
 
 
-@internal
+@kernel
 def is_switch(event):
     """Whether friction decides at an event."""
     return ROLL_VANISHES <= event <= TILTING_VANISHES or event == CONTACT_RESTS
 
 
-@internal
+@kernel
 def ending_of(event):
     """Return the code of `kernels.lossy_disk.endings` of an event that ends a motion, otherwise MOVING."""
     if event == FLATTENS:
@@ -285,7 +285,7 @@ def ending_of(event):
     return MOVING
 
 
-@internal
+@kernel
 def recorded(record, motion, event, case):
     """Return the record with one more leap, behind which the motion is and at whose end an event was."""
     tilt = tilt_of(motion.state)
@@ -301,7 +301,7 @@ def recorded(record, motion, event, case):
     )
 
 
-@internal
+@kernel
 def endless(record):
     """Whether friction switches again and again where nothing moves."""
     return record.switches > _MOST_SWITCHES + 0.5 * record.steps
@@ -342,7 +342,7 @@ def follow(motion, record, case, until, reach, past):
     return motion, record, HORIZON if ending == MOVING else ending
 
 
-@internal
+@kernel
 def slides(motion, case):
     """Whether lanes can step a motion."""
     if motion.senses.roll == 0.0:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from kernels.disk.equations import force, inertia
 from kernels.disk.rk4 import step
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: A nutation, from wherever it is looked at, lies between three turning points. Steps after which it is long enough.
 _TURNS, _MOST_STEPS = 3, 20000
@@ -54,21 +54,21 @@ class Change(NamedTuple):
     path: float
 
 
-@internal
+@kernel
 def _unforced(state, constants):
     """Return S, C, T, w, o, s of a state that holds K and p: the state of the disk without losses."""
     S, C, _, w, o, p = state
     return S, C, S / C, w, o, constants[3] * p
 
 
-@internal
+@kernel
 def _rates(state):
     """Return the precession rate and the magnitude of the roll rate of a state of `_unforced`."""
     _, C, T, _, o, s = state
     return o / C, abs(s - o * T)
 
 
-@internal
+@kernel
 def _sum(total, more, share):
     """`total` + `share` * `more`, of three numbers each."""
     a, b, c = total
@@ -76,7 +76,7 @@ def _sum(total, more, share):
     return a + share * d, b + share * e, c + share * f
 
 
-@internal
+@kernel
 def _length(state, constants, relative_step):
     """Return the length of a step of the disk without losses, in scaled time."""
     _, C, _, w, o, s = state
@@ -84,7 +84,7 @@ def _length(state, constants, relative_step):
     return relative_step * C / math.sqrt(fastest)
 
 
-@internal
+@kernel
 def _passing(state, constants, h):
     """Return w^2 + w'^2, and for a step near a maximum its length over that: time, heading and path."""
     w = state[3]
@@ -98,7 +98,7 @@ def _passing(state, constants, h):
     return square, (slow, slow * abs(turning), slow * rolling)
 
 
-@internal
+@kernel
 def _begun(start, constants, time, relative_step, fastest, flat):
     """What a motion from its start until its first turning point is late: times, heading, path over the energy.
 
@@ -115,7 +115,7 @@ def _begun(start, constants, time, relative_step, fastest, flat):
     return total
 
 
-@internal
+@kernel
 def lag(state, alpha, time, imbalance, relative_step, flat):
     """How late a motion may be, or early, and what it turned and rolled in that time near the maxima.
 
@@ -169,7 +169,7 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
     return Lag(share * late, share * turned, share * rolled)
 
 
-@internal
+@kernel
 def _larger(most, change):
     """Larger of each of two `Change`; a NaN of either stays."""
     return Change(
@@ -179,7 +179,7 @@ def _larger(most, change):
     )
 
 
-@internal
+@kernel
 def astray(state, alpha, late, relative_step, flat):
     """How much tilt, heading and path change within a time, before and after a state.
 

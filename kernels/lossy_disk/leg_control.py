@@ -9,7 +9,7 @@ the disk slides again, when the lane takes it over.
 
 import math
 
-from kernels.jit import inlined, internal, simd
+from kernels.jit import inlined, kernel, simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.arrays import (
     AIR_DENSITY,
@@ -85,12 +85,12 @@ _NO_SINE = 2.0
 _MOST_LOST = 1.0e5
 
 
-@internal
+@kernel
 def _not_negative(x):
     return 0.0 <= x < math.inf
 
 
-@internal
+@kernel
 def _possible(cell, starts, run):
     """Whether the numbers of a start are those of a disk."""
     tilt, alpha = starts[TILT, cell], starts[ALPHA, cell]
@@ -141,7 +141,7 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
     counts[REFINEMENTS, cell], counts[SWITCHES, cell] = int(refinements), int(switches)
 
 
-@internal
+@kernel
 def _write_at_once(cell, ending, tilt, time, measures, counts):
     """Write a cell without a motion."""
     # nothing where nothing is known
@@ -151,7 +151,7 @@ def _write_at_once(cell, ending, tilt, time, measures, counts):
     _write(cell, ending, (time, math.nan), tilts, ledger, errors, taken, measures, counts)
 
 
-@internal
+@kernel
 def _write_unresolved(cell, lane, record, lanes, measures, counts):
     nan = math.nan
     taken = record.steps, lanes[at.REFINED + lane], record.switches
@@ -175,20 +175,20 @@ def _store_start(lane, state, disk, losses, friction, criterion, lanes):
     lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane] = low, high
 
 
-@internal
+@kernel
 def fill_idle(lane, lanes):
     """Put an upright disk at rest into a lane without a cell."""
     nothing, never = Losses(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, math.inf, -_NO_SINE, _NO_SINE)
     _store_start(lane, (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), nothing, math.inf, never, lanes)
 
 
-@internal
+@kernel
 def _sine(tilt):
     """Sine of a tilt; beyond a right angle, where no disk comes, what no sine is."""
     return math.sin(tilt) if abs(tilt) < 0.5 * math.pi else math.copysign(_NO_SINE, tilt)
 
 
-@internal
+@kernel
 def _criterion(tilt, scaled_rate, alpha, run):
     """Tilt from which the criterion measures and distance that breaks it [rad], sines of both tilts where that is.
 
@@ -205,7 +205,7 @@ def _criterion(tilt, scaled_rate, alpha, run):
     return reference, reach, _sine(reference - reach), _sine(reference + reach)
 
 
-@internal
+@kernel
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
     tilt, tilt_rate = starts[TILT, cell], starts[TILT_RATE, cell]
@@ -235,7 +235,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
     return True
 
 
-@internal
+@kernel
 def _case_of(lane, run, lanes):
     """Return what does not change along the motion of a lane."""
     return Case(
@@ -245,14 +245,14 @@ def _case_of(lane, run, lanes):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def _start_of(lane, lanes):
     """Return the state at the beginning of the leg."""
     S, C, w = lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_W + lane]
     return S, C, 1.0 / C, w, lanes[at.LEG_O_RATE + lane], lanes[at.LEG_P + lane]
 
 
-@internal
+@kernel
 def _record_of(lane, lanes, least, greatest):
     """Return the record of a lane with extreme tilts of these sines, which coarse steps may take beyond 1."""
     return Record(
@@ -261,7 +261,7 @@ def _record_of(lane, lanes, least, greatest):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def _store_leg(lane, motion, record, lanes):
     """Store where the next leg begins, and the record so far."""
     S, C, K, w, o, p = spin_state(motion.state, inertia_of(lane, lanes))
@@ -283,13 +283,13 @@ def _store_leg(lane, motion, record, lanes):
         lanes[at.LOW + lane], lanes[at.HIGH + lane] = -_NO_SINE, _NO_SINE
 
 
-@internal
+@kernel
 def _imbalance(motion, lane, lanes):
     """`imbalance_of` a motion."""
     return imbalance_of(spin_state(motion.state, inertia_of(lane, lanes)), motion.ledger, lane, lanes)
 
 
-@internal
+@kernel
 def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
     error, most = _imbalance(motion, lane, lanes), lanes[at.IMBALANCE + lane]
@@ -311,7 +311,7 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
     return _WRITTEN
 
 
-@internal
+@kernel
 def _errors(motion, ending, least, greatest, lane, run, lanes):
     """Return the `Errors` of a motion that has ended, with these extreme tilts."""
     imbalance, alpha = lanes[at.IMBALANCE + lane], lanes[at.ALPHA + lane]
@@ -331,7 +331,7 @@ def _errors(motion, ending, least, greatest, lane, run, lanes):
     return late_errors(errors, ending, late, change, greatest - least, motion.time, way)
 
 
-@internal
+@kernel
 def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     """Write a cell whose motion has ended."""
     unit, tilt = lanes[at.UNIT + lane], tilt_of(motion.state)
@@ -352,7 +352,7 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def _begun(cell, lane, run, lanes, measures, counts):
     """Begin a cell; returns whether it slides in its lane from its start, or from where friction lets it slide."""
     state = _AGAIN
@@ -369,13 +369,13 @@ def _begun(cell, lane, run, lanes, measures, counts):
     return state == _GOES_ON
 
 
-@internal
+@kernel
 def needs_integration(cell, lane, run, lanes, measures, counts):
     """Let friction decide about a start whose rates vanish."""
     return _begun(cell, lane, run, lanes, measures, counts)
 
 
-@internal
+@kernel
 def _leg_ledger(lane, lanes):
     """Return the ledger at the beginning of the leg."""
     return (
@@ -385,7 +385,7 @@ def _leg_ledger(lane, lanes):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def _gone_back(lane, lanes):
     """Return the motion of a lane before its last call, or at the beginning of the leg if that is later.
 
@@ -410,21 +410,21 @@ def _gone_back(lane, lanes):
     return Motion((S, C, w, f, v), Senses(sense[0], sense[1], 0.0), t, ledger)
 
 
-@internal
+@kernel
 def _broken(record, lane, lanes):
     """Whether a motion has been farther from the reference of the criterion than it allows."""
     reference, reach = lanes[at.REFERENCE + lane], lanes[at.REACH + lane]
     return max(record.greatest - reference, reference - record.least) > reach
 
 
-@internal
+@kernel
 def _breach(motion, record, case, lane, past, lanes):
     """Return when a motion first breaks the criterion: about at `past`, if it is there by less than an error."""
     _, found, _ = follow(motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past)
     return found.breach if found.breach == found.breach else past
 
 
-@internal
+@kernel
 def _followed(motion, record, case, lane, past, lanes):
     """`follow`, without a step that ends at a breach of the criterion: no other result may depend on the criterion."""
     after, kept, ending = follow(motion, record, case, lanes[at.END + lane], math.inf, past)
@@ -434,7 +434,7 @@ def _followed(motion, record, case, lane, past, lanes):
     return after, Record(kept.least, kept.greatest, breach, kept.steps, kept.switches), ending
 
 
-@internal
+@kernel
 def _slides_on(lane, run, lanes):
     """Whether a leg ended although the disk slides as before and has time left."""
     state, sense, friction = state_of(lane, lanes), sense_of(lane, lanes), lanes[at.FRICTION + lane]
@@ -446,7 +446,7 @@ def _slides_on(lane, run, lanes):
     return left and slid and slides_on(state, change, forces, sense, inertia, losses, friction, since)
 
 
-@internal
+@kernel
 def _breaks_only(lane, run, lanes):
     """Whether a leg ended because of the criterion alone: its lane can go on as if nothing had been."""
     if not _slides_on(lane, run, lanes):
@@ -459,7 +459,7 @@ def _breaks_only(lane, run, lanes):
     return least < lanes[at.LOW + lane] or greatest > lanes[at.HIGH + lane]
 
 
-@internal
+@kernel
 def _set_off_again(cell, lane, run, lanes, measures, counts):
     """Begin a cell again; returns whether it slides in its lane."""
     slides_again = _begun(cell, lane, run, lanes, measures, counts)
@@ -468,7 +468,7 @@ def _set_off_again(cell, lane, run, lanes, measures, counts):
     return slides_again
 
 
-@internal
+@kernel
 def _slowed_down(cell, lane, run, lanes, measures, counts):
     """Begin a cell again whose steps are too long for its way, or write that it cannot be resolved."""
     if slowed_down(lane, run, lanes):
@@ -479,7 +479,7 @@ def _slowed_down(cell, lane, run, lanes, measures, counts):
     return False
 
 
-@internal
+@kernel
 def finish_leg(cell, lane, run, lanes, measures, counts):
     """Go through the event of a leg; let the cell go on, or write it."""
     lanes[at.STEPS_KEPT + lane] += STEPS_OF_A_CALL * (lanes[at.STEPS + lane] - 1.0)

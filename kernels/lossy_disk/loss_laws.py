@@ -13,7 +13,7 @@ integrator: what a request has no law for is not computed (`kernels.lossy_disk.i
 import math
 from typing import NamedTuple
 
-from kernels.jit import kernel, simd, simd_kernel
+from kernels.jit import kernel, simd
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
 
 #: A force that is not there: to add it is left out by the compiler, but x + 0.0 is computed, as x may be -0.0.
@@ -101,7 +101,7 @@ class Load(NamedTuple):
     i_tilt: float
 
 
-@simd_kernel
+@simd
 def normal_force(load, torque):
     """Normal force over m g, with the torque over m g R that accelerates the tilt."""
     return load.level - load.i_tilt * load.S * torque

@@ -6,7 +6,7 @@ Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its der
 
 from typing import NamedTuple
 
-from kernels.jit import internal, kernel, simd, simd_kernel
+from kernels.jit import kernel, simd
 from kernels.lossy_disk.loss_laws import (
     Load,
     drag,
@@ -33,7 +33,7 @@ class Inertia(NamedTuple):
     inverse_spin: float
 
 
-@simd_kernel
+@simd
 def inertia(alpha):
     """Return 1/(1 + alpha/2), 1 + alpha, alpha/2, 1/(1 + alpha), 2/(1 + alpha), 2/alpha as `Inertia`."""
     i_inverse = 1.0 / (1.0 + alpha)
@@ -244,7 +244,7 @@ def rates(state, sense, inertia, losses):
     )
 
 
-@internal
+@kernel
 def _stage(state, sense, inertia, losses):
     (dS, dC, dT, torque, do, dp), forces = changes(state, sense, inertia, losses)
     return (dS, dC, dT, inertia.i_tilt * torque, do, dp), entries(state, sense, forces)

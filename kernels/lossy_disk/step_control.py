@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from kernels.disk.equations import energy_change
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.rk4 import rates
 from kernels.lossy_disk.simd_stages import (
@@ -77,7 +77,7 @@ class Look(NamedTuple):
     goes_on: bool
 
 
-@internal
+@kernel
 def added(ledger, gain, h):
     """`ledger` + h * `gain`."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
@@ -87,7 +87,7 @@ def added(ledger, gain, h):
     )  # fmt: skip
 
 
-@internal
+@kernel
 def present(lane, lanes):
     """Return state (S, C, K, w, o, p) and ledger of a lane, with what Boole's rule still lacks."""
     S, C, _, w, o, p = state_of(lane, lanes)
@@ -96,14 +96,14 @@ def present(lane, lanes):
     return state, added(ledger_of(lane, lanes), gain, ENDS_OF_BOOLE * lanes[at.LAST + lane])
 
 
-@internal
+@kernel
 def lost_energy(ledger):
     """Energy (of m g R) that friction and air have taken."""
     _, _, rolled, pivoted, rubbed, damped, blown = ledger
     return rolled + pivoted + rubbed + damped + blown
 
 
-@internal
+@kernel
 def _excess(state, ledger, place, memory):
     """Energy (of m g R) that a state has won without reason, and the drift of S^2 + C^2 = 1."""
     S, C, _, w, o, p = state
@@ -114,14 +114,14 @@ def _excess(state, ledger, place, memory):
     return change + lost_energy(ledger), (S - 1.0) * (S + 1.0) + C * C
 
 
-@internal
+@kernel
 def imbalance_of(state, ledger, place, memory):
     """Size of the energy (of m g R) that a state has won without reason, and of the drift of S^2 + C^2 = 1."""
     excess, drift = _excess(state, ledger, place, memory)
     return abs(excess) + abs(drift)
 
 
-@internal
+@kernel
 def looked_at(lane, place, run, memory):
     """Look at the cell of a lane whose steps until then are made; `place` is that of its numbers in its block.
 
@@ -152,20 +152,20 @@ def looked_at(lane, place, run, memory):
     return Look(error, spent, progress, scale, steps, until_next, goes_on)
 
 
-@internal
+@kernel
 def _factor(allowed, expected):
     """By how much steps are to be longer which let one expect such a part of the tolerance: of fourth order."""
     factor = _CAUTION * math.sqrt(math.sqrt(allowed / (expected + _LEAST)))
     return min(max(factor, _MOST_SHORTER), _MOST_LONGER)
 
 
-@internal
+@kernel
 def _hasty(spent, progress, run):
     """Whether too much was spent on the first part of the way: to begin again costs little there."""
     return progress < _FIRST_PART and spent > _SPENT_AT_FIRST * run.tolerance
 
 
-@internal
+@kernel
 def go_on(lane, place, run, memory):
     """Let a lane that is only to be looked at go on, if the steps so far were short enough."""
     if memory[at.STEPS_LEFT + lane] > 0.0:
@@ -180,7 +180,7 @@ def go_on(lane, place, run, memory):
     return look.goes_on
 
 
-@internal
+@kernel
 def slowed_down(lane, run, lanes):
     """Let the steps of a cell be shorter from its start on, where `go_on` did not let it go on; returns whether."""
     look = looked_at(lane, lane, run, lanes)
@@ -191,7 +191,7 @@ def slowed_down(lane, run, lanes):
     return _counted(lane, lanes[at.COARSEST + lane], look.scale, lanes)
 
 
-@internal
+@kernel
 def refined(lane, error, run, lanes):
     """Let no step of a cell be as long as before, nor its first ones, if there are shorter ones left to try."""
     shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
@@ -202,7 +202,7 @@ def refined(lane, error, run, lanes):
     return _counted(lane, coarsest, min(coarsest, share * lanes[at.FIRST_SCALE + lane]), lanes)
 
 
-@internal
+@kernel
 def _counted(lane, coarsest, first, lanes):
     """Set how long steps may be, and how long they are at first, unless a cell has begun too often."""
     if lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:

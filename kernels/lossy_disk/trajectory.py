@@ -8,7 +8,7 @@ of fourth order.
 import math
 
 from kernels.disk.equations import scaled_state
-from kernels.jit import internal, kernel
+from kernels.jit import kernel
 from kernels.lossy_disk.arrays import (
     AIR_DENSITY,
     AIR_VISCOSITY,
@@ -102,7 +102,7 @@ def case_of(start, settings):
     )
 
 
-@internal
+@kernel
 def _carried(place, before, after, h, case):
     """Roll angle and contact point (over R), one leap later whose step has the scaled length h."""
     if all_held(before.senses):
@@ -118,7 +118,7 @@ def _carried(place, before, after, h, case):
     return angle + sixth * (roll_0 + 4.0 * roll_1 + roll_2), x - sixth * side, y + sixth * ahead
 
 
-@internal
+@kernel
 def _held(senses):
     """What friction holds, as bits (`kernels.lossy_disk.arrays.SAMPLES`)."""
     roll = 1.0 if senses.roll == 0.0 else 0.0
@@ -126,7 +126,7 @@ def _held(senses):
     return roll + turn + (4.0 if all_held(senses) else 0.0)
 
 
-@internal
+@kernel
 def _record(samples, i, motion, place, case, unit, radius):
     S, _, w, f, v = motion.state
     angle, x, y = place

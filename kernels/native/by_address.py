@@ -1,7 +1,6 @@
 """Calls from compiled code to an entry point that is compiled apart from it, by its address."""
 
 from kernels.native.function import PLAIN, LazyFunction
-from kernels.native.options import INTERNAL
 
 #: The address of no entry point.
 NOWHERE = 0
@@ -24,10 +23,10 @@ def caller_of(entry):
     def by_address(address, *arguments):
         address(*arguments)
 
-    return LazyFunction(by_address, lambda _: _compiled_caller(entry))
+    return LazyFunction(by_address, lambda _, options: _compiled_caller(entry, options))
 
 
-def _compiled_caller(entry):
+def _compiled_caller(entry, options):
     import numba
     from numba.core import cgutils, types
     from numba.core.errors import TypingError
@@ -49,4 +48,4 @@ def _compiled_caller(entry):
 
         return types.none(types.int64, arguments), generate
 
-    return numba.njit(**INTERNAL)(lambda address, *arguments: call(address, arguments))
+    return numba.njit(**options)(lambda address, *arguments: call(address, arguments))

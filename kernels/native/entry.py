@@ -1,23 +1,93 @@
 """Entry points: kernels that Python calls by their address, with arguments of declared types.
 
-Python code that calls them may run in several threads at once.
+Python code that calls them may run in several threads at once. Numba passes an array as single numbers: two references
+(zero, as nothing counts them), the number of elements, their size, the address of the first, the shape and the strides.
 """
 
 import ctypes
+import math
+import re
 import struct
 from functools import cached_property, update_wrapper
 from inspect import signature
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 
 from kernels.native import machine_code, workers
-from kernels.native.arguments import Argument
-from kernels.native.function import PLAIN, lazy
-from kernels.native.options import INTERNAL
-from kernels.native.turns import coprime_stride, in_turns
+from kernels.native.function import PLAIN, LazyFunction, lazy
 
 _CODES = {"int64": "q", "float64": "d"}
+
+_C_TYPES = {
+    "float64": ctypes.c_double,
+    "int64": ctypes.c_int64,
+    "int32": ctypes.c_int32,
+    "boolean": ctypes.c_bool,
+}
+_ADDRESS, _WHOLE = ctypes.c_void_p, ctypes.c_int64
+
+
+class Argument(NamedTuple):
+    """An argument of an entry point: a number, or an array whose elements lie one after the other (C order).
+
+    Attributes
+    ----------
+    name, element : str
+    dimensions : int
+        0 for a number.
+    written : bool
+        Whether the kernel writes into it.
+    """
+
+    name: str
+    element: str
+    dimensions: int
+    written: bool = False
+
+    @classmethod
+    def of(cls, name, text):
+        """Return the argument whose type is written as Numba writes it: ``float64[:, ::1]``, and ``, written``."""
+        pattern = r"(\w+)(\[(?::, )*::1\])?(, written)?"
+        element, dimensions, written = re.fullmatch(pattern, text).groups(default="")
+        return cls(name, element, dimensions.count(",") + bool(dimensions), bool(written))
+
+    def numba_type(self):
+        """Return the type of Numba."""
+        from numba import types
+
+        element = getattr(types, self.element)
+        return types.Array(element, self.dimensions, "C") if self.dimensions else element
+
+    def c_types(self):
+        """Return the C types of the numbers that a value is passed as."""
+        if not self.dimensions:
+            return [_C_TYPES[self.element]]
+        return [_ADDRESS, _ADDRESS, _WHOLE, _WHOLE, _ADDRESS, *2 * self.dimensions * [_WHOLE]]
+
+    def passed(self, value):
+        """Return the numbers that a value is passed as.
+
+        Raises
+        ------
+        TypeError
+            If it is an array of another type than declared: compiled code would read other memory. If it must not be
+            written, and the kernel would: compiled code does not ask.
+        """
+        if not self.dimensions:
+            return [value]
+        if value.dtype != self.element or value.ndim != self.dimensions or not value.flags.c_contiguous:
+            raise TypeError(
+                f"{self.name} must be an array of {self.element} with {self.dimensions} dimensions in C order; got "
+                f"{value.dtype} of shape {value.shape}, strides {value.strides}."
+            )
+        if not value.flags.aligned or (self.written and not value.flags.writeable):
+            problem = "can be written" if value.flags.aligned else "is aligned in memory"
+            raise TypeError(
+                f"{self.name} must be an array that {problem}; got another one. Pass a copy of it."
+            )
+        return [None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides]
 
 
 class Entry:
@@ -35,7 +105,7 @@ class Entry:
     ----------
     source : callable
         Called with the entry point when its machine code is first needed; returns `MachineCode`. That of
-        `sweep.model.kernel_cache` keeps it on disk.
+        `kernels.native.cache` keeps it on disk.
     """
 
     def __init__(self, py_func, types):
@@ -50,8 +120,9 @@ class Entry:
 
     def compiled(self):
         """Compile; returns `MachineCode`."""
-        c_types = [each for argument in self.arguments for each in argument.c_types()]
-        return machine_code.compiled(self._called(), self._numba_types(), c_types, INTERNAL)
+        from kernels.native.compiler import machine_code
+
+        return machine_code(lazy()(self._called()).compiled, self._numba_types())
 
     def copied(self, py_func):
         """Return an entry point that does what `py_func` does, with the same arguments."""
@@ -110,6 +181,62 @@ class Entry:
         return tuple(each.numba_type() for each in self.arguments)
 
 
+def coprime_stride(n):
+    """Stride g, coprime to n, such that (k g) mod n for k = 0 ... n-1 spreads evenly over 0 ... n-1.
+
+    Neighbouring chunks take similar time and distant ones do not. In this order the last chunks, for which some threads
+    wait, are a sample of all. A stride of about the golden section of n leaves no large gap.
+    """
+    step = max(1, int(0.6180339887498949 * n))
+    while math.gcd(step, n) != 1:
+        step += 1
+    return step
+
+
+def _atomic(function, options):
+    import numba
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def fetch_and_add(typing_context, counter):
+        def generate(context, builder, signature, args):
+            view = context.make_array(counter)(context, builder, args[0])
+            return builder.atomic_rmw("add", view.data, context.get_constant(types.int64, 1), "monotonic")
+
+        return types.int64(counter), generate
+
+    return numba.njit(forceinline=True, **options)(lambda counter: fetch_and_add(counter))
+
+
+def _take(counter):
+    taken = int(counter[0])
+    counter[0] += 1
+    return taken
+
+
+#: Returns the number in int64[1] and adds one to it: no two threads get the same.
+take = LazyFunction(_take, _atomic)
+
+
+def _in_turns(treat):
+    """Return a function that treats chunks of cells until none is left, for each thread to call.
+
+    Its arguments: the counter of `take`, how many cells there are, cells of a chunk, `coprime_stride` of the chunks,
+    and those of `treat` after the first and last cell.
+    """
+
+    def work(counter, cells, chunk, stride, *arguments):
+        chunks = (cells + chunk - 1) // chunk
+        turn = take(counter)
+        while turn < chunks:
+            start = turn * stride % chunks * chunk
+            treat(start, min(cells, start + chunk), *arguments)
+            turn = take(counter)
+
+    return work
+
+
 class ParallelEntry(Entry):
     """A kernel that treats cells from `start` to `stop`; called for all cells, it runs in several threads.
 
@@ -132,7 +259,7 @@ class ParallelEntry(Entry):
 
     @cached_property
     def arguments(self):
-        """The arguments of the compiled function: what the loop of `in_turns` needs comes first."""
+        """The arguments of the compiled function: what the loop of `_in_turns` needs comes first."""
         loop = (
             Argument("counter", "int64", 1),
             *(Argument(name, "int64", 0) for name in ("cells", "chunk", "stride")),
@@ -157,7 +284,7 @@ class ParallelEntry(Entry):
         workers.run(work, 1 if PLAIN else chunks)
 
     def _called(self):
-        return in_turns(self.py_func if PLAIN else lazy(**INTERNAL)(self.py_func))
+        return _in_turns(self.py_func if PLAIN else lazy()(self.py_func))
 
     def _numba_types(self):
         from numba import types

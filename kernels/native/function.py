@@ -5,13 +5,21 @@ together). A process whose entry points are kept on disk (`kernels.native.entry`
 """
 
 import os
-from functools import partial, update_wrapper
+from functools import cached_property, update_wrapper
 from threading import RLock
-
-from kernels.native.options import WITHOUT_WRAPPERS
 
 #: Whether kernels run as plain Python, for measuring coverage: the variable of the environment that Numba obeys too.
 PLAIN = os.environ.get("NUMBA_DISABLE_JIT", "").strip() not in ("", "0")
+
+#: The options of Numba that all functions are compiled with.
+# fastmath may only contract a*b + c into one instruction: any further option would let a NaN pass unnoticed.
+# Without Numba's run time (`_nrt`) a kernel cannot allocate memory, and does not count the references to arrays: that
+# took 44 % of the time of small functions called a dozen times per cell, and two threads counting the references to the
+# same array ran no faster than one (perf, two cores).
+OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+
+#: Those of functions that kernels call: what Python needs for a call takes as long to compile as a dozen lines.
+INTERNAL = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 #: Of all functions together: the thread that makes one may need another one, as another thread may the other way round.
 _making = RLock()
@@ -25,54 +33,54 @@ class LazyFunction:
     py_func : function
         What it does, in Python.
     make : callable
-        Called with `py_func` when the compiled function is first needed; returns it.
-    make_part : callable, optional
-        The same for the function that kernels call, if it is another one than Python calls: what Python needs for
-        its calls takes as long to compile as a dozen lines.
+        Called with `py_func` and options when the compiled function is first needed; returns Numba's function.
     """
 
-    def __init__(self, py_func, make, make_part=None):
-        self.py_func, self._make, self._made = py_func, make, None
-        self._part = LazyFunction(py_func, make_part) if make_part else self
+    def __init__(self, py_func, make):
+        self.py_func, self._make = py_func, make
         update_wrapper(self, py_func)
 
     @property
     def compiled(self):
-        """Numba's function of the same name, made once; the plain one where NUMBA_DISABLE_JIT is set."""
-        if self._made is None:
-            with _making:
-                if self._made is None:
-                    self._made = self.py_func if PLAIN else self._make(self.py_func)
-        return self._made
+        """The function that kernels call; the plain one where NUMBA_DISABLE_JIT is set."""
+        with _making:
+            return self._compiled
+
+    @cached_property
+    def _compiled(self):
+        return self.py_func if PLAIN else self._make(self.py_func, INTERNAL)
+
+    @cached_property
+    def _for_python(self):
+        return self.py_func if PLAIN else self._make(self.py_func, OPTIONS)
 
     @property
     def _numba_type_(self):
         # Numba asks a value that it does not know for its type
-        return self._part.compiled._numba_type_
+        return self.compiled._numba_type_
 
     @property
     def targetoptions(self):
         """The options of the function that kernels call, where Numba looks for `inline`."""
-        return self._part.compiled.targetoptions
+        return self.compiled.targetoptions
 
     def __call__(self, *arguments):
-        """Call the compiled function."""
-        return self.compiled(*arguments)
+        """Call from Python."""
+        with _making:
+            function = self._for_python
+        return function(*arguments)
 
     def copied(self, py_func):
         """Return a function that does what `py_func` does, compiled in the same way."""
-        part = self._part
-        return LazyFunction(py_func, self._make, None if part is self else part._make)
+        return LazyFunction(py_func, self._make)
 
 
-def lazy(**options):
-    """Return a decorator of functions that Numba compiles with these options."""
-    make, make_part = partial(_dispatcher, options), partial(_dispatcher, options | WITHOUT_WRAPPERS)
-    called_by_python = not options.items() >= WITHOUT_WRAPPERS.items()
-    return lambda function: LazyFunction(function, make, make_part if called_by_python else None)
+def lazy(**more):
+    """Return a decorator of functions that Numba compiles with these options and `OPTIONS`."""
 
+    def make(function, options):
+        from kernels.native.compiler import compiled_function
 
-def _dispatcher(options, function):
-    from kernels.native.pipeline import KernelDispatcher
+        return compiled_function(function, {**options, **more})
 
-    return KernelDispatcher(function, options)
+    return lambda function: LazyFunction(function, make)

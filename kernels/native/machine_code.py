@@ -1,24 +1,11 @@
-"""Machine code of entry points: made by Numba, loaded without it.
+"""Machine code of entry points: made by Numba (`kernels.native.compiler`), loaded without it.
 
 Loading takes 30 ms: most of it is the import of llvmlite, and 3 ms the linking of a kernel of 60 kB.
 """
 
 import ctypes
-import gc
-from contextlib import contextmanager
+import os
 from typing import NamedTuple
-
-from kernels.native.function import lazy
-
-_RESULTS = {"int64", "float64"}
-
-_LLVM_NAMES = {
-    ctypes.c_double: "double",
-    ctypes.c_int64: "i64",
-    ctypes.c_int32: "i32",
-    ctypes.c_bool: "i8",
-    ctypes.c_void_p: "ptr",
-}
 
 #: What keeps loaded code in memory.
 _engines = []
@@ -54,76 +41,12 @@ class MachineCode(NamedTuple):
         return not self.has_addresses and all(hasattr(library, name) for name in self.needed)
 
 
-def compiled(function, types, c_types, options):
-    """Compile a function.
+def vector_bits():
+    """Width of the vectors that compiled code prefers [bits]: EULERDISK_VECTOR_BITS, by default that of AVX-512.
 
-    Parameters
-    ----------
-    function : function
-    types : tuple
-        The types of Numba that it is compiled for.
-    c_types : list
-        The C types that it is called with, after the addresses of its result and of a failure.
-    options : dict
-        Of Numba.
-
-    Returns
-    -------
-    MachineCode
-
-    Raises
-    ------
-    RuntimeError
-        If this version of Numba passes arguments in another way: the first call would end the process.
-    TypeError
-        If the function returns anything but numbers of 64 bits.
+    A processor whose vectors are narrower has those.
     """
-    from numba.core.compiler_lock import global_compiler_lock
-
-    from kernels.native.pipeline import remembering_types
-
-    dispatcher = lazy(**options)(function).compiled
-    with global_compiler_lock, remembering_types(dispatcher.typingctx), without_garbage_collection():
-        dispatcher.compile(types)
-        made = dispatcher.overloads[types]
-        module, code = made.library.object_code()
-    name = made.fndesc.llvm_func_name
-    expected = [_LLVM_NAMES[each] for each in (ctypes.c_void_p, ctypes.c_void_p, *c_types)]
-    passed = [str(each.type) for each in module.get_function(name).arguments]
-    if ["ptr" if each.endswith("*") else each for each in passed] != expected:
-        raise RuntimeError(
-            f"This version of Numba passes arguments as {passed}; expected {expected}. Install the version that "
-            "eulerdisk was tested with."
-        )
-    outside = (each.name for each in module.functions if each.is_declaration)
-    needed = tuple(each for each in outside if not each.startswith("llvm."))
-    results = _numbers(made.signature.return_type)
-    if not _RESULTS.issuperset(results):
-        raise TypeError(
-            f"{function.__qualname__} must return nothing or numbers, each float64 or int64; got {', '.join(results)}."
-        )
-    return MachineCode(name, results, needed, code, made.library.has_dynamic_globals)
-
-
-@contextmanager
-def without_garbage_collection():
-    """Import Numba or compile in this context: a tenth faster, as millions of objects make next to no cycles."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
-def _numbers(returned):
-    """Return the names of the numbers that make up a type of Numba: none, a number or a tuple of numbers."""
-    from numba import types
-
-    if returned == types.none:
-        return ()
-    return tuple(map(str, getattr(returned, "types", (returned,))))
+    return int(os.environ.get("EULERDISK_VECTOR_BITS") or 512)
 
 
 def load(machine_code):

@@ -21,7 +21,7 @@ from bench.problem import Array, some, use_threads
 from kernels.lanes.schedule import CHUNK
 from kernels.lossy_disk.arrays import BILDSTEN, COUNTS, END_TIME, ENDING, MEASURES, REFINEMENTS, STEPS
 from kernels.lossy_disk.endings import FLAT
-from kernels.native.turns import coprime_stride
+from kernels.native.entry import coprime_stride
 from sweep.engine.grid import whole
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.platforms import most_threads

@@ -13,9 +13,8 @@ from bench.problem import FALL_TILT, results, starts, use_threads
 from kernels.disk import equations as disk
 from kernels.disk import rk4
 from kernels.disk.arrays import STATE, STEPS
-from kernels.native.pipeline import KernelCompiler, preferring
+from kernels.native.compiler import KernelCompiler
 from sweep.model.disk.model import DISK
-from sweep.model.vector_width import FULL, HALF
 from sweep.platforms import most_threads
 
 #: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
@@ -63,11 +62,8 @@ def multiply_adds() -> int:
     return _Counted.slots
 
 
-def _probe(width: int) -> Callable[..., None]:
-    """Return a kernel of nothing but multiply-adds, written out so that they vectorise over its elements.
-
-    `width` is that of its vectors [bits]. The machine's rate is the greatest of all widths, whatever the kernels have.
-    """
+def _probe() -> Callable[..., None]:
+    """Return a kernel of nothing but multiply-adds, written out so that they vectorise over its elements."""
     lines = ["def chains(row, rounds, a, b):", " for _ in range(rounds):", "  for k in range(row.size):"]
     lines += ["   x0 = row[k]", *(f"   x{n} = x0 + {n}.0" for n in range(1, _CHAINS))]
     lines += [f"   x{n} = x{n} * a + b" for _ in range(_LINKS) for n in range(_CHAINS)]
@@ -84,8 +80,7 @@ def _probe(width: int) -> Callable[..., None]:
         for task in numba.prange(values.shape[0]):
             chains(values[task], rounds, a, b)
 
-    with preferring(width):
-        probe(np.zeros((1, 8)), 1, 0.5, 0.25)
+    probe(np.zeros((1, 8)), 1, 0.5, 0.25)
     found: Callable[..., None] = probe
     return found
 
@@ -123,16 +118,17 @@ def _measure(quick: bool, repeats: int, threads: int, step: float) -> dict[str, 
     def plain() -> None:
         equal_steps(given, steps, step, final)
 
-    def fused(probe: Callable[..., None]) -> float:
-        return _seconds(lambda: probe(values, rounds, 0.5, 0.25))
-
     lanes()
     steps = counts[STEPS].astype(np.int64)
     plain()
-    probes = [_probe(width) for width in (HALF, FULL)]
+    probe = _probe()
     total, done = float(steps.sum()), float(values.size * rounds * _CHAINS * _LINKS)
     rates = [
-        (total / _seconds(lanes), total / _seconds(plain), done / min(map(fused, probes)))
+        (
+            total / _seconds(lanes),
+            total / _seconds(plain),
+            done / _seconds(lambda: probe(values, rounds, 0.5, 0.25)),
+        )
         for _ in range(repeats)
     ]
     per_step = multiply_adds()

@@ -43,7 +43,6 @@ def explore(
     from sweep.explorer.explorer import Explorer
     from sweep.explorer.freed_memory import keep_large_blocks_apart
     from sweep.explorer.subject import subject_of_words
-    from sweep.model.kernel import compile_apart
 
     subject = subject_of_words(what, words or [])
     if export is not None:
@@ -53,7 +52,6 @@ def explore(
             write(subject, export, overwrite=overwrite, check=check)
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
-    compile_apart()
     keep_large_blocks_apart()
     explorer = Explorer(subject, port)
     if browser:

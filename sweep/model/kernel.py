@@ -2,12 +2,13 @@
 
 The folder of the cache is named after the code of every module that a function is made of, comments and docstrings
 aside: after an edit of any of them the old code is not found. What is in it is checked before it is loaded
-(`sweep.model.kernel_cache`).
+(`kernels.native.cache`).
 """
 
+import ast
 import hashlib
 import os
-import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -18,27 +19,12 @@ from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
 
-from sweep.errors import RequestError
-from sweep.model import vector_width
-from sweep.model.kernel_cache import ENDING, KernelCache, usable_folder
-from sweep.model.second_process import SecondProcess, compiled_by_another
+from sweep.atomic import publish_bytes
+from sweep.errors import RequestError, SurroundingsWarning, shown
 from sweep.notices import notice
-from sweep.platforms import check_settings, usual_threads, warn_of_processor
+from sweep.platforms import check_numba, check_settings, usual_threads, warn_of_processor
 
-#: What may hold a quote or a hash sign that means nothing: strings and comments.
-_STRING_OR_COMMENT = re.compile(
-    r'"""(?:[^\\]|\\.)*?"""'
-    r"|'''(?:[^\\]|\\.)*?'''"
-    r'|"(?:[^"\\\n]|\\.)*"'
-    r"|'(?:[^'\\\n]|\\.)*'"
-    r"|#[^\n]*",
-    re.DOTALL,
-)
-#: What follows a docstring: a new line that closes no bracket.
-_NEW_LINE = re.compile(r"[ \t]*(?:#[^\n]*)?(?:\n\s*[^)\]},\s]|\s*\Z)")
-_IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
-)
+_CACHE = "kernels.native.cache"
 
 
 @dataclass(frozen=True)
@@ -52,112 +38,112 @@ class Kernel:
     cached : tuple of str, optional
         The entry points (`kernels.native.entry`) that are kept on disk, each as ``module:function``; the function
         itself if none is named. A function that is plain Python and calls compiled ones names those.
-    beside : tuple of str, optional
-        Those of them that a second process compiles, in this order, while this one compiles the others: about half of
-        the work.
     seconds : float, optional
-        About how long compiling all of them takes in one process, for the notice of it.
-    seconds_beside : float, optional
-        The same with the second process.
+        About how long compiling all of them takes, for the notice of it.
     """
 
     module: str
     function: str
     cached: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
     seconds: float = 5.0
-    seconds_beside: float = 5.0
 
     def load(self) -> Callable[..., Any]:
         """Return the function, kept on disk where the cache folder can be written."""
         return _loaded(self)
 
     def make_ready(self) -> None:
-        """Load every entry point, and compile what is not kept on disk: the share of the second process last."""
+        """Load every entry point, and compile what is not kept on disk."""
         self.load()
-        for name in sorted(self._entries, key=self.beside.__contains__):
-            _entry(name).make_ready()
+        for entry in self._entries():
+            entry.make_ready()
 
-    def keep(self) -> None:
-        """Compile an entry point that is the function itself, unless it is kept on disk."""
-        entry: Any = self.load()
-        entry.source(entry)
-
-    @property
-    def _entries(self) -> tuple[str, ...]:
-        return self.cached or (f"{self.module}:{self.function}",)
-
-
-def _entry(name: str) -> Any:
-    module, _, function = name.partition(":")
-    return getattr(import_module(module), function)
-
-
-_always_apart = False
-
-
-def compile_apart() -> None:
-    """From now on another process compiles what is not kept on disk, for kernels that are loaded later.
-
-    Numba and LLVM take 90 MB once and up to 170 MB for each kernel, and hold up all threads of a process. Where nothing
-    can be kept on disk, and where no other process can do it, this one compiles all the same.
-    """
-    global _always_apart
-    _always_apart = True
+    def _entries(self) -> Iterator[Any]:
+        for name in self.cached or (f"{self.module}:{self.function}",):
+            module, _, function = name.partition(":")
+            yield getattr(import_module(module), function)
 
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
     check_settings()
+    _check_vectors()
     warn_of_processor()
     import_module("kernels.native.workers").use_usually(usual_threads())
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
-    root = cache_root()
-    names = kernel._entries
-    folders = [usable_folder(root, cache_folder([name.partition(":")[0]]).name) for name in names]
-    apart = _always_apart and all(folders)
-    beside = () if apart else kernel.beside
-    second = SecondProcess(beside)
     # one notice for all entry points of the kernel
-    announce = lru_cache(partial(_announce, kernel, root, all(folders), second))
-    for name, folder in zip(names, folders, strict=True):
-        width = partial(vector_width.bits, root if folder else None)
-        cache = KernelCache(folder, width, announce)
-        if apart:
-            _entry(name).source = partial(_made_apart, cache, root, announce, names)
-        elif name in beside:
-            _entry(name).source = partial(_made_beside, cache, second)
-        else:
-            _entry(name).source = cache.machine_code
+    announce = lru_cache(partial(_announce, kernel))
+    for entry in kernel._entries():
+        folder = _usable_folder(cache_folder([entry.__module__]))
+        entry.source = import_module(_CACHE).KernelCache(folder, _publish, announce).machine_code
     return found
 
 
-def _made_apart(
-    cache: KernelCache, root: Path, announce: Callable[[], None], names: tuple[str, ...], entry: Any
-) -> Any:
-    # without the width of vectors it is not known which file it would be
-    if not (vector_width.is_known(root) and cache.holds(entry)):
-        announce()
-        compiled_by_another(names)
-    return cache.machine_code(entry)
+def _check_vectors() -> None:
+    given = os.environ.get("EULERDISK_VECTOR_BITS", "")
+    if given not in ("", "128", "256", "512"):
+        raise RequestError(
+            f"The environment variable EULERDISK_VECTOR_BITS must be 128, 256 or 512; got {shown(given)!r}.",
+            hint="Run `unset EULERDISK_VECTOR_BITS`.",
+            where="EULERDISK_VECTOR_BITS",
+        )
 
 
-def _made_beside(cache: KernelCache, second: SecondProcess, entry: Any) -> Any:
-    second.wait()
-    return cache.machine_code(entry)
-
-
-def _announce(kernel: Kernel, root: Path, kept: bool, second: SecondProcess) -> None:
-    shared = kept and second.start()
-    seconds = kernel.seconds_beside if shared else kernel.seconds
+def _announce(kernel: Kernel) -> None:
+    check_numba()
     # a module may have several, as for each set of laws of losses
     named = (
         kernel.module
         if kernel.module.endswith(f".{kernel.function}")
         else f"{kernel.module}.{kernel.function}"
     )
-    what = f"compiling {named} for this processor takes about {seconds:.0f} s"
-    notice(f"{what}; {'to' if kept else 'cannot'} be kept in {root}")
+    kept = "to" if _usable_folder(cache_folder([kernel.module])) else "cannot"
+    what = f"compiling {named} for this processor takes about {kernel.seconds:.0f} s"
+    notice(f"{what}; {kept} be kept in {cache_root()}")
+
+
+def _publish(path: Path, content: bytes) -> None:
+    """Write a file of the cache; a file system that refuses costs the next compilation."""
+    try:
+        # not by the umask alone: see `_usable_folder`
+        publish_bytes(path, content, mode=0o644)
+    except OSError as problem:
+        warnings.warn(
+            f"A compiled kernel could not be kept in {path.parent}, and will be compiled again: {problem}. Set "
+            "EULERDISK_CACHE_DIR to a folder that can be written.",
+            SurroundingsWarning,
+            stacklevel=2,
+        )
+
+
+@lru_cache
+def _usable_folder(folder: Path) -> Path | None:
+    """Return a folder in the folder of all caches, made if it is not there; None if it must not be used.
+
+    A warning says why others could write what would be executed here. A folder that cannot be made costs the
+    compilation of this process, and nothing else.
+    """
+    cache, root = import_module(_CACHE), folder.parent
+    try:
+        root.parent.mkdir(parents=True, exist_ok=True)
+        for each in (root, folder):
+            # not by the umask alone: under 002, usual where each user has a group, every folder could be written by it
+            each.mkdir(mode=0o755, exist_ok=True)
+        # the root first: what is wrong with it is told once, not for every kernel
+        place, problem = root, cache.problem_of(os.stat(root), sticky_is_safe=True)
+        if not problem:
+            place, problem = folder, cache.problem_of(os.lstat(folder))
+    except OSError:
+        return None
+    if problem:
+        warnings.warn(
+            f"The cache of compiled kernels is not used, because it {problem}, and what is in it would be executed: "
+            f"{place}. The kernels are compiled anew by each process. Run `chmod -R go-w` on a folder of your own, or "
+            "set EULERDISK_CACHE_DIR to another one.",
+            SurroundingsWarning,
+            stacklevel=2,
+        )
+        return None
+    return folder if os.access(folder, os.W_OK | os.X_OK) or any(folder.glob(f"*{cache.ENDING}")) else None
 
 
 def chunk_cells() -> int:
@@ -178,13 +164,13 @@ def code_hash(code: Iterable[str | Callable[..., Any]], *more: str) -> str:
     """
     names = (each if isinstance(each, str) else f"{each.__module__}:{each.__qualname__}" for each in code)
     digest = hashlib.sha256()
-    for name, text in sorted(_closure(names).items()):
+    for name, text in sorted(closure(names).items()):
         digest.update(f"{name}\0{text}\0".encode())
     digest.update("\0".join(more).encode())
     return digest.hexdigest()
 
 
-def _closure(names: Iterable[str]) -> dict[str, str]:
+def closure(names: Iterable[str]) -> dict[str, str]:
     """Return each function, each module, and all that the modules import from their package and `kernels`: its code."""
     found: dict[str, str] = {}
     waiting = list(names)
@@ -194,41 +180,37 @@ def _closure(names: Iterable[str]) -> dict[str, str]:
         spec = _spec(module)
         if name in found or spec is None or spec.origin is None:
             continue
-        found[name] = significant(Path(spec.origin).read_text(encoding="utf-8"))
-        packages = (name.partition(".")[0], "kernels")
-        if function:
-            found[name] = _definition(found[name], function)
-        elif packages[0] != "sweep":
-            waiting += _imported(found[name], spec.parent, packages)
+        package = name.partition(".")[0]
+        source = Path(spec.origin).read_text(encoding="utf-8")
+        found[name], imported = _significant(source, function, spec.parent or "", (package, "kernels"))
+        if not function and package != "sweep":
+            waiting += imported
     return found
 
 
-def _definition(code: str, qualified_name: str) -> str:
-    """Return the lines of one function of significant source: up to the next that is not indented further."""
-    lines = code.splitlines()
-    depth = [len(line) - len(line.lstrip()) for line in lines]
-    first = -1
-    for part in qualified_name.split("."):
-        first = next(
-            i for i, line in enumerate(lines) if i > first and re.match(rf"\s*(?:def|class) {part}\b", line)
-        )
-    after = (
-        i for i in range(first + 1, len(lines)) if depth[i] <= depth[first] and lines[i].strip()[0] != ")"
-    )
-    return "\n".join(lines[first : next(after, len(lines))])
-
-
-def _imported(code: str, parent: str | None, packages: tuple[str, ...]) -> Iterator[str]:
-    """Yield the modules of some packages that a module imports; relative imports start from its package, `parent`."""
-    for origin, members, whole in _IMPORT.findall(code.replace("\\\n", " ")):
-        named = [each.split()[0] for each in (whole or members.strip("()")).split(",") if each.strip()]
-        source = resolve_name(origin, parent) if origin else ""
-        for each in [source] if origin else named:
-            if each.partition(".")[0] in packages:
-                yield each
-        found = _spec(source) if source.partition(".")[0] in packages else None
-        if found is not None and found.submodule_search_locations is not None:
-            yield from (f"{source}.{each}" for each in named)
+@lru_cache(maxsize=1024)
+def _significant(
+    source: str, function: str, package: str, packages: tuple[str, ...]
+) -> tuple[str, tuple[str, ...]]:
+    """Return the code of a source, or of one function in it, without comments and docstrings; and what it imports."""
+    tree: ast.AST = ast.parse(source)
+    for part in filter(None, function.split(".")):
+        tree = next(each for each in getattr(tree, "body", ()) if getattr(each, "name", None) == part)
+    imported = list[str]()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            first = node.body[0] if node.body else None
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+                del node.body[0]
+        elif isinstance(node, ast.Import):
+            imported += (each.name for each in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            origin = resolve_name("." * node.level + (node.module or ""), package)
+            imported.append(origin)
+            found = _spec(origin) if origin.partition(".")[0] in packages else None
+            if found is not None and found.submodule_search_locations is not None:
+                imported += (f"{origin}.{each.name}" for each in node.names)
+    return ast.unparse(tree), tuple(each for each in imported if each.partition(".")[0] in packages)
 
 
 @lru_cache
@@ -237,24 +219,6 @@ def _spec(module: str) -> ModuleSpec | None:
         return find_spec(module)
     except ModuleNotFoundError:
         return None
-
-
-@lru_cache(maxsize=1024)
-def significant(source: str) -> str:
-    """Return Python source without comments, docstrings and blank lines: what is left decides what it computes."""
-    kept, after, before = list[str](), 0, ""
-    for token in _STRING_OR_COMMENT.finditer(source):
-        between, text = source[after : token.start()], token.group()
-        kept.append(between)
-        before = between.rstrip()[-1:] or before
-        after = token.end()
-        # a docstring is the first statement of a file, or stands after the colon of a function or class
-        docstring = text.startswith('"""') and before in ("", ":") and _NEW_LINE.match(source, after)
-        if not text.startswith("#") and not docstring:
-            kept.append(text)
-            before = text[-1]
-    lines = "".join([*kept, source[after:]]).splitlines()
-    return "\n".join(line.rstrip() for line in lines if line.strip())
 
 
 def cache_root() -> Path:
@@ -268,8 +232,7 @@ def cache_root() -> Path:
 def cache_folder(modules: Iterable[str]) -> Path:
     """Return the folder of the compiled functions that are made of these modules."""
     versions = "-".join(f"{name}{version(name)}" for name in ("numba", "llvmlite"))
-    key = f"{code_hash(modules)[:16]}-{versions}"
-    return cache_root() / key
+    return cache_root() / f"{code_hash(modules)[:16]}-{versions}"
 
 
 def check_cache(kernels: Iterable[Kernel]) -> None:
@@ -279,7 +242,8 @@ def check_cache(kernels: Iterable[Kernel]) -> None:
     ------
     RequestError
     """
-    if not all(any(cache_folder([kernel.module]).glob(f"*{ENDING}")) for kernel in kernels):
+    ending = import_module(_CACHE).ENDING
+    if not all(any(cache_folder([kernel.module]).glob(f"*{ending}")) for kernel in kernels):
         raise RequestError(
             f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, by this user "
             "alone, and NUMBA_DISABLE_JIT must not be set.",

@@ -1,43 +1,53 @@
 """Compiled functions: what of their code counts, and the folder on disk in which they are kept."""
 
-import ast
-import io
 import json
 import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
-import tokenize
 from pathlib import Path
 
 import numba
 import pytest
 
 import kernels
-from sweep.errors import RequestError
+from sweep.errors import RequestError, SurroundingsWarning
 from sweep.model import kernel
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
-from sweep.model.kernel import Kernel, cache_folder, check_cache, code_hash, significant
+from sweep.model.kernel import Kernel, cache_folder, check_cache, closure, code_hash
 from sweep.model.lossy_disk.variants import integrator
 from sweep.notices import listen
 
 CHECKOUT = Path(kernels.__file__).parents[1]
 INTEGRATE = "kernels.disk.integrate"
-CODED = sorted([*(CHECKOUT / "kernels").rglob("*.py"), *(CHECKOUT / "sweep").rglob("*.py")])
+
+
+def python(program, *words, folder=CHECKOUT):
+    """Run Python in a process of its own, which imports from `folder` first; return what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error::UserWarning", "-c", program, *map(str, words)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(CHECKOUT)])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_the_notice_of_compiling_says_which_laws(tmp_path, monkeypatch):
-    """Kernels of one module are told apart: those of two sets of losses are compiled apart, and so told."""
+    """Kernels of one module are told apart: those of two sets of losses are compiled apart."""
     told = []
     monkeypatch.delenv("EULERDISK_NOTICES", raising=False)
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     listen(told.append)
     laws = {"contour": True, "damping": False, "pivoting": False, "air": "none", "slips": False}
     try:
-        for rolling in (False, True):
-            kernel._announce(integrator(rolling=rolling, **laws), tmp_path, True, kernel.SecondProcess(()))
-        kernel._announce(DISK.integrate, tmp_path, True, kernel.SecondProcess(()))
+        for each in (*(integrator(rolling=rolling, **laws) for rolling in (False, True)), DISK.integrate):
+            kernel._announce(each)
     finally:
         listen(None)
     assert [each.split()[1].rpartition(".")[2] for each in told] == [
@@ -47,55 +57,6 @@ def test_the_notice_of_compiling_says_which_laws(tmp_path, monkeypatch):
     ]
 
 
-def stripped(source):
-    """Return source without comments, docstrings and blank lines, by Python's own tokenizer and parser."""
-    lines = [line.encode() for line in source.splitlines()]
-    cuts = [
-        (token.start[0], len(token.line[: token.start[1]].encode()), token.end[0], len(token.line.encode()))
-        for token in tokenize.generate_tokens(io.StringIO(source).readline)
-        if token.type == tokenize.COMMENT
-    ]
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            first = node.body[0] if node.body else None
-            if (
-                isinstance(first, ast.Expr)
-                and isinstance(first.value, ast.Constant)
-                and isinstance(first.value.value, str)
-            ):
-                cuts.append((first.lineno, first.col_offset, first.end_lineno, first.end_col_offset))
-    for top, left, bottom, right in cuts:
-        before, after = lines[top - 1][:left], lines[bottom - 1][right:]
-        lines[top - 1 : bottom] = [before + after] + [b""] * (bottom - top)
-    return "\n".join(line.decode().rstrip() for line in lines if line.strip())
-
-
-@pytest.mark.parametrize("path", CODED, ids=lambda path: str(path.relative_to(CHECKOUT)))
-def test_what_counts_is_what_python_parses(path):
-    """Of every file the parts that count are those that are left without comments, docstrings and blank lines."""
-    source = path.read_text(encoding="utf-8")
-    assert significant(source) == stripped(source)
-
-
-@pytest.mark.parametrize(
-    "source",
-    [
-        'x = "# no comment"\n',
-        "x = '''# no comment'''\n",
-        'x = """no docstring"""\n',
-        'def f():\n    return """no docstring"""\n',
-        'x = f("""no docstring""")\n',
-        'x = {"a": """no docstring"""}\n',
-        'x = {\n    "a":\n    """no docstring""",\n}\n',
-        'x = "a \\" # b"\n',
-        "x = r'\\''\n",
-    ],
-)
-def test_strings_that_are_values_count(source):
-    """A hash sign in a string is no comment, and a string in three quotes that is a value is no docstring."""
-    assert significant(source) == source.rstrip("\n")
-
-
 CODE = '''"""About."""
 
 from math import sin  # a library
@@ -103,26 +64,47 @@ from math import sin  # a library
 
 def f(x):  # why
     """What."""
-    return 0.5 * x + sin(x)
+    return 0.5 * x + sin(x)  # "no text"
+
+
+def g():
+    return """# no docstring"""
 '''
 
 
-def test_comments_and_docstrings_do_not_count():
-    """Neither their words nor whether they are there at all."""
-    bare = "from math import sin\ndef f(x):\n    return 0.5 * x + sin(x)"
-    assert significant(CODE) == bare
-    assert significant(CODE.replace("About.", "Other words:\n\n    of # more lines\n")) == bare
-    assert significant(CODE.replace("# why", "# x = 2")) == bare
-    assert significant(CODE.replace('    """What."""\n', "    # what\n\n")) == bare
+def test_code_counts_and_its_explanation_does_not(tmp_path, monkeypatch):
+    """Comments, docstrings and empty lines may be others; a number, an operator or a text may not."""
+    module = tmp_path / "counted.py"
+    monkeypatch.syspath_prepend(tmp_path)
 
+    def hashes(source):
+        module.write_text(source)
+        return code_hash(["counted"]), code_hash([f])
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("0.5", "0.50000001"), ("+", "-"), ("sin(x)", "sin(-x)"), ("    return", "    y = 0\n    return")],
-)
-def test_code_counts(old, new):
-    """A number, an operator, an argument and a line more change what counts."""
-    assert significant(CODE.replace(old, new)) != significant(CODE)
+    def f():
+        """Stand in for the function of the module."""
+
+    f.__module__, f.__qualname__ = "counted", "f"
+    before = hashes(CODE)
+    others = (
+        ("About.", "Other words:\n\n    of # more lines\n"),
+        ("# why", "# x = 2"),
+        ("What.", "Other"),
+        ("\n\n\n", "\n"),
+    )
+    for old, new in others:
+        assert hashes(CODE.replace(old, new)) == before, old
+    edits = (
+        ("0.5", "0.50000001"),
+        ("+", "-"),
+        ("sin(x)", "sin(-x)"),
+        ("    return 0", "    y = 0\n    return 0"),
+    )
+    for old, new in edits:
+        assert not set(hashes(CODE.replace(old, new))) & set(before), old
+    # of a function its own code alone
+    whole, alone = hashes(CODE.replace("# no docstring", "# a text"))
+    assert (whole == before[0], alone == before[1]) == (False, True)
 
 
 def copy_of_the_project(folder):
@@ -135,7 +117,7 @@ def copy_of_the_project(folder):
 _HASHES = """
 import json, pathlib, sys
 from sweep.engine.compute import arithmetic_hash
-from sweep.model.kernel import _closure, code_hash
+from sweep.model.kernel import closure, code_hash
 from sweep.request.spec import SweepSpec
 
 spec = SweepSpec()
@@ -153,7 +135,7 @@ for path, old, new in json.load(sys.stdin):
     file.write_text(source, encoding="utf-8")
 assert hashes() == before
 files = {name: pathlib.Path(sys.modules["kernels"].__file__).parents[1].joinpath(*name.split(".")) for name in
-         _closure([ways["rk4"].model.integrate.module])}
+         closure([ways["rk4"].model.integrate.module])}
 files = [path / "__init__.py" if path.is_dir() else path.with_suffix(".py") for path in files.values()]
 print(json.dumps([before, list(changed.values()), "numba" in sys.modules, list(map(str, files))]))
 """
@@ -163,17 +145,12 @@ EDITS = [
     ("kernels/disk/equations.py", "unit * tilt_rate,", "3.0 * unit * tilt_rate,", RK4),
     ("kernels/disk/rk4.py", "", "_MORE = 1\n", RK4),
     ("kernels/lanes/schedule.py", "", "_MORE = 1\n", RK4),
-    ("kernels/lanes/layout.py", "", "_MORE = 1\n", ALL),
-    ("kernels/native/options.py", '"contract"', '"contract", "reassoc"', ALL),
+    ("kernels/native/function.py", '"contract"', '"contract", "reassoc"', ALL),
     ("kernels/disk/exact/root.py", "", "_MORE = 1\n", ["exact"]),
     ("kernels/disk/contact.py", "", "_MORE = 1\n", []),
     ("kernels/disk/contact_extremes.py", "", "_MORE = 1\n", ["contact"]),
-    ("kernels/disk/trajectory.py", "", "_MORE = 1\n", []),
-    ("kernels/disk/growth_rates.py", "", "_MORE = 1\n", []),
     ("kernels/disk/equations.py", "", "# a remark\n", []),
     ("kernels/lanes/schedule.py", '"""', '"""In other words: ', []),
-    ("kernels/disk/motion_arrays.py", "", "_MORE = 1\n", ["contact"]),
-    ("kernels/disk/exact/arrays.py", "", "_MORE = 1\n", ["exact"]),
     ("kernels/disk/steady.py", "", "_MORE = 1\n", ["steady"]),
     ("sweep/model/disk/initial_conditions.py", "    return found\n", "    return {**starts}\n", ["steady"]),
     (
@@ -194,8 +171,6 @@ EDITS = [
     ("sweep/model/description.py", "0.0 if isinstance(value, str)", "1.0 if isinstance(value, str)", ALL),
     ("sweep/engine/compute.py", "np.zeros((len(model.counts)", "np.ones((len(model.counts)", ALL),
     ("sweep/engine/compute.py", "amplification = np.where(", "amplification = 1.0 * np.where(", []),
-    ("sweep/engine/estimate.py", "", "_MORE = 1\n", []),
-    ("sweep/model/disk/theory.py", "", "_MORE = 1\n", []),
 ]
 
 
@@ -231,7 +206,7 @@ def test_the_hash_follows_the_code_that_decides_the_bits(tmp_path):
 
 
 def test_modules_of_another_distribution_are_followed(tmp_path, monkeypatch):
-    """Whatever form its imports have, all modules of a model's own package count, and what it takes from `kernels`."""
+    """In every form of import all modules of a model's own package count, and what it takes from `kernels`."""
     package = tmp_path / "pendulum_kernels"
     (package / "deep").mkdir(parents=True)
     parts = ("absolute", "relative", "sibling", "listed", "aliased", "second", "continued", "unused")
@@ -253,50 +228,59 @@ def test_modules_of_another_distribution_are_followed(tmp_path, monkeypatch):
         counts[name] = code_hash(["pendulum_kernels.integrate"]) != before
         (package / f"{name}.py").write_text("G = 9.81\n")
     assert counts == {name: name != "unused" for name in parts}
-    assert "kernels.lanes.schedule" in kernel._closure(["pendulum_kernels.integrate"])
+    assert "kernels.lanes.schedule" in closure(["pendulum_kernels.integrate"])
 
 
-_ONE_CELL = f"""
-import numpy as np
-from sweep.model.disk.model import DISK
-from sweep.model.kernel import cache_folder
-starts = np.array([[0.3], [0.2], [0.0], [4.0], [0.5], [0.5], [9.81]])
-measures, counts = np.zeros((len(DISK.measures), 1)), np.zeros((len(DISK.counts), 1), np.int32)
-kernel, compiled = DISK.integrate.load(), []
-type(kernel).compiled = lambda entry, compile=type(kernel).compiled: compiled.append(entry) or compile(entry)
-kernel(starts, np.array([300.0, 0.0, 1.48, 1e-8]), measures, counts)
-tilt = measures[DISK.measures.index("tilt_max"), 0]
-print(cache_folder(["{INTEGRATE}"]), repr(float(tilt)), int(not compiled), sep="\\n")
+_TOY = {
+    "numbers.py": "G = 2.0\n",
+    "run.py": """
+from kernels.native.entry import entry
+from toy_kernels.numbers import G
+
+@entry(x="float64")
+def run(x):
+    return G * x
+""",
+    "__init__.py": "",
+}
+_CALL = """
+from sweep.model.kernel import Kernel
+import sys
+print(Kernel("toy_kernels.run", "run").load()(3.0), "numba" in sys.modules)
 """
 
 
-def one_cell(tree, cache):
-    """Run one cell in a process of its own: (cache folder, largest tilt, hits of the cache)."""
-    env = os.environ | {"EULERDISK_CACHE_DIR": str(cache), "PYTHONPATH": str(tree)}
-    run = subprocess.run(
-        [sys.executable, "-c", _ONE_CELL], cwd=tree, env=env, capture_output=True, text=True, check=True
-    )
-    folder, tilt, hits = run.stdout.split("\n")[:3]
-    return folder, float(tilt), int(hits)
+@pytest.fixture
+def toy(tmp_path, monkeypatch):
+    """Return the folder of a package of two modules, one of them a kernel, in an empty cache."""
+    folder = tmp_path / "models" / "toy_kernels"
+    folder.mkdir(parents=True)
+    for name, source in _TOY.items():
+        (folder / name).write_text(source)
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / "cache"))
+    return folder
 
 
 @pytest.mark.compiled
-def test_an_edited_kernel_is_compiled_anew(tmp_path):
-    """An edit in a file that the entry point only imports gives a new answer, though the cache folder is shared."""
-    cache = os.environ["EULERDISK_CACHE_DIR"]
-    before = one_cell(CHECKOUT, cache)
-    tree = copy_of_the_project(tmp_path / "copy")
-    equations = tree / "kernels" / "disk" / "equations.py"
-    source = equations.read_text()
-    equations.write_text(source.replace("unit * tilt_rate,", "3.0 * unit * tilt_rate,"))
-    after = one_cell(tree, cache)
-    shutil.rmtree(after[0])
-    assert Path(after[0]).parent == Path(before[0]).parent
-    assert after[0] != before[0]
-    assert after[1] > before[1] + 1e-3
-    assert after[2] == 0
-    # the first answer is still there, and found without compiling
-    assert one_cell(CHECKOUT, cache) == (*before[:2], 1)
+def test_an_edited_kernel_is_compiled_anew(toy):
+    """An edit in a file that the entry point only imports gives a new answer; the first one is still kept."""
+    for source, expected in (("G = 2.0\n", "6.0"), ("G = 4.0\n", "12.0")):
+        (toy / "numbers.py").write_text(source)
+        assert python(_CALL, folder=toy.parent).split() == [expected, "True"]
+    for source, expected in (("G = 2.0  # a remark\n", "6.0"), ("G = 4.0\n", "12.0")):
+        (toy / "numbers.py").write_text(source)
+        assert python(_CALL, folder=toy.parent).split() == [expected, "False"]
+
+
+@pytest.mark.compiled
+def test_without_a_cache_the_kernel_is_compiled(toy, tmp_path, monkeypatch):
+    """A cache folder that cannot be made costs the compilation and nothing else: same answer, no complaint."""
+    occupied = tmp_path / "file"
+    occupied.write_text("a file where the folder should be")
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(occupied / "cache"))
+    for _ in range(2):
+        assert python(_CALL, folder=toy.parent).split() == ["6.0", "True"]
+    assert occupied.read_text() == "a file where the folder should be"
 
 
 def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch):
@@ -311,30 +295,53 @@ def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch)
     assert "eulerdisk" in str(cache_folder([INTEGRATE]))
 
 
-def test_a_kernel_is_loaded_once(tmp_path, monkeypatch):
-    """The functions that it names are kept on disk, in the folder of their module; it is the same each time."""
-    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / "cache"))
-    (tmp_path / "loaded_once.py").write_text("def run(): pass\ndef first(): pass\ndef second(): pass\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    one = Kernel("loaded_once", "run", ("loaded_once:first", "loaded_once:second"))
-    assert one.load() is one.load() is sys.modules["loaded_once"].run
-    loaded = sys.modules["loaded_once"]
-    for function in (loaded.first, loaded.second):
-        assert function.source.__self__._folder == cache_folder(["loaded_once"])
-    assert not hasattr(loaded.run, "source")
-    Kernel("loaded_once", "run").load()
-    assert loaded.run.source.__self__._folder == cache_folder(["loaded_once"])
+def test_a_folder_that_others_can_write_is_not_used(tmp_path):
+    """Others who can write to it could have anything executed here; a warning says why, and what to do."""
+    safe = [(0o755, 0o755), (0o700, 0o700), (0o1777, 0o755)]
+    for i, (root, folder) in enumerate(
+        [*safe, (0o777, 0o755), (0o775, 0o755), (0o755, 0o775), (0o755, 0o1777)]
+    ):
+        path = tmp_path / str(i) / "key"
+        path.mkdir(parents=True)
+        path.chmod(folder)
+        path.parent.chmod(root)
+        if i < len(safe):
+            assert kernel._usable_folder(path) == path
+        else:
+            with pytest.warns(
+                SurroundingsWarning,
+                match=r"can be written by others .mode \d+.*chmod -R go-w.*EULERDISK_CACHE_DIR",
+            ):
+                assert kernel._usable_folder(path) is None
 
 
 @pytest.mark.compiled
-def test_without_a_cache_the_kernel_is_compiled(tmp_path):
-    """A cache folder that cannot be made costs the compilation and nothing else: same answer, no complaint."""
-    occupied = tmp_path / "file"
-    occupied.write_text("a file where the folder should be")
-    found = one_cell(CHECKOUT, occupied / "cache")
-    assert found[1:] == (one_cell(CHECKOUT, os.environ["EULERDISK_CACHE_DIR"])[1], 0)
-    assert not found[0].startswith(os.environ["EULERDISK_CACHE_DIR"])
-    assert occupied.read_text() == "a file where the folder should be"
+def test_a_cache_can_be_used_under_every_umask(toy, tmp_path):
+    """Folders and files can be written by their owner alone, also where new files belong to a group, umask 002."""
+    python(f"import os; os.umask(0o002){_CALL}", folder=toy.parent)
+    assert python(_CALL, folder=toy.parent).split() == ["6.0", "False"]
+    modes = {
+        stat.S_IMODE(path.stat().st_mode) - 0o111 * path.is_dir() for path in (tmp_path / "cache").rglob("*")
+    }
+    assert modes == {0o644}
+
+
+def test_a_full_disk_costs_the_next_compilation(tmp_path, monkeypatch):
+    """Where the compiled kernel cannot be kept, it is used all the same, and a warning names the folder."""
+
+    def refuse(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kernel, "publish_bytes", refuse)
+    with pytest.warns(SurroundingsWarning, match=r"No space left.*EULERDISK_CACHE_DIR"):
+        kernel._publish(tmp_path / "a", b"")
+
+
+def test_a_width_of_vectors_that_is_none_is_refused(toy, monkeypatch):
+    """LLVM would pass over it."""
+    monkeypatch.setenv("EULERDISK_VECTOR_BITS", "wide")
+    with pytest.raises(RequestError, match="must be 128, 256 or 512; got 'wide'"):
+        Kernel("kernels.rounding", "no_probe").load()
 
 
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
@@ -369,18 +376,12 @@ print(workers.used())
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="a system without affinity")
-@pytest.mark.parametrize(
-    ("quota", "named", "expected"),
-    [("max 100000", "", 8), ("250000 100000", "", 3), ("max 100000", "2", 2), ("250000 100000", "6", 3)],
-)
-def test_threads_that_nobody_chose(quota, named, expected):
+def test_threads_without_a_choice(monkeypatch):
     """One per processor of the affinity, as many as the CPU quota allows, NUMBA_NUM_THREADS at most."""
-    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_NUM_THREADS"}
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", _USED, quota],
-        env={**environment, "PYTHONPATH": str(CHECKOUT), **({"NUMBA_NUM_THREADS": named} if named else {})},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.stdout.split() == [str(expected), "5"], done.stderr
+    for quota, named, expected in (
+        ("max 100000", "", "8"),
+        ("250000 100000", "", "3"),
+        ("250000 100000", "2", "2"),
+    ):
+        monkeypatch.setenv("NUMBA_NUM_THREADS", named)
+        assert python(_USED, quota).split() == [expected, "5"], (quota, named)

@@ -9,7 +9,7 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
 from kernels.disk.exact.legendre import PANELS
 from kernels.disk.exact.period_layout import PERIOD_KEYS, PERIOD_SIZE
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.lanes.layout import aligned
 
 #: Columns of a search for a turning point beyond the expansion about the start: its bracket, a guess of the root, and
@@ -86,7 +86,7 @@ MEMORY_TYPES = {
 }
 
 
-@internal
+@kernel
 def chunk_in(arrays):
     """The `Chunk` in the arrays of `memory`."""
     lanes, motions, searches, numbers, ends, blocks = arrays

@@ -1,13 +1,13 @@
 """Counting sort, and blocks of places with equal keys."""
 
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: Rows of the blocks of `blocks_of`: key of the block, its first place in `order`, the place after its last one.
 KEY, FIRST, STOP = range(3)
 BLOCK_ROWS = STOP + 1
 
 
-@internal
+@kernel
 def counting_sort(keys, n, order, ends):
     """Order the first n places by their keys (counting sort: places with one key stay in turn).
 
@@ -45,7 +45,7 @@ def counting_sort(keys, n, order, ends):
     return least, greatest
 
 
-@internal
+@kernel
 def blocks_of(keys, n, size, order, ends, blocks):
     """Order the first n places by their keys, in blocks of `size` at most that have one key each.
 

@@ -30,7 +30,7 @@ from kernels.disk.exact.legendre import (
     stretched,
     tables,
 )
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.entry import parallel
 
 #: Nodes and weights of Gauss and Legendre on [-1, 1].
@@ -43,7 +43,7 @@ _CHUNK = 64
 _NEAR = 1e-3
 
 
-@internal
+@kernel
 def _upright_rates(panels, nodes, y, s, p):
     """(s, p) at upright of a motion that has s and p at y: the transfer matrices have determinant one."""
     k = int(round(y / PANEL))
@@ -57,7 +57,7 @@ def _upright_rates(panels, nodes, y, s, p):
     )
 
 
-@internal
+@kernel
 def _potential_and_cos(panels, nodes, y, c1, c2):
     """V and cos(tilt) at y."""
     k = int(round(y / PANEL))
@@ -69,7 +69,7 @@ def _potential_and_cos(panels, nodes, y, c1, c2):
     return rolling + p * p * row_value(panels, panel, PP, x) + cos, cos
 
 
-@internal
+@kernel
 def _sum(panels, nodes, motion, turn, end, low, high):
     """Gauss sum over v from `low` to `high` of dtilt/sqrt(h - V)."""
     c1, c2, h = motion
@@ -81,7 +81,7 @@ def _sum(panels, nodes, motion, turn, end, low, high):
     return abs(end - turn) * (high - low) * total
 
 
-@internal
+@kernel
 def _turn_behind(panels, nodes, motion, begin, end):
     """Where a motion that is at `begin` would have turned back, had the force always been the one at `begin`.
 
@@ -93,7 +93,7 @@ def _turn_behind(panels, nodes, motion, begin, end):
     return begin - ahead * max(0.0, kinetic) / gained if gained > 0.0 else begin
 
 
-@internal
+@kernel
 def _integral(panels, nodes, motion, turn, begin, end, waiting):
     """Integral of dtilt/sqrt(h - V) from `begin` to `end`; NaN if 2000 intervals do not do.
 
@@ -122,7 +122,7 @@ def _integral(panels, nodes, motion, turn, begin, end, waiting):
     return math.nan
 
 
-@internal
+@kernel
 def _fall_time(panels, nodes, tilt, w, s, o, alpha, least, greatest, fall_tilt, waiting):
     """Scaled time from a scaled start to the fall, at one of the extreme tilts; NaN if neither is one."""
     falls_up = greatest >= fall_tilt

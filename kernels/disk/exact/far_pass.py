@@ -9,10 +9,10 @@ from kernels.disk.exact.counting_sort import FIRST, KEY, STOP, blocks_of
 from kernels.disk.exact.far_turning_points import OPEN, TURNS, bracket_turning_points, far_turning_points
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import PANELS, REACH
-from kernels.jit import internal
+from kernels.jit import kernel
 
 
-@internal
+@kernel
 def _sought(chunk, j):
     """Motion of a search, its direction in y (+1, -1), and where the motion's columns for it begin."""
     i, behind = chunk.sought[j] // 2, chunk.sought[j] % 2
@@ -20,7 +20,7 @@ def _sought(chunk, j):
     return i, -ahead if behind else ahead, of.BEHIND if behind else 0
 
 
-@internal
+@kernel
 def _load(chunk, first, last):
     block, motions, searches = chunk.block, chunk.motions, chunk.searches
     for lane in range(LANES):
@@ -39,7 +39,7 @@ def _load(chunk, first, last):
         block[at.INNER + lane], block[at.OUTER + lane] = searches[j, INNER], searches[j, OUTER]
 
 
-@internal
+@kernel
 def _store_brackets(chunk, table, end, first, last):
     """Store the brackets of searches; a search without a bracket ends."""
     block = chunk.block
@@ -63,7 +63,7 @@ def _store_brackets(chunk, table, end, first, last):
             chunk.searches[j, EXCESS_THERE] = block[at.CENTRE + lane]
 
 
-@internal
+@kernel
 def _collect(n, chunk):
     """List the searches of n motions, and the panel on which each begins; returns their number."""
     count = 0
@@ -83,7 +83,7 @@ def _collect(n, chunk):
     return count
 
 
-@internal
+@kernel
 def _bracket_all(n, tables, chunk, y_fall):
     """Bracket n searches; their keys become the panels of the brackets, or -1."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
@@ -95,7 +95,7 @@ def _bracket_all(n, tables, chunk, y_fall):
         _store_brackets(chunk, table, end, first, last)
 
 
-@internal
+@kernel
 def _drop_ended(n, chunk):
     """Move the searches that have not ended to the front; returns their number."""
     count = 0
@@ -108,7 +108,7 @@ def _drop_ended(n, chunk):
     return count
 
 
-@internal
+@kernel
 def _store_turning_points(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(last - first):
@@ -119,7 +119,7 @@ def _store_turning_points(chunk, first, last):
         motions[i, column + of.SLOPE] = block[at.SLOPE + lane]
 
 
-@internal
+@kernel
 def _refine_all(n, tables, chunk):
     """Find the turning points of n searches, each on its panel."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):
@@ -131,7 +131,7 @@ def _refine_all(n, tables, chunk):
         _store_turning_points(chunk, first, last)
 
 
-@internal
+@kernel
 def find_far(n, tables, chunk, y_fall):
     """Find the turning points of n motions that do not lie within the expansions about their starts."""
     count = _collect(n, chunk)

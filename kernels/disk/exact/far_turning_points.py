@@ -32,13 +32,13 @@ from kernels.disk.exact.legendre import (
 from kernels.disk.exact.near_turning_points import expand, tilts_and_errors
 from kernels.disk.exact.potential import NEAR, NODE
 from kernels.disk.exact.root import find_roots
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: How a search for a turning point ends.
 TURNS, BEYOND, OFF_TABLE, OPEN = 0.0, 1.0, 2.0, 3.0
 
 
-@internal
+@kernel
 def _pass_panel(block, panels, panel, k):
     """Carry the searches that are still active over a panel, up to the one with the root; whether any goes on."""
     ds_s, ds_p = panels[panel, STEP, DS_S], panels[panel, STEP, DS_P]
@@ -65,7 +65,7 @@ def _pass_panel(block, panels, panel, k):
     return left != 0
 
 
-@internal
+@kernel
 def _pass_panels(block, table, panels, start, y_fall):
     """Carry searches from panel `start` to those with their roots (PANEL); what the others have passed."""
     for k in range(start + 1, REACH):
@@ -77,7 +77,7 @@ def _pass_panels(block, table, panels, start, y_fall):
     return BEYOND if y_fall <= Y_END else OFF_TABLE
 
 
-@internal
+@kernel
 def bracket_turning_points(block, table, panels, start, y_fall):
     """Bracket the root of the excess of searches that begin on panel `start`.
 
@@ -101,7 +101,7 @@ def bracket_turning_points(block, table, panels, start, y_fall):
     return end
 
 
-@internal
+@kernel
 def far_turning_points(block, table, panels, k):
     """Find the turning points that `bracket_turning_points` bracketed on panel k.
 

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 from kernels.native.entry import entry
 
 PANEL = 0.125  # spacing of the panel centres in y; a power of two, so that every centre is exact
@@ -51,7 +51,7 @@ def row_value(panels, panel, row, x):
     return even + x * odd
 
 
-@internal
+@kernel
 def _excess(panels, panel, row, x):
     """`row_value` without the constant term, so that a matrix near the identity keeps its small part."""
     value = panels[panel, row, TERMS - 1]
@@ -60,7 +60,7 @@ def _excess(panels, panel, row, x):
     return value * x
 
 
-@internal
+@kernel
 def _product(a, b, out, factor):
     """Add factor times the truncated Taylor product of a and b to `out`."""
     for n in range(TERMS):
@@ -70,7 +70,7 @@ def _product(a, b, out, factor):
         out[n] += factor * total
 
 
-@internal
+@kernel
 def _hyperbolic(y, sech, sech2, tanh, cosh2):
     """Taylor coefficients at y of sech, sech^2, tanh and cosh^2."""
     cosh = math.cosh(y)
@@ -91,7 +91,7 @@ def _hyperbolic(y, sech, sech2, tanh, cosh2):
         power *= 2.0 / (n + 2)
 
 
-@internal
+@kernel
 def _transfer(alpha, sech2, s, p):
     """Complete the Taylor coefficients of a solution (s, p) whose first ones are given."""
     for n in range(TERMS - 1):
@@ -102,7 +102,7 @@ def _transfer(alpha, sech2, s, p):
         p[n + 1] = -2.0 * force / (n + 1)
 
 
-@internal
+@kernel
 def _potential(alpha, panel, cosh2, work):
     """Fill the potential rows of a panel from its transfer rows: (1+alpha) s^2/2 + (alpha/4) p^2 cosh^2 + sech."""
     for row, i, j, twice in ((SS, 0, 0, 1.0), (SP, 0, 1, 2.0), (PP, 1, 1, 1.0)):
@@ -113,7 +113,7 @@ def _potential(alpha, panel, cosh2, work):
         _product(work, cosh2, panel[row], 1.0)
 
 
-@internal
+@kernel
 def _panel(alpha, y, panel, work):
     """Fill all rows of the panel centred at y."""
     sech2, tanh, cosh2 = work[0], work[1], work[2]
@@ -127,7 +127,7 @@ def _panel(alpha, y, panel, work):
         panel[TILT, n] = panel[ONE, n - 1] / n
 
 
-@internal
+@kernel
 def _node(y, deviation, panels, panel, x, node):
     """Fill the node at y: `deviation` at the panel's centre, carried over x. Returns the deviation there."""
     d11, d12, d21, d22 = deviation
@@ -146,7 +146,7 @@ def _node(y, deviation, panels, panel, x, node):
     return e11, e12, e21, e22
 
 
-@internal
+@kernel
 def _mirror(panels, nodes, panel, node):
     """Fill the negative tilts: under y -> -y, p -> -p the system is unchanged, so the table is bit-symmetric."""
     for k in range(1, REACH + 1):
@@ -161,7 +161,7 @@ def _mirror(panels, nodes, panel, node):
             nodes[node - i, column] = sign * nodes[node + i, column]
 
 
-@internal
+@kernel
 def _climb(panels, panel, x):
     """V at x minus V at the centre of a panel, as a quadratic form of the rates there."""
     return (
@@ -172,7 +172,7 @@ def _climb(panels, panel, x):
     )
 
 
-@internal
+@kernel
 def _step(panels, panel):
     """Fill the step to a panel from the one before; V changes up to their common end, and from there on."""
     step, before = panels[panel, STEP], panel - 1
@@ -235,7 +235,7 @@ def tables(alphas):
     return panels, nodes
 
 
-@internal
+@kernel
 def stretched(sin, cos):
     """Stretched tilt atanh(sin(tilt)), to rounding at every tilt; odd to the last bit."""
     u = abs(sin)

@@ -16,7 +16,7 @@ from kernels.disk.exact.arrays import (
     EXACT_WELLS,
 )
 from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
-from kernels.jit import inlined, internal
+from kernels.jit import inlined, kernel
 
 # The start: tilt [rad] and its rate, sqrt(R/g) [s], stretched tilt, distance from its panel's centre, rates s and o,
 # sin and cos of the tilt, the panel, the table
@@ -54,7 +54,7 @@ def _write_nothing(cell, ending, wells, height, measures, counts):
     _write(cell, ending, wells, math.nan, math.nan, height, math.nan, measures, counts)
 
 
-@internal
+@kernel
 def _ending_and_extremes(motion, fall_tilt):
     """(ending, least, greatest tilt, error); where the disk falls, only extremes before the fall count."""
     tilt, ahead = motion[TILT], motion[AHEAD]
@@ -76,7 +76,7 @@ def _ending_and_extremes(motion, fall_tilt):
     return FELL if falls else BOUNDED, min(tilt, first, second), max(tilt, first, second), error
 
 
-@internal
+@kernel
 def write_cell(cell, motion, fall_tilt, measures, counts):
     """Write the cell of a motion whose turning points are known, but for its period."""
     kind, height = motion[KIND], motion[HEIGHT]

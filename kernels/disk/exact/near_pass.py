@@ -9,13 +9,13 @@ from kernels.disk.exact.legendre import NODES, PANELS
 from kernels.disk.exact.near_turning_points import expand_about_starts, near_turning_points, rounding_error
 from kernels.disk.exact.root import ROUNDING
 from kernels.disk.exact.saddle import find_saddles
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: A force at rest below this share of its terms is rounding (as in `kernels.disk.leg_control`).
 _STEADY = 16.0 * ROUNDING
 
 
-@internal
+@kernel
 def _load(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(LANES):
@@ -26,7 +26,7 @@ def _load(chunk, first, last):
         block[at.W_0 + lane] = motions[i, of.W]
 
 
-@internal
+@kernel
 def _classify(block):
     """Write the KIND of each motion; whether one of them starts with a tilt rate."""
     kicked = 0
@@ -44,7 +44,7 @@ def _classify(block):
     return kicked != 0
 
 
-@internal
+@kernel
 def _store_centres(chunk, first, last):
     """Store rates and excess at the centre of the start's panel; the search for saddles needs their rows."""
     block, motions = chunk.block, chunk.motions
@@ -54,7 +54,7 @@ def _store_centres(chunk, first, last):
         motions[i, of.CENTRE] = block[at.CENTRE + lane]
 
 
-@internal
+@kernel
 def _store_motions(chunk, first, last):
     block, motions = chunk.block, chunk.motions
     for lane in range(last - first):
@@ -68,7 +68,7 @@ def _store_motions(chunk, first, last):
         motions[i, of.FORCE], motions[i, of.BEND] = block[at.FORCE + lane], block[at.BEND + lane]
 
 
-@internal
+@kernel
 def _find_to_one_side(chunk, sense, panels, panel, first, last):
     """Find the turning points of a block on one side; those that lie farther out are left OPEN."""
     block, motions = chunk.block, chunk.motions
@@ -88,7 +88,7 @@ def _find_to_one_side(chunk, sense, panels, panel, first, last):
         motions[i, column + of.EXCESS] = block[at.EXCESS + lane]
 
 
-@internal
+@kernel
 def find_near(n, tables, chunk):
     """Expand n motions about their starts and find the turning points there."""
     for b in range(blocks_of(chunk.keys, n, LANES, chunk.order, chunk.ends, chunk.blocks)):

@@ -30,7 +30,7 @@ from kernels.disk.exact.legendre import (
 from kernels.disk.exact.polynomial import value
 from kernels.disk.exact.potential import NEAR, rise, rise_at
 from kernels.disk.exact.root import ROUNDING, find_roots
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 
 #: Relative rounding error of the terms of the excess (measured against 40-digit arithmetic).
 TERM_ERROR = 8.0 * ROUNDING
@@ -49,7 +49,7 @@ def rounding_error(block, lane, distance):
     return TERM_ERROR * (block[at.KINETIC + lane] + (terms if terms < level else level))
 
 
-@internal
+@kernel
 def _force_and_sizes(block, alpha):
     """The force on each start, and the sizes of the terms of its excess."""
     for lane in range(LANES):
@@ -68,7 +68,7 @@ def _force_and_sizes(block, alpha):
         block[at.LEVEL + lane] = 1.0 + squares + kinetic
 
 
-@internal
+@kernel
 def _rates_at_upright(block, panels, panel, nodes, node):
     """The rates at the panel's centre and at upright; both maps have determinant one."""
     ds1, ds2, dp1, dp2 = nodes[node, DS1], nodes[node, DS2], nodes[node, DP1], nodes[node, DP2]
@@ -97,7 +97,7 @@ def expand(block, panels, panel, first):
             )
 
 
-@internal
+@kernel
 def _shift_to_start(block, alpha, nodes, node):
     """Move the expansion in NEAR from the panel's centre to the start: repeated synthetic division."""
     there = rise_at(nodes, node)
@@ -116,7 +116,7 @@ def _shift_to_start(block, alpha, nodes, node):
         block[at.NEAR + LANES + lane] = -block[at.FORCE + lane]
 
 
-@internal
+@kernel
 def expand_about_starts(block, alpha, panels, panel, nodes, node):
     """Expand the excess of each motion about its start, into NEAR: from the start's rows to those of the motion."""
     _force_and_sizes(block, alpha)
@@ -125,7 +125,7 @@ def expand_about_starts(block, alpha, panels, panel, nodes, node):
     _shift_to_start(block, alpha, nodes, node)
 
 
-@internal
+@kernel
 def _excess_to_one_side(block, sense):
     """Write the expansions in NEAR as functions of the outward distance into WORK; whether a root lies within them.
 
@@ -164,7 +164,7 @@ def _excess_to_one_side(block, sense):
     return more != 0
 
 
-@internal
+@kernel
 def _first_guess(block):
     """First guesses of the roots of polynomials that are negative at 0 and positive at OUTER.
 
@@ -196,7 +196,7 @@ def _first_guess(block):
             more |= int(lost)
 
 
-@internal
+@kernel
 def tilts_and_errors(block, panels, panel):
     """The tilts, and their errors, of turning points on one panel, X from its centre."""
     for lane in range(LANES):
@@ -207,7 +207,7 @@ def tilts_and_errors(block, panels, panel):
         block[at.ERROR + lane] = error + _TABLE_ERROR
 
 
-@internal
+@kernel
 def near_turning_points(block, sense, panels, panel):
     """Find the turning points that lie within the expansions about the starts, in the lanes that are WANTED.
 

@@ -24,7 +24,7 @@ from kernels.disk.exact.legendre import DP1, DP2, DS1, DS2, NODES, REACH
 from kernels.disk.exact.period_layout import LANES
 from kernels.disk.exact.potential import rise, rise_at
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING, STRIDE, W_ONE, W_PP, W_SP, W_SS
-from kernels.jit import internal, simd
+from kernels.jit import kernel, simd
 from kernels.simd_math import exp_minus_one, logarithm
 
 #: Wide panels from one that is used to the next, their distance in y; up to which distance the first one is used
@@ -70,7 +70,7 @@ def _limit(w, cosh, sinh, slope, stretch):
     return 0.5 / q * math.sqrt((1.0 - w * w) * stretch / abs(slope))
 
 
-@internal
+@kernel
 def _prepare(block, centre):
     """Turn the places and distances of a block from y into w: those in W_0, FIRST and SECOND.
 
@@ -91,7 +91,7 @@ def _prepare(block, centre):
     return others == 0
 
 
-@internal
+@kernel
 def _substitute(block, cosh, sinh):
     """Choose the substitution of motions far from a separatrix, and the ends of their sums."""
     for lane in range(LANES):
@@ -103,7 +103,7 @@ def _substitute(block, cosh, sinh):
         block[at.ENDS + lane] = ends
 
 
-@internal
+@kernel
 def _expand_about_saddles(block, wide, upright):
     """Expand V about each saddle, into V_0 to V_5; PLACE_OF_SADDLE becomes a place on the panel `upright`.
 
@@ -129,7 +129,7 @@ def _expand_about_saddles(block, wide, upright):
             block[at.V_0 + lane] = coefficient + place * block[at.V_0 + lane]
 
 
-@internal
+@kernel
 def _find_roots_at_saddles(block, wide, upright, centre):
     """Write AWAY and WIDTH: the middle of the two roots of the excess next to each saddle, and half their distance.
 
@@ -166,7 +166,7 @@ def _find_roots_at_saddles(block, wide, upright, centre):
         block[at.WIDTH + lane] = stretch * size if passes else block[at.SECOND + lane] - away
 
 
-@internal
+@kernel
 def _substitute_saddle(block, cosh, sinh):
     """Choose the substitution of motions near a separatrix, and the ends of their sums.
 
@@ -192,7 +192,7 @@ def _substitute_saddle(block, cosh, sinh):
         block[at.ENDS + lane] = ends + _limit(w_0 + second, cosh, sinh, block[at.SECOND_SLOPE + lane], last)
 
 
-@internal
+@kernel
 def _expand(block, alpha, table, nodes, wide, centre, w_shift, groups):
     """Expand the excess on the wide panel of this number: Q, A_0 and A_1.
 
@@ -219,7 +219,7 @@ def _expand(block, alpha, table, nodes, wide, centre, w_shift, groups):
         block[at.A_1 + lane] = -2.0 * block[at.FORCE + lane] / (1.0 - root * root) if about else slope
 
 
-@internal
+@kernel
 def _divide(block, wide, panel, groups):
     """Divide V on a wide panel twice by the distance from ROOT, by synthetic division, into so many groups of Q."""
     for lane in range(LANES):
@@ -241,7 +241,7 @@ def _divide(block, wide, panel, groups):
             block[first + lane] = block[at.TWICE + lane]
 
 
-@internal
+@kernel
 def _place(block, cos, sin):
     """DISTANCE and STRETCH at an angle."""
     for lane in range(LANES):
@@ -250,7 +250,7 @@ def _place(block, cos, sin):
         block[at.STRETCH + lane] = half * sin
 
 
-@internal
+@kernel
 def _crowded(cos, sin):
     """(cos(a) - _CROWD cos(3 a))/(1 - _CROWD) of an angle, given its cosine and sine, and minus the derivative by a.
 
@@ -262,7 +262,7 @@ def _crowded(cos, sin):
     return crowded / (1.0 - _CROWD), slope / (1.0 - _CROWD)
 
 
-@internal
+@kernel
 def _uncrowded(crowded):
     """The cosine of the angle whose `_crowded` cosine is given."""
     cos = crowded
@@ -272,7 +272,7 @@ def _uncrowded(crowded):
     return max(-1.0, min(1.0, cos))
 
 
-@internal
+@kernel
 def _place_saddle(block, cos, sin, half_cos, half_sin):
     """DISTANCE and STRETCH at an angle, of the substitutions near a separatrix; of the second one at half the angle."""
     for lane in range(LANES):
@@ -286,7 +286,7 @@ def _place_saddle(block, cos, sin, half_cos, half_sin):
         block[at.STRETCH + lane] = abs(width) * half * stretch
 
 
-@internal
+@kernel
 def _locate(block, shift):
     """PLACE on the present wide panel, and AWAY_THERE: the distance from the start or from the panel's centre."""
     if shift == 0.0:
@@ -314,7 +314,7 @@ def _continue(block, group, lane, value):
     return value
 
 
-@internal
+@kernel
 def _add(block, place, cosh, sinh, groups):
     """Add the integrand at places of this number that lie on the present wide panel to the sums that they belong to."""
     # a factor each, as the compiler makes scalar code of a row that it does not know
@@ -349,7 +349,7 @@ def _add(block, place, cosh, sinh, groups):
         block[at.SUM_4 + lane] += fourth * part
 
 
-@internal
+@kernel
 def _enter(block, piece):
     """Write from where to where a piece counts in LOW and HIGH; whether any motion gets there."""
     far, some = math.tanh(0.5 * PIECE * (abs(piece) + 0.5)), 0
@@ -381,7 +381,7 @@ def _cosine(block, lane, w, saddle):
     return (u - block[at.MIDDLE + lane]) / block[at.HALF + lane]
 
 
-@internal
+@kernel
 def _first_and_last(block, saddle, intervals):
     """Numbers of the first and the last place that may lie on the present wide panel, in any motion."""
     for lane in range(LANES):
@@ -409,7 +409,7 @@ def _first_and_last(block, saddle, intervals):
     return max(1, math.ceil(first / step - _SLACK)), min(intervals - 1, math.floor(last / step + _SLACK))
 
 
-@internal
+@kernel
 def _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift, groups):
     """Add places on the present wide panel, from the first one to the last, all or `every` second one."""
     step, stride = math.pi / intervals, _MOST_KEPT // intervals
@@ -428,7 +428,7 @@ def _add_places(block, saddle, every, first, last, intervals, cosh, sinh, shift,
         _add(block, i, cosh, sinh, groups)
 
 
-@internal
+@kernel
 def integrate(block, alpha, table, nodes, wide, number, groups, saddle, fresh, intervals):
     """Sum the integrand of a block over all wide panels; `number` is that of the one in which the places are given.
 

@@ -12,7 +12,7 @@ from kernels.disk.exact.period import ALONE, LONG, LONG_REACH, PIECE, SHORT, SHO
 from kernels.disk.exact.period_layout import CLASSES, LANES
 from kernels.disk.exact.root import ROUNDING
 from kernels.disk.exact.wide_panels import CENTRES, SIDE, SPACING
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: Intervals of the first sums of the classes: of motions far from a separatrix, and of those near one; how often they
 #: are doubled.
@@ -30,7 +30,7 @@ _PROMISE = 7e-10
 _MARGIN = 0.25
 
 
-@internal
+@kernel
 def _turns(motion):
     """Distances in y from the start to the two turning points, ahead and behind, and the slopes of V there."""
     # released at rest, the disk starts at its other turning point
@@ -40,7 +40,7 @@ def _turns(motion):
     return motion[of.DISTANCE], behind, motion[of.SLOPE], slope
 
 
-@internal
+@kernel
 def _class(motion):
     """Class of a motion: the number of the first sum's intervals in _INTERVALS; 0 far from a separatrix.
 
@@ -68,7 +68,7 @@ def _class(motion):
     return class_
 
 
-@internal
+@kernel
 def _rounding_of_height(motion):
     """Error of the saddle's height over the energy: as in `kernels.disk.exact.near_turning_points.rounding_error`."""
     away = abs(motion[of.TOP] - motion[of.Y_0])
@@ -76,7 +76,7 @@ def _rounding_of_height(motion):
     return ROUNDING * (motion[of.KINETIC] + min(terms, motion[of.LEVEL]))
 
 
-@internal
+@kernel
 def _width(motion, ahead, behind):
     if motion[of.HEIGHT] < 0.0:
         return math.sqrt(abs(2.0 * motion[of.HEIGHT] / motion[of.BEND]))
@@ -84,7 +84,7 @@ def _width(motion, ahead, behind):
     return min(abs(ahead - away), abs(behind - away))
 
 
-@internal
+@kernel
 def _centre(motion):
     """Number of the wide panel in which a motion is described: the one nearest to the middle of its swing.
 
@@ -102,7 +102,7 @@ def _centre(motion):
     return int(number)
 
 
-@internal
+@kernel
 def _groups(motion, number):
     """How many groups of coefficients of Q are enough for a swing that lies this far from its wide panel's centre."""
     ahead, behind, _, _ = _turns(motion)
@@ -111,7 +111,7 @@ def _groups(motion, number):
     return SHORT if reach <= SHORT_REACH else (LONG if reach <= LONG_REACH else at.GROUPS)
 
 
-@internal
+@kernel
 def _collect(n, chunk, measures, counts):
     """List the bounded motions, with their tables, classes, sizes and wide panels; returns their number."""
     count = 0
@@ -128,7 +128,7 @@ def _collect(n, chunk, measures, counts):
     return count
 
 
-@internal
+@kernel
 def _load(chunk, at_saddle, first, last):
     block = chunk.block
     for lane in range(LANES):
@@ -154,7 +154,7 @@ def _load(chunk, at_saddle, first, last):
         block[at.ERROR + lane] = motion[of.ROUNDING]
 
 
-@internal
+@kernel
 def _update(motion, block, lane, at_saddle, fresh, intervals):
     """Take the new sums of a motion into account; whether they agree.
 
@@ -179,7 +179,7 @@ def _update(motion, block, lane, at_saddle, fresh, intervals):
     return not (change > agreement or (rest > _ERROR and likely > 10.0 * _ERROR))
 
 
-@internal
+@kernel
 def _store(chunk, alpha, at_saddle, fresh, intervals, first, last, measures):
     """Write the periods whose sums agree; the others stay to be summed again."""
     for lane in range(last - first):
@@ -195,7 +195,7 @@ def _store(chunk, alpha, at_saddle, fresh, intervals, first, last, measures):
             measures[EXACT_NUTATION_PERIOD, chunk.cells[chunk.sought[j]]] = period if right else math.nan
 
 
-@internal
+@kernel
 def _drop_ended(n, chunk):
     count = 0
     for j in range(n):
@@ -205,7 +205,7 @@ def _drop_ended(n, chunk):
     return count
 
 
-@internal
+@kernel
 def find_periods(n, tables, chunk, measures, counts):
     """Write the periods of the bounded ones of n motions."""
     count, times = _collect(n, chunk, measures, counts), 1

@@ -13,13 +13,13 @@ from kernels.disk.exact.far_pass import find_far
 from kernels.disk.exact.motion import write_cell
 from kernels.disk.exact.near_pass import find_near
 from kernels.disk.exact.scaled_starts import scale_starts
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.by_address import NOWHERE, caller_of
 
 _find_periods = caller_of(periods)
 
 
-@internal
+@kernel
 def reduce_chunk(start, stop, starts, fall_tilt, y_fall, periods_at, which, tables, arrays, measures, counts):
     """Write the cells from `start` to `stop`.
 

@@ -5,14 +5,14 @@ import math
 from kernels.disk.exact import layout as at
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.polynomial import value_slope
-from kernels.jit import internal
+from kernels.jit import kernel
 
 ROUNDING = 2.0**-53
 #: Bound on the steps; Newton's method inside a bracket converges long before.
 MOST_STEPS = 100
 
 
-@internal
+@kernel
 def _newton_step(block, scale):
     """One Newton step in every active lane; whether any lane is still active."""
     left = 0
@@ -48,7 +48,7 @@ def _newton_step(block, scale):
     return left != 0
 
 
-@internal
+@kernel
 def find_roots(block, scale):
     """Find the roots of the polynomials in WORK, each negative at its INNER and positive at its OUTER end.
 

@@ -16,7 +16,7 @@ from kernels.disk.exact.near_turning_points import expand
 from kernels.disk.exact.polynomial import slopes, value
 from kernels.disk.exact.potential import NEAR, NODE, rise, rise_at
 from kernels.disk.exact.root import MOST_STEPS
-from kernels.jit import internal
+from kernels.jit import kernel
 
 #: Saddles of V stay below 19.3 degrees for every alpha in (0, 1] (the top of the dome of unstable circling: 17.6 for
 #: alpha -> 0, 18.62 disk, 19.20 hoop), which is y = 0.342; six half panels end at 0.375.
@@ -31,7 +31,7 @@ _THIRD = 2.0 * _HIDDEN / NODE**2
 _MOST_HALVES = 60
 
 
-@internal
+@kernel
 def _two_well_candidates(block, alpha):
     """Which potentials may have two wells (WANTED), and on which side their saddle is then; whether any."""
     some = 0
@@ -52,7 +52,7 @@ def _two_well_candidates(block, alpha):
     return some != 0
 
 
-@internal
+@kernel
 def _bracket(block, alpha, nodes, upright):
     """Bracket each saddle by the first node beyond which V falls (INNER, OUTER), with a guess in ROOT."""
     for i in range(1, _SADDLE_NODES + 1):
@@ -76,7 +76,7 @@ def _bracket(block, alpha, nodes, upright):
             block[at.NODE + lane] = i if climb < least else block[at.NODE + lane]
 
 
-@internal
+@kernel
 def _bracket_hidden(block):
     """Where V' > 0 at all nodes, bracket a saddle that may lie between two; clear WANTED where none can."""
     for lane in range(LANES):
@@ -90,7 +90,7 @@ def _bracket_hidden(block):
         block[at.LEAST + lane] = high if lost else 0.0
 
 
-@internal
+@kernel
 def expand_excess(block, alpha, table, panels, nodes, k):
     """Excess on panel k as seen by motions with rates C_1 and Q at upright, into WORK."""
     panel, node = table * PANELS + REACH + k, table * NODES + 2 * (REACH + k)
@@ -106,7 +106,7 @@ def expand_excess(block, alpha, table, panels, nodes, k):
         block[at.WORK + lane] = rise(alpha, there, c1, q) - block[at.BASE + lane]
 
 
-@internal
+@kernel
 def _bisect(block, centre):
     """Halve the brackets (BEFORE, LEAST) of the least V' in every active lane, until V' < 0 somewhere or nowhere."""
     left = 0
@@ -130,7 +130,7 @@ def _bisect(block, centre):
     return left != 0
 
 
-@internal
+@kernel
 def _find_hidden(block, centre):
     """Bracket the saddles that hide between nodes of this panel; a potential without one has one well."""
     some = 0
@@ -150,7 +150,7 @@ def _find_hidden(block, centre):
         block[at.HERE + lane] = 0.0 if none else block[at.HERE + lane]
 
 
-@internal
+@kernel
 def _newton_step(block, centre):
     """One Newton step on V' in every active lane; whether any lane is still active."""
     left = 0
@@ -173,7 +173,7 @@ def _newton_step(block, centre):
     return left != 0
 
 
-@internal
+@kernel
 def _maxima_on_panel(block, alpha, table, panels, nodes, k):
     """Find the maxima of V that were bracketed on panel k, and their heights over h."""
     some = 0
@@ -201,7 +201,7 @@ def _maxima_on_panel(block, alpha, table, panels, nodes, k):
         block[at.BEND + lane] = bend if here else block[at.BEND + lane]
 
 
-@internal
+@kernel
 def find_saddles(block, alpha, table, panels, nodes):
     """Find the saddles of the potentials, into TOP, HEIGHT (V there minus h) and BEND (V''): NaN with one well only.
 

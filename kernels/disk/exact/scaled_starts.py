@@ -23,7 +23,7 @@ from kernels.disk.exact.arrays import (
 )
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.simd_math import sine_cosine
 
 #: log2(1+m) - m is about this times m(1-m) for m from 0 to 1.
@@ -32,7 +32,7 @@ _LOG_CURVATURE = 0.346
 _LAST_PANEL = float(REACH)
 
 
-@internal
+@kernel
 def _scale_block(block, fall_tilt):
     """Scale the starts, find the panel of each to within one, and the endings of cells without a motion (ENDING)."""
     for lane in range(LANES):
@@ -60,7 +60,7 @@ def _scale_block(block, fall_tilt):
         block[at.SIN + lane], block[at.COS + lane] = S, C
 
 
-@internal
+@kernel
 def _stretched_tilts(block):
     """The stretched tilt, from its distance to the centre of the panel found.
 
@@ -91,7 +91,7 @@ def _stretched_tilts(block):
         block[at.ENDING + lane] = UNRESOLVED if (ending == NOT_COMPUTED) & (not abs(y0) < Y_END) else ending
 
 
-@internal
+@kernel
 def _write_at_once(cell, ending, tilt, measures, counts):
     fell = ending == FELL
     measures[EXACT_TILT_MIN, cell] = measures[EXACT_TILT_MAX, cell] = tilt if fell else math.nan
@@ -100,7 +100,7 @@ def _write_at_once(cell, ending, tilt, measures, counts):
     counts[EXACT_ENDING, cell], counts[EXACT_WELLS, cell] = ending, 0
 
 
-@internal
+@kernel
 def _load(block, starts, first, stop):
     for lane in range(LANES):
         cell = min(first + lane, stop - 1)
@@ -109,7 +109,7 @@ def _load(block, starts, first, stop):
         block[at.RADIUS + lane], block[at.GRAVITY + lane] = starts[RADIUS, cell], starts[GRAVITY, cell]
 
 
-@internal
+@kernel
 def _read_panel_centres(block, tables):
     """What is known of the centre of each start's panel; it is the same in every table."""
     for lane in range(LANES):
@@ -121,7 +121,7 @@ def _read_panel_centres(block, tables):
         block[at.HALF_THERE + lane] = tables.nodes[REACH + panel, SIN]
 
 
-@internal
+@kernel
 def _store_motion(block, lane, table, motions, i):
     motions[i, of.TILT], motions[i, of.UNIT] = block[at.TILT_0 + lane], block[at.UNIT + lane]
     motions[i, of.Y_0], motions[i, of.X_0] = block[at.Y_0 + lane], block[at.X_0 + lane]
@@ -131,7 +131,7 @@ def _store_motion(block, lane, table, motions, i):
     motions[i, of.TABLE] = table
 
 
-@internal
+@kernel
 def scale_starts(start, stop, starts, which, fall_tilt, tables, chunk, measures, counts):
     """Make motions of the cells from `start` to `stop`, but for those whose ending is known without (and written).
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from kernels.disk.exact.legendre import PANEL, REACH
-from kernels.jit import internal
+from kernels.jit import kernel
 from kernels.native.entry import entry
 
 #: Panels of `kernels.disk.exact.legendre` from centre to centre, and the distance in y.
@@ -32,13 +32,13 @@ W_SS, W_SP, W_PP, W_ONE = range(4)
 WIDE_ROWS = W_ONE + 1
 
 
-@internal
+@kernel
 def _before(series, n):
     """Coefficient n of a series; zero for negative n."""
     return series[n] if n >= 0 else 0.0
 
 
-@internal
+@kernel
 def _products(alpha, cosh, sinh, S, Z, O):
     """Complete the Taylor coefficients of S, Z and O whose first ones are given."""
     share = 1.0 / (1.0 + alpha)
@@ -55,7 +55,7 @@ def _products(alpha, cosh, sinh, S, Z, O):
         S[n + 1], Z[n + 1], O[n + 1] = slope * every, bent_z * every, bent_o * every
 
 
-@internal
+@kernel
 def _wide_panel(alpha, y, panel, work):
     """Fill the rows of the panel centred at y."""
     cosh, sinh = math.cosh(y), math.sinh(y)

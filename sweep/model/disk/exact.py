@@ -22,27 +22,15 @@ EXTREMES = Kernel(
     _MODULE,
     "extremes",
     (*_ALONE, "kernels.disk.exact.wide_panels:build_wide_panels", "kernels.disk.exact.chunk_periods:periods"),
-    beside=(f"{_MODULE}:reduce",),
-    seconds=8.0,
-    seconds_beside=6.0,
+    seconds=10.0,
 )
-EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=6.0)
+EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=8.0)
 
 FALL_TIMES = Kernel(
     "kernels.disk.exact.fall_time",
     "fall_times",
     ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.fall_time:integrate_falls"),
     seconds=2.0,
-)
-
-#: All that the audit of an integrated atlas calls, to be compiled together.
-_AUDIT = Kernel(
-    _MODULE,
-    "extremes",
-    (*EXTREMES.cached, *FALL_TIMES.cached[1:], "kernels.disk.integrate:integrate"),
-    beside=(f"{_MODULE}:reduce", *FALL_TIMES.cached),
-    seconds=13.0,
-    seconds_beside=8.0,
 )
 
 #: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.
@@ -98,8 +86,6 @@ class ExactReduction:
 
     def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
         """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
-        if spec.method != "exact":
-            _AUDIT.make_ready()
         exact = self.measures(spec, starts)
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)

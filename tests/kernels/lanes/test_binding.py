@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kernels.disk import integrate as disk
-from kernels.jit import internal, kernel, simd
+from kernels.jit import kernel, simd
 from kernels.lanes import schedule
 from kernels.lanes.binding import bind, copied, rebound, replacements
 from kernels.lanes.interface import LaneModel
@@ -34,7 +34,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
     return True
 
 
-@internal
+@kernel
 def fill_idle(lane, lanes):
     """A rate of one."""
     lanes[RATE + lane], lanes[LEG + lane], lanes[TOTAL + lane] = 1.0, 0.0, 0.0
@@ -218,7 +218,7 @@ def pause(lane, run, lanes):
     return pausing
 
 
-@internal
+@kernel
 def unpause(lane, place, run, memory):
     """Go on with the rate of the cell, but not at the goal."""
     memory[RATE + lane] = memory[KEPT + place] if memory[VALUE + lane] < run[0] else 0.0
@@ -231,7 +231,7 @@ def count(lane, run, lanes):
     lanes[OWED + lane] = lanes[STEPS + lane] - 1.0
 
 
-@internal
+@kernel
 def write_pausing(cell, lane, run, lanes, measures, counts):
     """The results."""
     measures[0, cell], counts[0, cell] = lanes[VALUE + lane], int(lanes[OWED + lane])

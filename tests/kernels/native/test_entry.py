@@ -1,6 +1,6 @@
 """Entry points: what is passed to compiled code arrives there, and what it cannot take is refused in Python."""
 
-import ctypes
+import itertools
 import os
 import subprocess
 import sys
@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 
 from kernels.native import entry as entry_module
-from kernels.native import machine_code, turns, workers
-from kernels.native.arguments import Argument
-from kernels.native.entry import entry, parallel
-from kernels.rounding import probe
+from kernels.native import machine_code, workers
+from kernels.native.entry import Argument, entry, parallel
 
 CHUNK = 8
 
@@ -78,35 +76,23 @@ def threads():
     workers.use(None)
 
 
-@pytest.mark.parametrize("flag", [True, False])
-def test_every_type_of_argument_arrives(flag):
+def test_every_type_of_argument_arrives():
     """Numbers, flags and arrays of several types and dimensions; the referee is the function itself."""
-    rows, whole, cube = (
-        np.arange(6.0).reshape(2, 3),
-        np.arange(4, dtype=np.int32),
-        np.arange(24).reshape(2, 3, 4),
-    )
-    expected = rows.copy()
-    assert mixed(rows, 2.5, flag, whole, cube) == mixed.py_func(expected, 2.5, flag, whole, cube)
-    np.testing.assert_array_equal(rows, expected)
+    whole, cube = np.arange(4, dtype=np.int32), np.arange(24).reshape(2, 3, 4)
+    for flag in (True, False):
+        rows, expected = np.arange(6.0).reshape(2, 3), np.arange(6.0).reshape(2, 3)
+        assert mixed(rows, 2.5, flag, whole, cube) == mixed.py_func(expected, 2.5, flag, whole, cube)
+        np.testing.assert_array_equal(rows, expected)
     assert half(3.0) == 1.5
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        np.zeros((2, 3), np.float32),
-        np.zeros((3, 2)).T,
-        np.zeros((2, 6))[:, ::2],
-        np.zeros(6),
-        np.zeros((2, 3), np.int64),
-    ],
-)
 @pytest.mark.compiled
-def test_an_array_of_another_type_is_refused(wrong):
+def test_an_array_of_another_type_is_refused():
     """Compiled code would read other memory than that of the array."""
-    with pytest.raises(TypeError, match="rows must be an array of float64 with 2 dimensions in C order"):
-        mixed(wrong, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
+    other_types = [np.zeros((2, 3), np.float32), np.zeros((2, 3), np.int64), np.zeros(6)]
+    for wrong in (*other_types, np.zeros((3, 2)).T, np.zeros((2, 6))[:, ::2]):
+        with pytest.raises(TypeError, match="rows must be an array of float64 with 2 dimensions in C order"):
+            mixed(wrong, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
 
 
 @pytest.mark.compiled
@@ -132,25 +118,24 @@ def test_an_array_that_is_not_aligned_is_refused():
         mixed(shifted, 2.5, True, np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64))
 
 
-@pytest.mark.parametrize("text", ["float64", "float64[::1]", "int32[:, ::1]", "int64[:, :, ::1]"])
 @pytest.mark.compiled
-def test_types_are_those_that_numba_writes(text):
+def test_types_are_those_that_numba_writes():
     """The dimensions and elements of a text are those that Numba reads from it."""
     from numba import float64, int32, int64
 
     names = {"float64": float64, "int32": int32, "int64": int64}
-    assert Argument.of("a", text).numba_type() == eval(text, names)
+    for text in ("float64", "float64[::1]", "int32[:, ::1]", "int64[:, :, ::1]"):
+        assert Argument.of("a", text).numba_type() == eval(text, names)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
-@pytest.mark.parametrize("n", [0, 1, CHUNK, CHUNK + 1, 10 * CHUNK - 1])
-def test_every_cell_is_treated_once(threads, n, count):
+def test_every_cell_is_treated_once(threads):
     """Whatever the number of cells and threads, also more than there are processors or chunks."""
-    threads(count)
-    starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
-    squares(starts, found, taken)
-    np.testing.assert_array_equal(found, starts[0] ** 2)
-    assert (taken == 1).all()
+    for n, count in itertools.product((0, 1, CHUNK, CHUNK + 1, 10 * CHUNK - 1), (1, 2, 5)):
+        threads(count)
+        starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
+        squares(starts, found, taken)
+        np.testing.assert_array_equal(found, starts[0] ** 2)
+        assert (taken == 1).all(), (n, count)
 
 
 def test_several_python_threads_may_call_at_once(threads):
@@ -222,7 +207,7 @@ def test_plain_python_treats_all_cells_in_one_thread(threads, monkeypatch):
         squares.py_func(start, stop, starts, found, taken, memory)
 
     monkeypatch.setattr(entry_module, "PLAIN", True)
-    monkeypatch.setattr(turns, "take", turns.take.py_func)
+    monkeypatch.setattr(entry_module, "take", entry_module.take.py_func)
     threads(4)
     n = 20 * CHUNK
     starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
@@ -254,14 +239,6 @@ def test_a_kernel_that_raises_is_told():
         raising(numbers)
 
 
-@pytest.mark.compiled
-def test_arguments_that_numba_passes_otherwise_are_refused(monkeypatch):
-    """A version of Numba that passes other numbers would end the process at the first call."""
-    monkeypatch.setattr(Argument, "c_types", lambda self: [ctypes.c_double])
-    with pytest.raises(RuntimeError, match="This version of Numba passes arguments as"):
-        probe.compiled()
-
-
 @entry(number="float64")
 def positive(number):
     """Return a truth, which is no number of 64 bits."""
@@ -274,12 +251,12 @@ def first(numbers):
     return 1.0, numbers[0]
 
 
-@pytest.mark.parametrize(("kernel", "named"), [(positive, "bool"), (first, "float64, int32")])
 @pytest.mark.compiled
-def test_a_result_that_cannot_be_read_is_refused_when_compiled(kernel, named):
+def test_a_result_that_cannot_be_read_is_refused_when_compiled():
     """Nothing is kept of a kernel whose every call would fail."""
-    with pytest.raises(TypeError, match=f"{kernel.__qualname__} must return .*got {named}"):
-        kernel.compiled()
+    for kernel, named in ((positive, "bool"), (first, "float64, int32")):
+        with pytest.raises(TypeError, match=f"{kernel.__qualname__} must return .*got {named}"):
+            kernel.compiled()
 
 
 @pytest.mark.compiled

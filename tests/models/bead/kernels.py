@@ -3,7 +3,7 @@
 import math
 import sys
 
-from kernels.jit import internal, kernel, simd
+from kernels.jit import kernel, simd
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES
@@ -45,7 +45,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
     return True
 
 
-@internal
+@kernel
 def fill_idle(lane, lanes):
     lanes[A_0 + lane], lanes[W_0 + lane], lanes[HOOP + lane], lanes[PULL + lane] = 0.0, 0.0, 0.0, 1.0
 

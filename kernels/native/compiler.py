@@ -1,0 +1,125 @@
+"""Numba's compiler with two changes, for these kernels alone: full vectors, and no machine code for parts.
+
+Vectors
+    For most Intel processors with AVX-512 LLVM prefers vectors of half their width, because the early ones ran slower
+    for a while after a wide instruction; on later ones loops over lanes lose a third of their speed by it. An attribute
+    of each function asks for the full width, or for that of EULERDISK_VECTOR_BITS. Numba's settings would change it
+    for whatever a program compiles. The width changes no bit of a result: lanes never exchange a number.
+
+Parts
+    Numba makes machine code of every function, also of those that only other kernels call and that are part of these
+    kernels' code too: that would double the time. Here only what Python calls becomes machine code.
+"""
+
+from numba import njit, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering
+
+from kernels.native.machine_code import MachineCode, vector_bits
+
+_RESULTS = {"int64", "float64"}
+
+
+class _Lower(Lower):
+    def setup_function(self, fndesc):
+        super().setup_function(fndesc)
+        # llvmlite knows attributes without a value only, and its own `add` refuses others
+        set.add(self.function.attributes, f'"prefer-vector-width"="{vector_bits()}"')
+
+
+class _PartLibrary(JITCodeLibrary):
+    """The code of a function that is linked into its callers, in the language of LLVM."""
+
+    def _optimize_final_module(self):
+        # What Numba does first, to have small functions inlined. All the rest can wait for the whole: it would be done
+        # again for every caller.
+        passes, builder = self._codegen._module_pass_manager(
+            loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
+        )
+        passes.run(self._final_module, builder)
+
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def object_code(self):
+        """Optimise all that is linked together; returns the module of LLVM and the object file made of it."""
+        self._ensure_finalized()
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+        return self._final_module, self._codegen._tm.emit_object(self._final_module)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):
+    _name = "lowering_of_kernels"
+
+    @property
+    def lowering_class(self):
+        return _Lower
+
+    def run_pass(self, state):
+        if not state.flags.no_cpython_wrapper:
+            return super().run_pass(state)
+        state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        # Numba knows a function by the object that Python would call; nobody calls this one
+        stand_in = [].append
+        state.targetctx.insert_user_function(stand_in, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=stand_in)
+        return True
+
+
+class KernelCompiler(Compiler):
+    """Numba's own compiler, but for the last pass, which writes the language of LLVM."""
+
+    def define_pipelines(self):
+        """Return Numba's passes for the function that is compiled."""
+        pipelines = super().define_pipelines()
+        for each in pipelines:
+            each.passes = [
+                (_Lowering if one is NativeLowering else one, description) for one, description in each.passes
+            ]
+            # anew, with the passes as they are now
+            each._finalized = False
+            each.finalize()
+        return pipelines
+
+
+def compiled_function(function, options):
+    """Return Numba's function, to be compiled for the types that it is called with."""
+    return njit(pipeline_class=KernelCompiler, **options)(function)
+
+
+def machine_code(dispatcher, argument_types):
+    """Compile a function, as `compiled_function` returns it, for arguments of Numba's types.
+
+    Returns
+    -------
+    MachineCode
+
+    Raises
+    ------
+    TypeError
+        If the function returns anything but numbers of 64 bits.
+    """
+    with global_compiler_lock:
+        dispatcher.compile(argument_types)
+        made = dispatcher.overloads[argument_types]
+        module, code = made.library.object_code()
+    returned = made.signature.return_type
+    results = () if returned == types.none else tuple(map(str, getattr(returned, "types", (returned,))))
+    if not _RESULTS.issuperset(results):
+        raise TypeError(
+            f"{dispatcher.py_func.__qualname__} must return nothing or numbers, each float64 or int64; got "
+            f"{', '.join(results)}."
+        )
+    outside = (each.name for each in module.functions if each.is_declaration)
+    needed = tuple(each for each in outside if not each.startswith("llvm."))
+    return MachineCode(made.fndesc.llvm_func_name, results, needed, code, made.library.has_dynamic_globals)

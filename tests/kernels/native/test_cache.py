@@ -1,0 +1,158 @@
+"""The cache of compiled kernels: what is damaged is compiled again, and what others can write is not loaded."""
+
+import os
+import stat
+
+import numpy as np
+import pytest
+from llvmlite import binding
+
+from kernels.native import cache
+from kernels.native.cache import KernelCache
+from kernels.native.entry import entry
+from sweep.atomic import publish_bytes
+
+pytestmark = pytest.mark.compiled
+
+
+@entry(numbers="float64[::1]")
+def double(numbers):
+    """Replace numbers by others that no other kernel makes of them."""
+    for i in range(numbers.size):
+        numbers[i] = 2.0 * numbers[i] + 0.5
+
+
+@entry(numbers="float64[::1]")
+def triple(numbers):
+    """Replace numbers by others."""
+    for i in range(numbers.size):
+        numbers[i] = 3.0 * numbers[i] + 0.5
+
+
+#: So large that compiled code has its address, and not its 1.6 MB; not contiguous, so that it has its address too.
+LARGE, SCATTERED = np.arange(200_000.0), np.arange(10.0)[::2]
+
+
+@entry(numbers="float64[::1]")
+def from_large(numbers):
+    """Add numbers of a large array."""
+    for i in range(numbers.size):
+        numbers[i] += LARGE[199_990 + i]
+
+
+@entry(numbers="float64[::1]")
+def from_scattered(numbers):
+    """Add numbers of an array that is not contiguous."""
+    for i in range(numbers.size):
+        numbers[i] += SCATTERED[i]
+
+
+def found_in(folder, kernel=double):
+    """Call a kernel as a new process does, with a cache in a folder; returns whether it was found there."""
+    announced = []
+    fresh = kernel.copied(kernel.py_func)
+
+    def publish(path, content):
+        publish_bytes(path, content, mode=0o644)
+
+    fresh.source = KernelCache(folder, publish, lambda: announced.append(1)).machine_code
+    found, expected = np.arange(4.0), np.arange(4.0)
+    fresh(found)
+    kernel.py_func(expected)
+    assert list(found) == list(expected)
+    return not announced
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the path of the only file of a cache, and its content."""
+    folder = tmp_path_factory.mktemp("cache")
+    found_in(folder)
+    (path,) = folder.iterdir()
+    return path, path.read_bytes()
+
+
+def flipped(content, place):
+    """Return a content with one bit of another value."""
+    return content[:place] + bytes([content[place] ^ 4]) + content[place + 1 :]
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut in the checksum": lambda content: content[:20],
+    "last byte lost": lambda content: content[:-1],
+    "zeros": lambda content: bytes(len(content)),
+    "a bit of the checksum": lambda content: flipped(content, 3),
+    "a bit of the head": lambda content: flipped(content, 40),
+    "a bit of the machine code": lambda content: flipped(content, len(content) // 2),
+    "longer": lambda content: content + b"\0",
+    "another program's": lambda content: b"a cache of another program" + content,
+}
+
+
+def test_a_damaged_file_is_compiled_again(whole):
+    """Whatever happened to it, it is not loaded, the answer is right, and the next process finds it whole again."""
+    path, content = whole
+    for kind, damaged in DAMAGES.items():
+        path.write_bytes(damaged(content))
+        assert not found_in(path.parent), kind
+        assert found_in(path.parent), kind
+        assert len(list(path.parent.iterdir())) == 1
+
+
+def test_another_thing_in_its_place_is_not_loaded(whole, tmp_path):
+    """A pipe, a link, the file of another function, and one that others can write: each is compiled, and replaced."""
+    path, content = whole
+    path.write_bytes(content)
+    copy = tmp_path / path.name
+    found_in(tmp_path, triple)
+    (other,) = tmp_path.iterdir()
+    replacements = {
+        "pipe": lambda: os.mkfifo(copy),
+        "link": lambda: copy.symlink_to(path),
+        "another's key": lambda: copy.write_bytes(other.read_bytes()),
+        "written by others": lambda: (copy.write_bytes(content), copy.chmod(0o666)),
+    }
+    for kind, replace in replacements.items():
+        copy.unlink(missing_ok=True)
+        replace()
+        assert not found_in(tmp_path), kind
+        assert found_in(tmp_path), kind
+        assert stat.S_IMODE(copy.lstat().st_mode) == 0o644, kind
+
+
+def test_other_code_is_kept_apart(tmp_path, monkeypatch):
+    """Of other settings and of another processor that finds the folder on a network drive; each is found again."""
+    settings = [f"NUMBA_{name}" for name in cache._SETTINGS]
+    for name in settings:
+        monkeypatch.delenv(name, raising=False)
+    assert not found_in(tmp_path)
+    # Numba has read its settings already, so any value will do
+    for name in (*settings, "EULERDISK_VECTOR_BITS"):
+        with monkeypatch.context() as context:
+            context.setenv(name, "256" if name.startswith("EULERDISK") else "1")
+            assert not found_in(tmp_path), name
+            assert found_in(tmp_path), name
+    features = binding.get_host_cpu_features()
+    features["fma"] = not features.get("fma")
+    for name, value in (("get_host_cpu_name", "another"), ("get_host_cpu_features", features)):
+        with monkeypatch.context() as context:
+            context.setattr(binding, name, lambda value=value: value)
+            assert not found_in(tmp_path), name
+    assert len(list(tmp_path.iterdir())) == 1 + len(settings) + 1 + 2
+    assert found_in(tmp_path)
+
+
+def test_code_with_an_address_of_this_process_is_not_kept(tmp_path):
+    """Another process would read memory that is not there, or other numbers: it compiles the kernel again."""
+    for kernel in (from_large, from_scattered):
+        assert not found_in(tmp_path, kernel)
+        assert not list(tmp_path.iterdir())
+
+
+def test_the_owner_of_a_file_is_this_user_or_root(tmp_path):
+    """The owner can write to it."""
+    mode, *rest = os.stat(tmp_path)
+    for owner, problem in [(os.geteuid(), ""), (0, ""), (4711, "belongs to another user (uid 4711)")]:
+        status = os.stat_result((mode & ~0o022, *rest[:3], owner, *rest[4:]))
+        assert cache.problem_of(status) == problem
