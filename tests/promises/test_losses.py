@@ -23,14 +23,12 @@ pytestmark = pytest.mark.compiled
 CHECKOUT = Path(__file__).parents[2]
 TOY = "toy inclination=5deg:60deg:7 precession_rate=30:80:6 duration=40s criterion=aloft:20s"
 COIN = "coin roll_rate=15:60:10 rolling_friction=1um:0.2mm:6:log duration=4s"
+#: Every law and every kind of friction, in as few kernels as hold them.
 LAWS = {
     "contour": "contour_friction=0,20um",
-    "rolling": "rolling_friction=0,20um",
-    "pivoting": "pivoting_friction=20um contour_friction=5um",
-    "damping": "contour_damping=0,1e-7 mass=7g",
-    "moffatt": "air_law=moffatt air_viscosity=1e-4 mass=7g",
-    "bildsten": "air_law=bildsten air_viscosity=2e-5 air_density=1.2 mass=7g",
-    "slip": "contour_friction=20um friction=0.3",
+    "rolling": "rolling_friction=0,20um pivoting_friction=20um",
+    "damping": "contour_damping=0,1e-7 air_law=moffatt air_viscosity=1e-4 mass=7g",
+    "slip": "contour_friction=20um friction=0.3 air_law=bildsten air_viscosity=2e-5 air_density=1.2 mass=7g",
 }
 GRID = "radius=12mm tilt=10deg:85deg:6 precession_rate=20:90:5 roll_rate=wobble duration=3s criterion=departure:30deg"
 
@@ -117,14 +115,15 @@ def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypa
         assert name in [each.name for each in findings(verify(wrong)).wrong], name
 
 
-@pytest.mark.parametrize("name", ["heading_turned", "path_length", "breach_time"])
-def test_a_second_computation_finds_what_the_ledger_cannot_see(name):
+def test_a_second_computation_finds_what_the_ledger_cannot_see():
     """Of an atlas of other code a measure that no balance holds is held against half the step, in a sample."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
     assert findings(verify(atlas, seed=1)).passed
     wrong = atlas.copy(deep=True)
-    wrong[name].values[np.isfinite(wrong[name].values)] *= 1.001
-    assert name in [each.name for each in findings(verify(wrong, seed=1)).wrong]
+    names = ["heading_turned", "path_length", "breach_time"]
+    for name in names:
+        wrong[name].values[np.isfinite(wrong[name].values)] *= 1.001
+    assert {each.name for each in findings(verify(wrong, seed=1)).wrong} >= {*names}
 
 
 def test_verify_says_that_it_is_a_sample(command):
