@@ -46,53 +46,56 @@ def ended(folder, monkeypatch, capfd):
     return run
 
 
-def judged(ended, path, *lines):
-    """Assert that command lines that read a file end well."""
-    for line in lines:
-        end = ended(line.format(path.name).split())
-        assert fuzz.faults(end) == [], line
+@pytest.fixture
+def dice(rng):
+    """Return the random numbers of the standard library, with which scripts/fuzz draws."""
+    return random.Random(int(rng.integers(2**32)))
 
 
-@pytest.mark.parametrize("way", damage.BYTES, ids=lambda way: way.__name__)
-def test_damaged_bytes(folder, tmp_path, ended, way):
+def judged(ended, name, *lines):
+    """Return how command lines that read a file ended, all of them well."""
+    ends = [ended(line.format(name).split()) for line in lines]
+    assert [found for end in ends for found in fuzz.faults(end)] == [], (name, lines)
+    return ends
+
+
+def test_damaged_bytes(folder, ended, dice):
     """A file whose bytes were changed, cut, moved or added to is read or refused."""
-    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
-    path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
-    judged(ended, path, "compare rolling.nc {}")
+    for way in damage.BYTES:
+        path = folder / f"{way.__name__}.nc"
+        path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
+        judged(ended, path.name, "compare rolling.nc {}")
 
 
-@pytest.mark.parametrize("way", damage.EDITS, ids=lambda way: way.__name__)
-def test_edited_structure(folder, tmp_path, ended, way):
+def test_edited_structure(folder, ended, dice):
     """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
-    path, dice = folder / f"{tmp_path.name}.nc", random.Random(way.__name__)
-    path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
-    damage.edit(path, [way], dice)
-    judged(ended, path, "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
+    for way in damage.EDITS:
+        path = folder / f"{way.__name__}.nc"
+        path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
+        damage.edit(path, [way], dice)
+        judged(ended, path.name, "boundary {}", "explain {} tilt=2deg roll_rate=2.5")
 
 
-@pytest.mark.parametrize("number", range(len(foreign_files.FOREIGN)))
-def test_foreign_files(folder, tmp_path, ended, number):
+def test_foreign_files(folder, ended, dice):
     """Files of other tools, folders, pipes and devices are refused."""
-    path = folder / f"{tmp_path.name}.nc"
-    foreign_files.FOREIGN[number](path, random.Random(number))
-    judged(ended, path, "info {}", "plan {} --no-calibrate")
-    assert ended(["info", path.name]).status == 2
+    for number, make in enumerate(foreign_files.FOREIGN):
+        make(folder / f"foreign{number}.nc", dice)
+        found, _ = judged(ended, f"foreign{number}.nc", "info {}", "plan {} --no-calibrate")
+        assert found.status == 2, number
 
 
-@pytest.mark.parametrize("number", range(len(odd_words.FILES)))
-def test_odd_spec_files(folder, tmp_path, ended, number):
+def test_odd_spec_files(folder, ended, dice):
     """A spec file of whatever content, or a thing that is no file, is read or refused."""
-    path = folder / f"{tmp_path.name}.toml"
-    odd_words.FILES[number][1](path, random.Random(number))
-    judged(ended, path, "plan {} --no-calibrate")
+    for number, (_, make, *_) in enumerate(odd_words.FILES):
+        make(folder / f"odd{number}.toml", dice)
+        judged(ended, f"odd{number}.toml", "plan {} --no-calibrate")
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_odd_words(ended, seed):
+def test_odd_words(ended, dice):
     """A request of odd words is carried out or refused."""
-    line = odd_words.words(random.Random(seed))
-    if line[0] != "simulate":
-        assert fuzz.faults(ended(line)) == [], line
+    for line in (odd_words.words(dice) for _ in range(12)):
+        if line[0] != "simulate":
+            assert fuzz.faults(ended(line)) == [], line
 
 
 def test_a_link_to_the_root_is_refused(folder, ended):
