@@ -32,22 +32,16 @@ class SourceCopy:
     def __init__(self, folder):
         self.folder = folder
         for package in ("kernels", "sweep"):
-            shutil.rmtree(folder / package, ignore_errors=True)
             shutil.copytree(
                 CHECKOUT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
             )
 
     def edit(self, file, before, after):
-        """Replace a text that stands once in a file.
-
-        The time of the file stays: Numba keeps a compiled function under the path and the time of its file, and so the
-        next test run finds it. That its code has changed, the name of the cache's folder says.
-        """
+        """Replace a text that stands once in a file."""
         path = self.folder / file
-        source, status = path.read_text(), path.stat()
+        source = path.read_text()
         assert source.count(before) == 1, (file, before)
         path.write_text(source.replace(before, after))
-        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
 
     def command(self, words, folder):
         """Run a command line of the copy in a folder and return what came of it."""
@@ -64,8 +58,7 @@ class SourceCopy:
         return subprocess.run(
             [sys.executable, *words],
             cwd=folder,
-            # bytecode is found by the time of its source, which an edit keeps
-            env=os.environ | {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"},
+            env=os.environ | {"PYTHONPATH": str(self.folder)},
             capture_output=True,
             text=True,
             check=False,

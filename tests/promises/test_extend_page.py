@@ -31,11 +31,9 @@ def pieces(block):
 
 
 @pytest.fixture(scope="module")
-def fork():
+def fork(tmp_path_factory):
     """Return a copy of the program with every change of the page."""
-    # always in the same place, so that its kernels are found in the cache of the test run before
-    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "the-fork-of-the-page")
-    shutil.rmtree(copy.folder / "scripts", ignore_errors=True)
+    copy = SourceCopy(tmp_path_factory.mktemp("fork"))
     (copy.folder / "scripts").mkdir()
     for name in ("figure_cli.py", "make_gallery.py"):
         shutil.copy(CHECKOUT / "scripts" / name, copy.folder / "scripts")

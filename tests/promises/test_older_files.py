@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from source_copy import CHECKOUT, SourceCopy
+from source_copy import SourceCopy
 
 import sweep
 from sweep.atlas.dataset import spec_of
@@ -60,8 +60,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def ends(folder):
     """Return how each of `LINES` ended under the newer version: status, output, messages."""
-    # always in the same place, so that its kernels are found in the cache of the test run before
-    copy = SourceCopy(CHECKOUT / ".pytest_cache" / "one-parameter-and-one-output-more")
+    copy = SourceCopy(folder / "one-parameter-and-one-output-more")
     copy.edit("kernels/disk/arrays.py", '"radius", "gravity")', '"radius", "gravity", "viscosity")')
     copy.edit("kernels/disk/arrays.py", "RADIUS, GRAVITY = range", "RADIUS, GRAVITY, VISCOSITY = range")
     copy.edit(
@@ -87,15 +86,17 @@ def ends(folder):
     return copy.session(LINES, folder)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
-@pytest.mark.parametrize("line", [line for line in LINES if line not in DIFFERING])
-def test_an_older_atlas_serves_every_command(ends, line):
+def test_an_older_atlas_serves_every_command(ends):
     """Read, plotted, exported, repeated, compared, verified, explained: each command ends well."""
-    status, out, err = ends[line]
-    assert status == 0, err
-    assert "Traceback" not in out + err
+    for line in (line for line in LINES if line not in DIFFERING):
+        status, out, err = ends[line]
+        assert status == 0, (line, err)
+        assert "Traceback" not in out + err, line
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["rolling", "circling"])
 def test_the_older_atlas_is_the_newer_one(folder, ends, name):
@@ -113,6 +114,7 @@ def test_the_older_atlas_is_the_newer_one(folder, ends, name):
         assert newer["viscosity"].item() == 0.0
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
     """It is an axis like any other; with another value than its default, a request is another one.
@@ -132,6 +134,7 @@ def test_the_parameter_that_was_added_is_a_parameter(folder, ends):
     assert re.search(r"viscosity.*0\.5.*0\b", err)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_output_that_was_added_is_an_output(folder, ends):
     """The regression check names it where the reference lacks it, and misses it where the reference has it."""
