@@ -1,14 +1,10 @@
 """Every command that reads an atlas refuses what is none: exit 2, what it is, what was expected, nothing written."""
 
-import shlex
-import sys
-
 import h5py
 import netCDF4
 import pytest
 
 import sweep
-from sweep.cli import main
 
 COMMANDS = [
     "info {}",
@@ -47,46 +43,53 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize(
-    ("name", "what", "expected"),
-    [
-        ("text.nc", "not a readable netCDF file", "a netCDF-4 file, whole"),
-        ("cut.nc", "not a readable netCDF file", "a netCDF-4 file, whole"),
-        ("foreign.nc", "not a stability atlas", "titled 'Sea surface temperature'"),
-        ("newer.nc", "newer than this program", "formats up to"),
-        ("format.nc", "not a stability atlas", "eulerdisk_format, a number"),
-        ("verdict.nc", "lacks stability", "as eulerdisk run made it"),
-        ("missing.nc", "no such file", "an atlas is a netCDF file"),
-    ],
-)
-@pytest.mark.parametrize("line", COMMANDS)
-def test_what_is_no_atlas_is_refused(folder, monkeypatch, capsys, line, name, what, expected):
+#: File -> what a refusal says it is, and what was expected.
+REFUSED = {
+    "text.nc": ("not a readable netCDF file", "a netCDF-4 file, whole"),
+    "cut.nc": ("not a readable netCDF file", "a netCDF-4 file, whole"),
+    "foreign.nc": ("not a stability atlas", "titled 'Sea surface temperature'"),
+    "newer.nc": ("newer than this program", "formats up to"),
+    "format.nc": ("not a stability atlas", "eulerdisk_format, a number"),
+    "verdict.nc": ("lacks stability", "as eulerdisk run made it"),
+    "missing.nc": ("no such file", "an atlas is a netCDF file"),
+}
+
+
+@pytest.fixture
+def refused(command, monkeypatch):
+    """Return a function that runs a command in a folder, which has to refuse: with a line, and without a file."""
+
+    def run(folder, line, *said):
+        monkeypatch.chdir(folder)
+        before = {path.name: path.read_bytes() for path in folder.iterdir()}
+        status, out, err = command(line)
+        assert (status, out, err.count("\n")) == (2, "", 1), (line, err)
+        assert [each for each in said if each not in err] == [], (line, err)
+        assert {path.name: path.read_bytes() for path in folder.iterdir()} == before, line
+        return err
+
+    return run
+
+
+def test_what_is_no_atlas_is_refused(folder, refused):
     """The message names the file, what it is and what was expected; no output file appears."""
-    monkeypatch.chdir(folder)
-    before = sorted(folder.iterdir())
-    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line.format(name))])
-    with pytest.raises(SystemExit) as end:
-        main()
-    out, err = capsys.readouterr()
-    assert (end.value.code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"eulerdisk: {name}: ")
-    assert what in err
-    assert expected in err
-    assert sorted(folder.iterdir()) == before
+    for name, said in REFUSED.items():
+        for line in COMMANDS:
+            err = refused(folder, line.format(name), *said)
+            assert err.startswith(f"eulerdisk: {name}: "), line
 
 
-def run(monkeypatch, capsys, line):
-    """Return exit status, output and messages of a command."""
-    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    out, err = capsys.readouterr()
-    return end.value.code, out, err
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
+def test_a_damaged_part_is_found_out(folder, tmp_path, refused):
+    """Where the values of one variable cannot be read, the file and the variable are named; nothing is written."""
+    whole = bytearray((folder / "good.nc").read_bytes())
+    (tmp_path / "good.nc").write_bytes(whole)
+    with h5py.File(folder / "good.nc") as file:
+        for name in ("ending", "peak_tilt", "tilt_min"):
+            chunk = file[name].id.get_chunk_info(0)
+            for i in range(chunk.byte_offset, chunk.byte_offset + chunk.size):
+                whole[i] ^= 0x5A
+    (tmp_path / "bad.nc").write_bytes(whole)
+    for line in (
         "info {}",
         "explain {} tilt=1deg",
         "compare {} good.nc",
@@ -97,84 +100,55 @@ def run(monkeypatch, capsys, line):
         "plot {} good.nc -o out.png",
         "boundary {} --criterion departure:1deg",
         "verify {}",
-    ],
-)
-def test_a_damaged_part_is_found_out(folder, tmp_path, monkeypatch, capsys, line):
-    """Where the values of one variable cannot be read, the file and the variable are named; nothing is written."""
-    monkeypatch.chdir(tmp_path)
-    whole = bytearray((folder / "good.nc").read_bytes())
-    (tmp_path / "good.nc").write_bytes(whole)
-    with h5py.File(folder / "good.nc") as file:
-        for name in ("ending", "peak_tilt", "tilt_min"):
-            chunk = file[name].id.get_chunk_info(0)
-            for i in range(chunk.byte_offset, chunk.byte_offset + chunk.size):
-                whole[i] ^= 0x5A
-    (tmp_path / "bad.nc").write_bytes(whole)
-    status, out, err = run(monkeypatch, capsys, line.format("bad.nc"))
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert f"{tmp_path / 'bad.nc'}: " in err
-    assert "peak_tilt" in err or "ending" in err
-    assert "can be read" in err or "cannot be read" in err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "good.nc"]
+    ):
+        err = refused(tmp_path, line.format("bad.nc"), "bad.nc: ")
+        assert "peak_tilt" in err or "ending" in err, err
+        assert "can be read" in err or "cannot be read" in err, err
 
 
-@pytest.mark.parametrize(
-    ("line", "names"),
-    [("info {}", "tilt_error"), ("explain {} tilt=1deg", "tilt_max"), ("verify {}", "nutation_period")],
-)
-def test_what_a_command_needs_is_named(folder, tmp_path, monkeypatch, capsys, line, names):
+def test_what_a_command_needs_is_named(folder, tmp_path, refused):
     """An atlas from which a variable was taken is refused by the commands that cannot do without it."""
-    path = tmp_path / "less.nc"
-    with sweep.open_atlas(folder / "good.nc") as atlas:
-        atlas.drop_vars(names).to_netcdf(path)
-    status, _, err = run(monkeypatch, capsys, line.format(path))
-    assert status == 2
-    assert f"{path}: " in err
-    assert f"lacks {names}" in err
+    for line, name in (
+        ("info {}", "tilt_error"),
+        ("explain {} tilt=1deg", "tilt_max"),
+        ("verify {}", "nutation_period"),
+    ):
+        path = tmp_path / f"no_{name}.nc"
+        with sweep.open_atlas(folder / "good.nc") as atlas:
+            atlas.drop_vars(name).to_netcdf(path)
+        refused(tmp_path, line.format(path.name), f"{path.name}: ", f"lacks {name}")
 
 
-@pytest.mark.parametrize("line", ["info {}", "explain {} tilt=1deg"])
-def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, monkeypatch, capsys, line):
+def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, command):
     """Another program may have dropped attributes that no number depends on: that is said, and the rest is told."""
-    path = tmp_path / "bare.nc"
     with sweep.open_atlas(folder / "good.nc") as atlas:
         for name in ("title", "history", "source", "sweep_fingerprint", "kernel_hash"):
             del atlas.attrs[name]
-        sweep.save(atlas, path)
-    status, out, err = run(monkeypatch, capsys, line.format(path))
-    assert (status, err) == (0, "")
-    assert "unknown" in out
+        sweep.save(atlas, tmp_path / "bare.nc")
+    for line in ("info bare.nc", "explain bare.nc tilt=1deg"):
+        status, out, err = command(line)
+        assert (status, err) == (0, "")
+        assert "unknown" in out
 
 
-@pytest.mark.parametrize("line", ["info {}", "run --from {} -o out.nc"])
-def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, monkeypatch, capsys, line):
+def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, refused):
     """What is wrong with the contents of an atlas names the file too."""
-    path = tmp_path / "spec.nc"
-    path.write_bytes((folder / "good.nc").read_bytes())
-    with netCDF4.Dataset(path, "a") as file:
+    (tmp_path / "spec.nc").write_bytes((folder / "good.nc").read_bytes())
+    with netCDF4.Dataset(tmp_path / "spec.nc", "a") as file:
         file.sweep_spec = "{}"
-    status, _, err = run(monkeypatch, capsys, line.format(path))
-    assert status == 2
-    assert err.startswith(f"eulerdisk: {path}: {{}} is not what SweepSpec.canonical() wrote")
+    for line in ("info spec.nc", "run --from spec.nc -o out.nc"):
+        refused(tmp_path, line, "spec.nc: {} is not what SweepSpec.canonical() wrote")
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
+def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, refused):
+    """Whatever may be replaced, the atlas that is read may not."""
+    for name in ("a.nc", "good.nc"):
+        (tmp_path / name).write_bytes((folder / "good.nc").read_bytes())
+    for line in (
         "export a.nc --to csv -o a.nc --overwrite",
         "export a.nc --to parquet -o ./a.nc --overwrite",
         "verify a.nc --write a.nc --overwrite",
         "compare a.nc good.nc --junit a.nc",
         "compare good.nc a.nc --junit a.nc",
-    ],
-)
-def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, monkeypatch, capsys, line):
-    """Whatever may be replaced, the atlas that is read may not."""
-    monkeypatch.chdir(tmp_path)
-    whole = (folder / "good.nc").read_bytes()
-    for name in ("a.nc", "good.nc"):
-        (tmp_path / name).write_bytes(whole)
-    status, out, err = run(monkeypatch, capsys, line)
-    assert (status, out) == (2, "")
-    assert "this would replace the atlas that is read" in err
-    assert (tmp_path / "a.nc").read_bytes() == whole
+    ):
+        refused(tmp_path, line, "this would replace the atlas that is read")

@@ -59,42 +59,39 @@ class Facts:
     criterion: str
 
 
-@pytest.fixture(scope="module", params=[SPEC, LIST, LOSSY], ids=["grid", "list", "losses"])
-def spec(request):
-    """Return what the atlas was made from."""
-    return request.param
+@dataclass(frozen=True)
+class Atlas:
+    """A file, what it was made from, the name of the time that is looked at, and what xarray finds."""
+
+    path: Path
+    spec: sweep.SweepSpec
+    name: str
+    truth: Facts
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory, spec):
-    """Return an atlas."""
-    path = tmp_path_factory.mktemp("readers") / "atlas.nc"
-    sweep.run_to_file(spec, path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def name(spec):
-    """Return the name of the time that is looked at."""
-    return TIMES[spec.model.name]
-
-
-@pytest.fixture(scope="module")
-def truth(path, name):
-    """Return what xarray finds, which is not all missing and not all known."""
-    with xr.open_dataset(path, engine="netcdf4") as atlas:
-        time, ending = atlas[name], atlas["ending"]
-        known = int(time.notnull().sum())
-        assert 0 < known < time.size
-        return Facts(
-            list(time.shape),
-            time.attrs["units"],
-            known,
-            pytest.approx(float(time.mean()), rel=1e-14),
-            ending.attrs["flag_meanings"],
-            ending.attrs["flag_values"].tolist(),
-            atlas.attrs["criterion"],
-        )
+def atlases(tmp_path_factory):
+    """Return an atlas of each kind; of the time that is looked at some values are missing, and some are not."""
+    made = []
+    for number, spec in enumerate((SPEC, LIST, LOSSY)):
+        path = tmp_path_factory.mktemp("readers") / f"atlas{number}.nc"
+        sweep.run_to_file(spec, path)
+        name = TIMES[spec.model.name]
+        with xr.open_dataset(path, engine="netcdf4") as atlas:
+            time, ending = atlas[name], atlas["ending"]
+            known = int(time.notnull().sum())
+            assert 0 < known < time.size
+            truth = Facts(
+                list(time.shape),
+                time.attrs["units"],
+                known,
+                pytest.approx(float(time.mean()), rel=1e-14),
+                ending.attrs["flag_meanings"],
+                ending.attrs["flag_values"].tolist(),
+                atlas.attrs["criterion"],
+            )
+        made.append(Atlas(path, spec, name, truth))
+    return made
 
 
 def program(*names):
@@ -116,26 +113,33 @@ def said(command, *paths):
 
 
 def facts(text):
-    """Return the facts that a program printed, one a line."""
-    found = dict(line.split(maxsplit=1) for line in text.splitlines())
-    assert len(found) == 7, text
-    return Facts(
-        [int(each) for each in found["shape"].split()],
-        found["units"].strip(),
-        int(found["known"]),
-        float(found["mean"]),
-        found["meanings"].strip(),
-        [int(each) for each in found["flags"].split()],
-        found["criterion"].strip(),
-    )
+    """Return the facts that a program printed of each file, one a line."""
+    found = []
+    for part in text.split("shape ")[1:]:
+        shape, *lines = part.splitlines()
+        of = dict(line.split(maxsplit=1) for line in lines)
+        assert len(of) == 6, text
+        found.append(
+            Facts(
+                [int(each) for each in shape.split()],
+                of["units"].strip(),
+                int(of["known"]),
+                float(of["mean"]),
+                of["meanings"].strip(),
+                [int(each) for each in of["flags"].split()],
+                of["criterion"].strip(),
+            )
+        )
+    return found
 
 
-def test_c(path, name, truth, tmp_path):
+def test_c(atlases, tmp_path):
     """Twenty lines of C find every fact: text attributes are plain characters, flags are bytes."""
     program("cc", "nc-config")
     libraries = shlex.split(said("nc-config --cflags --libs"))
     said("cc -Wall -Werror -o", tmp_path / "read", READERS / "read.c", *libraries)
-    assert facts(said(str(tmp_path / "read"), path, name)) == truth
+    for each in atlases:
+        assert facts(said(str(tmp_path / "read"), each.path, each.name)) == [each.truth]
 
 
 @pytest.mark.parametrize(
@@ -146,173 +150,177 @@ def test_c(path, name, truth, tmp_path):
     ],
     ids=["R", "Octave"],
 )
-def test_script(path, name, truth, command, library, probe):
+def test_script(atlases, command, library, probe):
     """R and Octave find every fact, and Octave lists the whole file, which one foreign type would prevent."""
     language, *_, script = command.split()
     program(language)
     if subprocess.run(shlex.split(probe), capture_output=True, check=False).returncode:
         assert os.environ.get("CI") != "true", f"CI has every reader, but {language} lacks {library}"
         pytest.skip(f"not installed: {library} of {language} (scripts/test says how)")
-    assert facts(said(command.replace(script, str(READERS / script)), path, name)) == truth
+    words = [word for each in atlases for word in (each.path, each.name)]
+    found = facts(said(command.replace(script, str(READERS / script)), *words))
+    assert found == [each.truth for each in atlases]
 
 
-def test_ncdump(path, name, truth):
+def test_ncdump(atlases):
     """The text of ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
     program("ncdump")
-    assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
-    text = said(f"ncdump -p 9,17 -v {name}", path)
-    assert text.isascii()
-    assert 'title = "M\\\\xfcnze"' in text
-    assert f'{name}:units = "{truth.units}" ;' in text
-    assert f'ending:flag_meanings = "{truth.meanings}" ;' in text
-    assert f"ending:flag_values = {', '.join(f'{flag}b' for flag in truth.flags)} ;" in text
-    values = re.search(rf"\n {name} =\s(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
-    known = [float(each) for each in values if each != "_"]
-    assert (len(values), len(known)) == (np.prod(truth.shape), truth.known)
-    assert np.mean(known) == truth.mean
+    for path, name, truth in ((each.path, each.name, each.truth) for each in atlases):
+        assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
+        text = said(f"ncdump -p 9,17 -v {name}", path)
+        assert text.isascii()
+        assert 'title = "M\\\\xfcnze"' in text
+        assert f'{name}:units = "{truth.units}" ;' in text
+        assert f'ending:flag_meanings = "{truth.meanings}" ;' in text
+        assert f"ending:flag_values = {', '.join(f'{flag}b' for flag in truth.flags)} ;" in text
+        values = re.search(rf"\n {name} =\s(.*?) ;", text, re.DOTALL)[1].replace(",", " ").split()
+        known = [float(each) for each in values if each != "_"]
+        assert (len(values), len(known)) == (np.prod(truth.shape), truth.known)
+        assert np.mean(known) == truth.mean
 
 
-def test_cdo(path, spec, name, truth):
+def test_cdo(atlases):
     """CDO finds all variables on the grid, units, flags, the gaps, and the mean of a field."""
     program("cdo")
-    names = said("cdo -s showname", path).split()
-    assert set(names) >= set(spec.model.variables)
-    assert said(f"cdo -s showunit -selname,{name}", path).strip() == truth.units
-    assert f'flag_meanings = "{truth.meanings}"' in said("cdo -s showattribute,ending@flag_meanings", path)
-    assert f'criterion = "{truth.criterion}"' in said("cdo -s showattribute,criterion", path)
-    table = said(f"cdo -s infon -selname,{name}", path).splitlines()[1].split()
-    assert table[5:7] == [str(np.prod(truth.shape)), str(np.prod(truth.shape) - truth.known)]
-    # CDO sums with weights 1/n, so that the last digit is its own
-    assert float(said(f"cdo -s outputf,%.17g -fldmean -selname,{name}", path)) == truth.mean
+    for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
+        assert set(said("cdo -s showname", path).split()) >= set(spec.model.variables)
+        assert said(f"cdo -s showunit -selname,{name}", path).strip() == truth.units
+        assert f'flag_meanings = "{truth.meanings}"' in said(
+            "cdo -s showattribute,ending@flag_meanings", path
+        )
+        assert f'criterion = "{truth.criterion}"' in said("cdo -s showattribute,criterion", path)
+        table = said(f"cdo -s infon -selname,{name}", path).splitlines()[1].split()
+        assert table[5:7] == [str(np.prod(truth.shape)), str(np.prod(truth.shape) - truth.known)]
+        # CDO sums with weights 1/n, so that the last digit is its own
+        assert float(said(f"cdo -s outputf,%.17g -fldmean -selname,{name}", path)) == truth.mean
 
 
 @pytest.mark.parametrize("operator", ["copy", "selname"])
-def test_what_cdo_writes_again_is_still_an_atlas(path, spec, operator, tmp_path, command):
+def test_what_cdo_writes_again_is_still_an_atlas(atlases, operator, tmp_path, command):
     """CDO leaves the scalar coordinates out and adds missing_value: a grid is read and verified still."""
     program("cdo")
-    with xr.open_dataset(path, engine="netcdf4") as atlas:
-        names = f",{','.join(map(str, atlas.data_vars))}" if operator == "selname" else ""
-    copy = tmp_path / "copy.nc"
-    said(f"cdo -s {operator}{names}", path, copy)
-    with netCDF4.Dataset(copy) as file:
-        assert "alpha" not in file.variables
-        assert file["tilt_min"].missing_value == file["tilt_min"]._FillValue
-    if spec is LIST:
-        # it leaves the parameters of the starts out too, and no spec of a table holds them
-        assert "start must be whole numbers" in command(f"info {copy}")[2]
-        return
-    assert "alpha 0.5" in command(f"info {copy}")[1]
-    again = tmp_path / "again.nc"
-    for line in (
-        f"verify {copy}",
-        f"run --from {copy} -o {again}",
-        f"compare {copy} {again} --exact",
-    ):
-        status, out, err = command(line)
-        assert status == 0, out + err
-    assert command(f"boundary {copy}") == command(f"boundary {path}")
+    for path, spec in ((each.path, each.spec) for each in atlases):
+        with xr.open_dataset(path, engine="netcdf4") as atlas:
+            names = f",{','.join(map(str, atlas.data_vars))}" if operator == "selname" else ""
+        copy, again = tmp_path / f"copy-{path.name}", tmp_path / f"again-{path.name}"
+        said(f"cdo -s {operator}{names}", path, copy)
+        with netCDF4.Dataset(copy) as file:
+            assert "alpha" not in file.variables
+            assert file["tilt_min"].missing_value == file["tilt_min"]._FillValue
+        if spec is LIST:
+            # it leaves the parameters of the starts out too, and no spec of a table holds them
+            assert "start must be whole numbers" in command(f"info {copy}")[2]
+            continue
+        assert "alpha 0.5" in command(f"info {copy}")[1]
+        for line in (f"verify {copy}", f"run --from {copy} -o {again}", f"compare {copy} {again} --exact"):
+            status, out, err = command(line)
+            assert status == 0, out + err
+        assert command(f"boundary {copy}") == command(f"boundary {path}")
 
 
-def test_cdo_keeps_the_fixed_parameters(path, spec, name, tmp_path):
+def test_cdo_keeps_the_fixed_parameters(atlases, tmp_path):
     """Selecting a variable leaves out the coordinates of no dimension; the attributes with their numbers stay."""
     program("cdo")
-    said(f"cdo -s selname,{name}", path, tmp_path / "part.nc")
-    with netCDF4.Dataset(path) as whole, netCDF4.Dataset(tmp_path / "part.nc") as part:
-        for each in ("alpha", "radius", "gravity", *(["contour_damping", "mass"] if spec is LOSSY else [])):
-            assert part.getncattr(each) == whole[each][...].item()
-            assert part.getncattr(f"{each}_units") == whole[each].units
-        assert part.getncattr("criterion_meaning") == whole.getncattr("criterion_meaning")
+    for atlas in atlases:
+        said(f"cdo -s -O selname,{atlas.name}", atlas.path, tmp_path / "part.nc")
+        more = ("contour_damping", "mass") if atlas.spec is LOSSY else ()
+        with netCDF4.Dataset(atlas.path) as whole, netCDF4.Dataset(tmp_path / "part.nc") as part:
+            for each in ("alpha", "radius", "gravity", *more):
+                assert part.getncattr(each) == whole[each][...].item()
+                assert part.getncattr(f"{each}_units") == whole[each].units
+            assert part.getncattr("criterion_meaning") == whole.getncattr("criterion_meaning")
 
 
-def test_nco(path, spec, name, truth, tmp_path):
+def test_nco(atlases, tmp_path):
     """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
     program("ncwa", "ncks")
-    said(f"ncwa -O -y avg -v {name}", path, tmp_path / "mean.nc")
-    with netCDF4.Dataset(tmp_path / "mean.nc") as file:
-        assert float(file[name][...]) == truth.mean
-    found = json.loads(said("ncks --json -m -M", path))
-    assert found["dimensions"] == dict(zip(spec.axes, truth.shape, strict=True))
-    assert found["variables"][name]["attributes"]["units"] == truth.units
-    assert found["variables"]["ending"]["attributes"]["flag_values"] == truth.flags
-    assert found["variables"]["ending"]["type"] == "byte"
-    assert found["attributes"]["criterion"] == truth.criterion
+    for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
+        said(f"ncwa -O -y avg -v {name}", path, tmp_path / "mean.nc")
+        with netCDF4.Dataset(tmp_path / "mean.nc") as file:
+            assert float(file[name][...]) == truth.mean
+        found = json.loads(said("ncks --json -m -M", path))
+        assert found["dimensions"] == dict(zip(spec.axes, truth.shape, strict=True))
+        assert found["variables"][name]["attributes"]["units"] == truth.units
+        assert found["variables"]["ending"]["attributes"]["flag_values"] == truth.flags
+        assert found["variables"]["ending"]["type"] == "byte"
+        assert found["attributes"]["criterion"] == truth.criterion
 
 
-def test_gdal(path, spec, name, truth, tmp_path):
+def test_gdal(atlases, tmp_path):
     """GDAL's multidimensional driver finds names, units, gaps and the mean."""
     program("gdalmdiminfo")
-    # it leaves its statistics beside the file
-    copy = shutil.copy(path, tmp_path / "atlas.nc")
-    whole = json.loads(said("gdalmdiminfo", copy))
-    assert set(whole["arrays"]) >= {*spec.model.variables, *spec.axes, *spec.listed}
-    assert whole["attributes"]["criterion"] == truth.criterion
-    assert whole["arrays"]["ending"]["attributes"]["flag_meanings"] == truth.meanings
-    assert whole["arrays"]["ending"]["attributes"]["flag_values"] == truth.flags
-    field = json.loads(said(f"gdalmdiminfo -stats -array {name}", copy))
-    assert (field["dimension_size"], field["unit"]) == (truth.shape, truth.units)
-    assert field["statistics"]["valid_sample_count"] == truth.known
-    assert field["statistics"]["mean"] == truth.mean
+    for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
+        # it leaves its statistics beside the file
+        copy = shutil.copy(path, tmp_path / path.name)
+        whole = json.loads(said("gdalmdiminfo", copy))
+        assert set(whole["arrays"]) >= {*spec.model.variables, *spec.axes, *spec.listed}
+        assert whole["attributes"]["criterion"] == truth.criterion
+        assert whole["arrays"]["ending"]["attributes"]["flag_meanings"] == truth.meanings
+        assert whole["arrays"]["ending"]["attributes"]["flag_values"] == truth.flags
+        field = json.loads(said(f"gdalmdiminfo -stats -array {name}", copy))
+        assert (field["dimension_size"], field["unit"]) == (truth.shape, truth.units)
+        assert field["statistics"]["valid_sample_count"] == truth.known
+        assert field["statistics"]["mean"] == truth.mean
 
 
-def test_h5netcdf(path):
+def test_h5netcdf(atlases):
     """h5netcdf, which reads HDF5 without the netCDF library, gives xarray the same dataset."""
-    with (
-        xr.open_dataset(path, engine="h5netcdf") as found,
-        xr.open_dataset(path, engine="netcdf4") as expected,
-    ):
-        # the one library gives a lone number as an array of one; the text and all values are compared exactly
-        xr.testing.assert_equal(found, expected)
-        for name in expected.variables:
-            assert found[name].dtype == expected[name].dtype, name
-            assert found[name].attrs.get("units") == expected[name].attrs.get("units"), name
-        assert (
-            found["ending"].attrs["flag_values"].tolist() == expected["ending"].attrs["flag_values"].tolist()
-        )
-        assert found.attrs["sweep_spec"] == expected.attrs["sweep_spec"]
+    for path in (each.path for each in atlases):
+        with (
+            xr.open_dataset(path, engine="h5netcdf") as found,
+            xr.open_dataset(path, engine="netcdf4") as expected,
+        ):
+            # the one library gives a lone number as an array of one; the text and all values are compared exactly
+            xr.testing.assert_equal(found, expected)
+            for name in expected.variables:
+                assert found[name].dtype == expected[name].dtype, name
+                assert found[name].attrs.get("units") == expected[name].attrs.get("units"), name
+            flags = [each["ending"].attrs["flag_values"].tolist() for each in (found, expected)]
+            assert flags[0] == flags[1]
+            assert found.attrs["sweep_spec"] == expected.attrs["sweep_spec"]
 
 
-@pytest.mark.parametrize(
-    "units",
-    sorted({
-        each.units
-        for model in (DISK, LOSSY_DISK)
-        for table in (model.parameters, model.settings, model.variables)
-        for each in table.values()
-    }),
-)  # fmt: skip
-def test_udunits(units):
+def test_udunits():
     """The library that CF names for units reads every one that a file can hold."""
     program("udunits2")
-    assert said(f"udunits2 -H '{units}' -W '{units}'").strip().startswith(("1 ", f"1 {units}"))
+    tables = (
+        table for model in (DISK, LOSSY_DISK) for table in (model.parameters, model.settings, model.variables)
+    )
+    for units in sorted({each.units for table in tables for each in table.values()}):
+        assert said(f"udunits2 -H '{units}' -W '{units}'").strip().startswith(("1 ", f"1 {units}")), units
 
 
-@pytest.mark.parametrize(
-    ("user", "ci", "asked", "said"),
-    [
-        (1000, "", "", "sudo apt-get install --no-install-recommends netcdf-bin cdo nco"),
-        (0, "", "", "sudo apt-get install --no-install-recommends netcdf-bin cdo nco"),
-        (1000, "", "install", "The installation failed, see "),
-        (0, "", "install", "The installation failed, see "),
-        (1000, "true", "install", "The installation failed, see "),
-    ],
-    ids=["developer", "root", "developer installs", "root installs", "CI installs"],
-)
-def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path, user, ci, asked, said):
+def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path):
     """Programs are installed only when asked for; a missing program or a failed installation stops nothing."""
-    stubs = {"id": f"echo {user}", "dpkg-query": "exit 1", "apt-get": f'echo "$@" >>{tmp_path}/asked; exit 1'}
+    asked = tmp_path / "asked"
+    stubs = {"id": "echo $USER_ID", "dpkg-query": "exit 1", "apt-get": f'echo "$@" >>{asked}; exit 1'}
     stubs["sudo"] = '[ "$1" != -n ] || shift; exec "$@"'
     for name, body in stubs.items():
         (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
         (tmp_path / name).chmod(0o755)
     (tmp_path / ".venv").mkdir()
     script = Path(__file__).parents[2] / "scripts" / "readers.sh"
-    done = subprocess.run(
-        ["bash", "-uc", f"checkout={tmp_path}; source {script}; prepare_readers {asked}"],
-        env={"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "CI": ci},
-        capture_output=True,
-        text=True,
-        check=False,
+    by_hand = (
+        "scripts/test --readers, or\n    sudo apt-get install --no-install-recommends netcdf-bin cdo nco"
     )
-    assert (done.returncode, done.stdout) == (0, "")
-    assert said in done.stderr
-    assert (tmp_path / "asked").exists() == bool(asked)
+    for user, ci, word, expected in (
+        ("1000", "", "", by_hand),
+        ("0", "", "", by_hand),
+        ("1000", "", "install", "The installation failed, see "),
+        ("0", "", "install", "The installation failed, see "),
+        ("1000", "true", "install", "The installation failed, see "),
+    ):
+        asked.unlink(missing_ok=True)
+        done = subprocess.run(
+            ["bash", "-uc", f"checkout={tmp_path}; source {script}; prepare_readers {word}"],
+            env={"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "CI": ci, "USER_ID": user},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stdout) == (0, "")
+        assert expected in done.stderr, (user, ci, word)
+        assert asked.exists() == bool(word)
+    update, install = asked.read_text().splitlines()
+    assert update.endswith(" update")
+    assert " install --no-install-recommends netcdf-bin cdo" in install
