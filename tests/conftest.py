@@ -1,5 +1,6 @@
 """What every test relies on: the same examples each time, the same terminal everywhere, no window."""
 
+import fcntl
 import os
 import secrets
 import shlex
@@ -59,6 +60,23 @@ def pytest_terminal_summary(terminalreporter, config):
 def rng(request):
     """Return a generator of random numbers, the same in each run of a test; another one with --seed."""
     return np.random.default_rng([zlib.crc32(request.node.nodeid.encode()), request.config.option.seed])
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory):
+    """Return a function that gives a folder of a name, made by the first process of tests that asks for it."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def made(name, make):
+        with open(shared / f"{name}.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (shared / name).exists():
+                make(base / f"{name}.part")
+                (base / f"{name}.part").rename(shared / name)
+        return shared / name
+
+    return made
 
 
 @pytest.fixture

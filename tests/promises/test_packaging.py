@@ -9,7 +9,6 @@ import sys
 import tarfile
 import tomllib
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -53,34 +52,6 @@ def installed(wheel: zipfile.ZipFile, tmp_path_factory: pytest.TempPathFactory) 
     return folder
 
 
-@pytest.fixture
-def readers(tmp_path: Path) -> Callable[..., tuple[list[str], str]]:
-    """Return a function that runs prepare_readers where no package is installed: calls of apt-get, and messages."""
-    programs, called = tmp_path / "bin", tmp_path / "called"
-    programs.mkdir()
-    (tmp_path / ".venv").mkdir()
-    called.touch()
-    for name, body in (
-        ("dpkg-query", "exit 1"),
-        ("apt-get", f'echo "$@" >>{called}'),
-        ("sudo", '[ "$1" != -n ] || shift; exec "$@"'),
-    ):
-        (programs / name).write_text(f"#!/bin/sh\n{body}\n")
-        (programs / name).chmod(0o755)
-
-    def run(*words: str) -> tuple[list[str], str]:
-        source = (
-            f"checkout={tmp_path}; source {CHECKOUT}/scripts/readers.sh; prepare_readers {' '.join(words)}"
-        )
-        environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
-        done = subprocess.run(
-            ["bash", "-u", "-c", source], env=environment, capture_output=True, text=True, check=True
-        )
-        return called.read_text().splitlines(), done.stderr
-
-    return run
-
-
 def metadata(wheel: zipfile.ZipFile, name: str) -> str:
     """Return one file of the wheel's own description."""
     (path,) = (path for path in wheel.namelist() if path.endswith(f".dist-info/{name}"))
@@ -101,6 +72,7 @@ def test_one_list_of_systems(monkeypatch):
         platforms.check_system()
 
 
+@pytest.mark.slow_lane
 def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
     """The wheel holds every file of sweep and kernels, byte for byte: modules, presets, pages; no test, no cache."""
     expected = {
@@ -113,6 +85,7 @@ def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -
     assert [path for path, content in expected.items() if wheel.read(path) != content] == []
 
 
+@pytest.mark.slow_lane
 def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_path: Path) -> None:
     """Away from the checkout every preset of the disk is read from the installed files."""
     read = (
@@ -124,6 +97,7 @@ def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_pat
     assert said.split() == ["disk"] * len(PRESETS) + [str(installed / "sweep" / "__init__.py")]
 
 
+@pytest.mark.slow_lane
 def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
     """The sdist holds all that git keeps, nothing else that lies in the checkout, and builds the very same wheel."""
     build("sdist", tmp_path)
@@ -149,30 +123,25 @@ def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_
         }
 
 
-def test_version_has_one_source(wheel: zipfile.ZipFile) -> None:
-    """The wheel's version is the one that sweep states."""
-    assert email.message_from_string(metadata(wheel, "METADATA"))["Version"] == sweep.__version__
-
-
+@pytest.mark.slow_lane
 def test_metadata(wheel: zipfile.ZipFile) -> None:
-    """The distribution is called eulerdisk, wants Python 3.11 or newer and carries its licence."""
+    """Name, version (the one that sweep states), Python and licence; one console script, and one plugin of pytest."""
     fields = email.message_from_string(metadata(wheel, "METADATA"))
-    assert (fields["Name"], fields["Requires-Python"], fields["License-Expression"]) == (
+    names = ("Name", "Version", "Requires-Python", "License-Expression")
+    assert [fields[name] for name in names] == [
         "eulerdisk",
+        sweep.__version__,
         ">=3.11",
         "BSD-3-Clause AND MIT",
-    )
+    ]
     assert metadata(wheel, "licenses/LICENSE") == (CHECKOUT / "LICENSE").read_text(encoding="utf-8")
-
-
-def test_command_is_called_eulerdisk(wheel: zipfile.ZipFile) -> None:
-    """One console script, eulerdisk, leads to sweep.cli.main; one plugin of pytest, eulerdisk_atlas, to its module."""
     written = metadata(wheel, "entry_points.txt").strip()
     assert written == (
         "[console_scripts]\neulerdisk = sweep.cli:main\n\n[pytest11]\neulerdisk_atlas = sweep.pytest_plugin"
     )
 
 
+@pytest.mark.slow_lane
 def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
     """The entry point of the installed files, not of the checkout, answers --help in any folder."""
     entry = "import sys; from sweep import __file__, cli; print(__file__); sys.exit(cli.main())"
@@ -182,6 +151,7 @@ def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path
     assert "Usage" in said
 
 
+@pytest.mark.slow_lane
 def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -> None:
     """The extras are for users; the developers' tools are a dependency group, which no user can install by accident."""
     extras = email.message_from_string(metadata(wheel, "METADATA")).get_all("Provides-Extra")
@@ -191,29 +161,12 @@ def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -
     assert {"include-group": "docs"} in groups["test"]
 
 
-def test_no_system_package_is_installed_unasked(readers: Callable[..., tuple[list[str], str]]) -> None:
-    """Without --readers nothing is installed; a message names the missing packages and how to install them."""
-    called, said = readers()
-    assert called == []
-    assert "scripts/test --readers" in said
-    assert "netcdf-bin" in said
-
-
-def test_readers_are_installed_when_asked_for(readers: Callable[..., tuple[list[str], str]]) -> None:
-    """With --readers the list of packages is fetched, then the missing ones are installed."""
-    (update, install), _ = readers("install")
-    assert update.endswith(" update")
-    assert " install --no-install-recommends netcdf-bin cdo" in install
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_script_is_executable(command: str) -> None:
+def test_scripts_are_executable() -> None:
     """The commands of the README and of CI may be run as they lie in the checkout."""
-    assert (CHECKOUT / command).stat().st_mode & stat.S_IXUSR
+    assert [each for each in COMMANDS if not (CHECKOUT / each).stat().st_mode & stat.S_IXUSR] == []
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_script_asks_for_a_usable_python(command: str, tmp_path: Path) -> None:
+def test_scripts_ask_for_a_usable_python(tmp_path: Path) -> None:
     """Without Python 3.11 a script exits with 2, says what it needs, what it tried and what to do."""
     checkout = tmp_path / "a check out"
     for folder in ("scripts", ".ci"):
@@ -221,15 +174,12 @@ def test_script_asks_for_a_usable_python(command: str, tmp_path: Path) -> None:
     placeholder = tmp_path / "python3"
     placeholder.write_text("#!/bin/sh\nexit 127\n")
     placeholder.chmod(0o755)
-    done = subprocess.run(
-        [checkout / command],
-        env={**os.environ, "PYTHON": str(placeholder)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert "Python 3.11 or newer" in done.stderr
-    assert str(placeholder) in done.stderr
-    assert "PYTHON=/path/to/python3" in done.stderr
+    environment = {**os.environ, "PYTHON": str(placeholder)}
+    for command in COMMANDS:
+        done = subprocess.run(
+            [checkout / command], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 2, command
+        for said in ("Python 3.11 or newer", str(placeholder), "PYTHON=/path/to/python3"):
+            assert said in done.stderr, command
     assert not (checkout / ".venv").exists()

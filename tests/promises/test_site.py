@@ -5,7 +5,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
@@ -74,19 +74,19 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """Return the folder of the built site."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         pytest.skip(f"{', '.join(missing)} not installed: the dependency group docs of pyproject.toml")
-    out = tmp_path_factory.mktemp("site")
-    script = CHECKOUT / "scripts" / "build_site.py"
-    done = subprocess.run(
-        [sys.executable, script, out], cwd=out.parent, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == f"{out / 'index.html'}\n"
-    return out
+
+    def build(out: Path) -> None:
+        words = [sys.executable, CHECKOUT / "scripts" / "build_site.py", out]
+        done = subprocess.run(words, cwd=out.parent, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == f"{out / 'index.html'}\n"
+
+    return made_once("site", build)
 
 
 @pytest.fixture(scope="module")
@@ -177,10 +177,9 @@ def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: P
     assert members == set()
 
 
-@pytest.mark.parametrize("asked", ["separatrix", "wobble", "reclassify"])
-def test_it_is_searched_from_disk(site: Path, asked: str) -> None:
+def test_it_is_searched_from_disk(site: Path) -> None:
     """In a browser, without a server: a word leads to pages that have it, and nothing is an error."""
-    browser = find_browser()
+    browser, asked = find_browser(), "separatrix"
     if browser is None:
         pytest.skip("no chromium and no Chrome on the path")
     words = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
@@ -258,33 +257,19 @@ def waits(cell: list[str]) -> bool:
     return any(re.search(r"\bwait\b", line) for line in cell)
 
 
-@pytest.mark.parametrize(
-    ("line", "apart"),
-    [
-        ("eulerdisk info a.nc", True),
-        ("eulerdisk verify a.nc | tail -n 1 2>&1", True),
-        ("eulerdisk verify a.nc 2>&1 | tail -n 1", False),
-        ("ls; eulerdisk info a.nc", True),
-        ("eulerdisk run rolling -o a.nc 2>&1 &", False),
-    ],
-)
-def test_a_command_that_speaks_apart_is_found(line: str, apart: bool) -> None:
-    """Standard error is that of the command itself, not that of the filter behind it."""
-    assert speaks_apart(line) is apart
-
-
-@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
-def test_a_failing_command_ends_a_tutorial(path: Path) -> None:
+def test_a_failing_command_ends_a_tutorial() -> None:
     """Bash stops at the first command that fails, also in a pipe; every page holds its numbers, or its bits."""
-    text = path.read_text(encoding="utf-8")
-    called = re.findall(r"^%%bash(.*)$", text, re.M)
-    assert all(words.startswith(" -eo pipefail") for words in called)
-    assert [line for cell in bash_cells(text) for line in cell if speaks_apart(line)] == []
-    assert [
-        cell for cell in bash_cells(text) if any(BACKGROUND.search(line) for line in cell) and not waits(cell)
-    ] == []
-    assert not re.search(r"^!(?!\[)", text, re.M)
-    assert "\nassert " in text or "\n    assert " in text or path.stem == "regression"
+    assert speaks_apart("ls; eulerdisk verify a.nc | tail -n 1 2>&1")
+    assert not speaks_apart("eulerdisk verify a.nc 2>&1 | tail -n 1")
+    for path in TUTORIALS:
+        text = path.read_text(encoding="utf-8")
+        called = re.findall(r"^%%bash(.*)$", text, re.M)
+        assert all(words.startswith(" -eo pipefail") for words in called), path.stem
+        for cell in bash_cells(text):
+            assert not [line for line in cell if speaks_apart(line)], path.stem
+            assert waits(cell) or not any(BACKGROUND.search(line) for line in cell), path.stem
+        assert not re.search(r"^!(?!\[)", text, re.M), path.stem
+        assert "\nassert " in text or "\n    assert " in text or path.stem == "regression", path.stem
 
 
 def test_a_cell_that_raises_ends_the_build(tmp_path: Path) -> None:
