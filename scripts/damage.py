@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 from foreign_files import FOREIGN
-from odd_texts import TEXTS
+from odd_words import TEXTS
 
 #: Changes an open file of an atlas.
 Edit = Callable[[Any, random.Random], None]

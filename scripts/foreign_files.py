@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import netCDF4
 import numpy as np
-from odd_texts import TEXTS
+from odd_words import TEXTS
 
 
 def _bytes_file(content: bytes) -> Callable[[Path, random.Random], None]:

@@ -283,6 +283,7 @@ def main() -> None:
     parser.add_argument(
         "--words", type=int, default=1000, help="requests, and as many spec files (default 1000)"
     )
+    parser.add_argument("--quick", action="store_true", help="a tenth of both")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--first", type=int, default=0, help="number of the first file: to repeat one, --count 1"
@@ -293,6 +294,8 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="work in this new folder, and keep the files")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
+    if options.quick:
+        options.count, options.words = options.count // 10, options.words // 10
     if options.worker:
         work(options.worker)
         return

@@ -1,14 +1,54 @@
-"""The table of critical rates, against the numbers of the atlases and against theory."""
+"""The first command of the README: its table, and how it ends where it cannot work or is stopped."""
 
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
-from critical_rates import critical_table
+from compute_atlases import critical_table
 
 import sweep
 from sweep.request.spec import SweepSpec
 
-pytestmark = pytest.mark.compiled
+CHECKOUT = Path(__file__).resolve().parents[2]
+SCRIPT = [sys.executable, str(CHECKOUT / "scripts" / "compute_atlases.py")]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+
+
+def test_an_output_that_can_be_no_folder(tmp_path):
+    """A file in the place of the folder is refused with 2, by its name, and left as it is."""
+    name = "there.txt"
+    (tmp_path / name).write_text("mine")
+    done = subprocess.run(
+        [*SCRIPT, "-o", name], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"scripts/atlas: {name}: ")
+    assert "folder" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert (tmp_path / "there.txt").read_text() == "mine"
+
+
+@pytest.mark.compiled
+def test_a_key_press_stops_it(tmp_path):
+    """Ctrl-C while an atlas is computed ends with 130 and the command that goes on; no atlas is half there."""
+    running = subprocess.Popen(SCRIPT, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    out = tmp_path / "atlas-out"
+    end = time.monotonic() + 60.0
+    while not any(out.glob("*.nc.run/blocks")) and time.monotonic() < end:
+        time.sleep(0.005)
+    running.send_signal(signal.SIGINT)
+    _, err = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert "interrupted" in err
+    assert "scripts/atlas" in err
+    assert "Traceback" not in err
+    assert not (out / "circling.nc").exists()
+
 
 ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:81", tilt="0.001deg,1deg,4deg")
 SPINNING = SweepSpec.preset("spinning").replace(precession_rate="3:6:81", tilt="0.001deg,4deg")
@@ -20,6 +60,7 @@ def rows(table):
     return [re.split(r" {2,}", line.strip()) for line in table.splitlines()]
 
 
+@pytest.mark.compiled
 def test_the_critical_table():
     """At the smallest tilt rate^2 R/g comes near 1/3 and 4/5, as measured and as predicted."""
     datasets = [sweep.run(spec) for spec in (ROLLING, SPINNING, CIRCLING)]
@@ -45,6 +86,7 @@ def test_the_critical_table():
         )
 
 
+@pytest.mark.compiled
 def test_the_critical_table_without_a_boundary():
     """An atlas without a measured boundary has no row."""
     stable = sweep.run(SweepSpec(tilt="0.1deg,0.2deg", roll_rate="5:6:3"))
