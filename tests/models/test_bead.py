@@ -96,9 +96,9 @@ def test_the_model_is_small():
     assert sum(len(path.read_text().splitlines()) for path in (HERE / "bead").glob("*.py")) <= 200
 
 
-def test_turning_points_and_periods():
+def test_turning_points_and_periods(rng):
     """Random starts turn where the Jacobi integral says, and small ones swing with sqrt(g/R - hoop_rate^2)."""
-    rng, n = np.random.default_rng(), 60
+    n = 60
     starts = {
         "angle": rng.uniform(-1.2, 1.2, n),
         "angle_rate": rng.uniform(-1.0, 1.0, n),

@@ -1,12 +1,12 @@
 """The documentation is built without a warning, reads without a network, and its start page is runnable."""
 
+import html
 import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from html.parser import HTMLParser
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -40,37 +40,12 @@ HIGHEST = 1000
 #: A command that goes on while the next one begins.
 BACKGROUND = re.compile(r"(?<!&)&\s*$")
 TUTORIALS = sorted((CHECKOUT / "docs" / "tutorials").glob("*.md"))
-#: Elements that load what their attribute names, as the browser comes to them. `a` only leads somewhere.
-LOADING = {
-    **dict.fromkeys(
-        ["script", "img", "iframe", "source", "audio", "video", "embed", "track"], ("src", "srcset")
-    ),
-    "link": ("href",),
-    "object": ("data",),
-}
-#: Links of a head that no browser loads.
-NOT_LOADED = {"canonical", "index", "search", "next", "prev", "author", "license"}
-
-
-class Page(HTMLParser):
-    """The links, the loaded resources and the anchors of a page."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.links, self.loaded, self.anchors = list[str](), list[str](), set[str]()
-        self.formulas = 0
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Collect what an element names."""
-        given = {name: value or "" for name, value in attrs}
-        self.anchors |= {given["id"]} if "id" in given else set()
-        self.formulas += tag == "math"
-        if tag == "a" and "href" in given:
-            self.links.append(given["href"])
-        if tag == "link" and set(given.get("rel", "").split()) & NOT_LOADED:
-            return
-        self.loaded += [given[name] for name in LOADING.get(tag, ()) if name in given]
+#: What a browser loads from a server: of elements that load (`a` only leads somewhere), and of styles.
+FROM_A_SERVER = re.compile(
+    r"<(?:script|img|iframe|source|audio|video|embed|track|object)\b[^>]*\b(?:src|srcset|data)=[\"']?(?:https?:)?//"
+    r"|<link\b(?![^>]*rel=[\"'](?:canonical|index|search|next|prev|author|license))[^>]*href=[\"'](?:https?:)?//"
+    r"|(?:url\(|@import)\s*[\"']?\s*(?:https?:)?//"
+)
 
 
 @pytest.fixture(scope="module")
@@ -90,21 +65,14 @@ def site(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 
 @pytest.fixture(scope="module")
-def pages(site: Path) -> dict[Path, Page]:
-    """Return every page of the site, by its path."""
-    found = (
-        path for path in site.rglob("*.html") if "_static" not in path.parts
-    )  # there a template of the theme
-    return {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in found}
+def pages(site: Path) -> dict[Path, str]:
+    """Return the text of every page of the site, by its path."""
+    # in _static lies a template of the theme
+    found = (path for path in site.rglob("*.html") if "_static" not in path.parts)
+    return {path.resolve(): path.read_text(encoding="utf-8") for path in found}
 
 
-def local(base: Path, link: str) -> tuple[Path, str]:
-    """Return the file that a link of a page leads to, and the anchor in it."""
-    parts = urlsplit(link)
-    return ((base.parent / unquote(parts.path)).resolve() if parts.path else base), unquote(parts.fragment)
-
-
-def test_every_page_is_built(pages: dict[Path, Page], site: Path) -> None:
+def test_every_page_is_built(pages: dict[Path, str], site: Path) -> None:
     """Every page of docs/ is a page of the site, and so are the changelog and the page for contributors."""
     docs = CHECKOUT / "docs"
     sources = [
@@ -118,58 +86,38 @@ def test_every_page_is_built(pages: dict[Path, Page], site: Path) -> None:
     assert wanted <= pages.keys()
 
 
-def test_nothing_is_loaded_from_a_network(pages: dict[Path, Page]) -> None:
-    """Scripts, styles, fonts and pictures of every page are files of the site."""
-    assert any(page.loaded for page in pages.values())
-    for path, page in pages.items():
-        for resource in page.loaded:
-            parts = urlsplit(resource)
-            assert not parts.netloc, (path.name, resource)
-            assert parts.scheme in ("", "data"), (path.name, resource)
-            assert parts.scheme or local(path, resource)[0].is_file(), (path.name, resource)
+def test_nothing_is_loaded_from_a_network(site: Path) -> None:
+    """Scripts, styles, fonts and pictures of every page and every style sheet are files of the site."""
+    assert FROM_A_SERVER.search('<script async src="https://a.b/c.js">')
+    for path in [*site.rglob("*.css"), *site.rglob("*.html")]:
+        assert FROM_A_SERVER.search(path.read_text(encoding="utf-8")) is None, path
 
 
-def test_styles_load_nothing_from_a_network(site: Path) -> None:
-    """No style sheet, and no style in a page, names a server."""
-    sheets = [*site.rglob("*.css"), *site.rglob("*.html")]
-    for path in sheets:
-        text = path.read_text(encoding="utf-8")
-        styles = [text] if path.suffix == ".css" else re.findall(r"<style.*?</style>", text, re.S)
-        for style in styles:
-            assert re.findall(r"(?:url\(|@import)\s*['\"]?\s*(?:https?:)?//[^)]*", style) == [], path.name
-
-
-def outside(pages: dict[Path, Page]) -> Iterator[str]:
-    """Yield the links of the pages that lead out of the site."""
-    yield from (link for page in pages.values() for link in page.links if urlsplit(link).scheme)
-
-
-def test_links_inside_lead_somewhere(pages: dict[Path, Page]) -> None:
-    """Every link of a page to another one, or to a file, finds it, and the anchor in it."""
-    followed = 0
-    for path, page in pages.items():
-        for link in page.links:
-            if urlsplit(link).scheme:
+def test_links_lead_somewhere(pages: dict[Path, str]) -> None:
+    """A link to a page finds it and the anchor in it, one to a file finds that; few places outside are named."""
+    anchors = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in pages.items()}
+    followed, outside = 0, set()
+    for path, text in pages.items():
+        for link in re.findall(r'<a\b[^>]*\bhref="([^"]+)"', text):
+            parts = urlsplit(html.unescape(link))
+            if parts.scheme:
+                outside.add(parts.netloc)
                 continue
-            file, anchor = local(path, link)
+            file = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             assert file.is_file(), (path.name, link)
-            assert not anchor or file not in pages or anchor in pages[file].anchors, (path.name, link)
+            anchor = unquote(parts.fragment)
+            assert not anchor or file not in pages or anchor in anchors[file], (path.name, link)
             followed += 1
     assert followed > 500
+    assert outside <= {"keepachangelog.com", "semver.org"}
 
 
-def test_links_outside_are_named_here(pages: dict[Path, Page]) -> None:
-    """Links to servers, which no test follows, lead to these places alone."""
-    places = {urlsplit(link).netloc for link in outside(pages)}
-    assert places <= {"keepachangelog.com", "semver.org"}
-
-
-def test_only_public_names_are_in_the_reference(pages: dict[Path, Page], site: Path) -> None:
+def test_only_public_names_are_in_the_reference(pages: dict[Path, str], site: Path) -> None:
     """The page of the interface has every public name, the accessor and the base class of models, and no other."""
     import sweep
 
     page = pages[(site / "docs" / "api.html").resolve()]
-    described = {anchor for anchor in page.anchors if anchor.startswith(("sweep.", "kernels."))}
+    described = set(re.findall(r'\bid="((?:sweep|kernels)\.[^"]+)"', page))
     classes = {"sweep.model.description.Model"}
     public = {f"sweep.{name}" for name in sweep.__all__ if name != "__version__"} | classes
     assert public <= described

@@ -24,21 +24,21 @@ def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
     assert set(audit.endings) == {"FLAT", "REST", "HORIZON", "LIFT_OFF", "SLIP"}
 
 
-def test_fresh_mixtures_end_as_the_referee_says():
+def test_fresh_mixtures_end_as_the_referee_says(rng):
     """Other cells each time; those that start nearly upright may err by more than 1e-6."""
-    audit = audit_losses.audit_mixtures(30, np.random.default_rng(), slack=100.0)
+    audit = audit_losses.audit_mixtures(30, rng, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
-def test_fresh_breaches_are_those_of_the_referee():
+def test_fresh_breaches_are_those_of_the_referee(rng):
     """When the tilt of other cells each time first exceeded a limit, from upright and from the start."""
-    audit = audit_losses.audit_breaches(30, np.random.default_rng(), slack=100.0)
+    audit = audit_losses.audit_breaches(30, rng, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
-def test_fresh_variants_integrate_their_laws():
+def test_fresh_variants_integrate_their_laws(rng):
     """Two of the kernels each time, with cells that have no other laws than theirs."""
-    audit = audit_losses.audit_variants(2, np.random.default_rng(), cells=30, slack=100.0)
+    audit = audit_losses.audit_variants(2, rng, cells=30, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
     assert audit.cells == 60
 
@@ -53,22 +53,22 @@ def test_every_variant_is_audited():
     )  # fmt: skip
 
 
-def test_fresh_single_motions_end_as_the_referee_says():
+def test_fresh_single_motions_end_as_the_referee_says(rng):
     """The scalar integration, in smaller steps than its usual ones; where the contact point went too."""
-    audit = audit_losses.audit_single(30, np.random.default_rng(), slack=2.0)
+    audit = audit_losses.audit_single(30, rng, slack=2.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
-def test_a_contact_that_only_just_slips_does_so():
+def test_a_contact_that_only_just_slips_does_so(rng):
     """A force passes its limit and returns within a step, or where friction changes its sense."""
-    audit = audit_losses.audit_grazes(90, np.random.default_rng())
+    audit = audit_losses.audit_grazes(90, rng)
     assert audit.fine, "\n".join(audit.broken)
     assert audit.endings["SLIP"] > 60
 
 
-def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be():
+def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be(rng):
     """Ever longer each time, the less energy they have there; most lose nothing or little."""
-    audit = audit_losses.audit_passes(90, np.random.default_rng(), slack=100.0)
+    audit = audit_losses.audit_passes(90, rng, slack=100.0)
     assert not audit.broken, "\n".join(audit.broken)
     # about two of ninety, and by chance five and more
     assert audit.left_out <= 10
@@ -170,9 +170,9 @@ def test_vanishing_losses_leave_the_disk_without_losses():
     assert audit.fine, "\n".join(audit.broken)
 
 
-def test_rolling_friction_holds_up_to_its_tilt():
+def test_rolling_friction_holds_up_to_its_tilt(rng):
     """S [1 + (1 + alpha/2) P^2 C] = arm, from both sides."""
-    audit = audit_losses.audit_holding(200, np.random.default_rng())
+    audit = audit_losses.audit_holding(200, rng)
     assert audit.fine, "\n".join(audit.broken)
 
 

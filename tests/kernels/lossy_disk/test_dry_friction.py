@@ -90,9 +90,8 @@ def test_a_disk_that_stands_does_not_creep():
     assert found.heading_turned == pytest.approx(0.5 * 0.5 * stop, rel=1e-14)
 
 
-def test_a_disk_breaks_away_along_its_own_acceleration():
+def test_a_disk_breaks_away_along_its_own_acceleration(rng):
     """Where rolling friction lets go, its torque opposes the acceleration, with its full arm, to 1e-12."""
-    rng = np.random.default_rng()
     seen = 0
     for _ in range(2000):
         alpha, tilt, v = rng.uniform(0.3, 1.0), rng.uniform(-1.4, 1.4), rng.normal(0, 2)

@@ -223,9 +223,9 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
 
 @pytest.mark.parametrize("air", lossy_runner.AIR_LAWS)
 @pytest.mark.parametrize("kinds", [lossy_cells.KINDS, ("nearly upright", "slow")])
-def test_stated_errors(kinds, air):
+def test_stated_errors(kinds, air, rng):
     """Against the referee, of fresh mixtures: of about 200 cells at most two are beyond, and every one is resolved."""
-    given = lossy_cells.random_cells(600, np.random.default_rng(), kinds)[air]
+    given = lossy_cells.random_cells(600, rng, kinds)[air]
     found = lossy_runner.run(given, air=air)
     sharp, truth = (
         referee.run(given, air=air, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=rtol)
@@ -364,9 +364,9 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
 
 
 @pytest.mark.parametrize("name", ["", "integrate_pivoting", "integrate_bare"])
-def test_falls_are_resolved_with_any_tolerance(name):
+def test_falls_are_resolved_with_any_tolerance(name, rng):
     """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
-    seed, n = int(np.random.default_rng().integers(2**31)), 2000
+    seed, n = int(rng.integers(2**31)), 2000
     rng = np.random.default_rng(seed)
     starts = referee.starts(
         tilt=rng.uniform(0.01, 1.5, n),
@@ -459,9 +459,9 @@ def test_a_motion_that_was_followed_without_end_ends(start, air, tolerance, dura
     assert found.steps[0] < 10000
 
 
-def test_every_motion_ends_with_any_tolerance():
+def test_every_motion_ends_with_any_tolerance(rng):
     """New mixtures of laws and motions in every run, with the coarsest tolerances that a request may have."""
-    seed = int(np.random.default_rng().integers(2**31))
+    seed = int(rng.integers(2**31))
     rng = np.random.default_rng(seed)
     for _ in range(4):
         tolerance, duration = 10.0 ** rng.uniform(-5, -1), 10.0 ** rng.uniform(-1, 0.5)

@@ -81,9 +81,9 @@ def passing(n, rng):
     return np.concatenate(chosen, axis=1)
 
 
-def test_motions_that_pass_an_unstable_circle_state_what_is_off_when_time_ends_them():
+def test_motions_that_pass_an_unstable_circle_state_what_is_off_when_time_ends_them(rng):
     """Against DOP853, other starts each time, at moments near the circle, beside it and some nutations later."""
-    given, late, wrong = passing(80, np.random.default_rng()), 0, 0
+    given, late, wrong = passing(80, rng), 0, 0
     for duration in (5.0, 14.0, 60.0):
         found = lossy_runner.run(given, duration=duration)
         true = referee.run(given, duration=duration, flat_tilt=lossy_runner.FLAT_TILT, rtol=1e-13)
@@ -107,9 +107,9 @@ def falling(n, rng):
     )  # fmt: skip
 
 
-def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states():
+def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states(rng):
     """Its time, and what it has rolled until then: straight falls to 50 degrees, where it does not lift off yet."""
-    given = falling(200, np.random.default_rng())
+    given = falling(200, rng)
     found, true = (
         lossy_runner.run(given, duration=100.0, flat_tilt=np.deg2rad(50.0)),
         referee.run(given, duration=100.0, flat_tilt=np.deg2rad(50.0), rtol=1e-13),
@@ -122,10 +122,10 @@ def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states():
     assert late[flat].sum() > 20
 
 
-def test_fresh_motions_with_few_losses_state_what_is_off():
+def test_fresh_motions_with_few_losses_state_what_is_off(rng):
     """Against the same kernels with a hundredth of the tolerance: of about 600 motions at most three are beyond."""
     wrong, cells = 0, 0
-    for air, given in less_lossy(600, np.random.default_rng()):
+    for air, given in less_lossy(600, rng):
         found, true = (lossy_runner.run(given, air=air, tolerance=each) for each in (1e-8, 1e-10))
         same = (found.ending == true.ending) & np.isfinite(found.end_time)
         wrong, cells = wrong + beyond(found, true)[same].sum(), cells + same.sum()

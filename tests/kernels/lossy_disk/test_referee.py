@@ -27,9 +27,8 @@ def forces(y, n, mode, par, hold_roll, hold_turn):
 
 
 @pytest.mark.parametrize("held", ["nothing", "roll", "turn"])
-def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(held):
+def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(held, rng):
     """Every law sliding, or one rate held: accelerations, normal and horizontal forces."""
-    rng = np.random.default_rng()
     out = np.zeros(single.SIZE)
     for _ in range(200):
         par = np.array([rng.uniform(0.1, 1.0), *10.0 ** rng.uniform(-4, -1, 6), np.inf])
@@ -138,9 +137,9 @@ def test_regularised_friction_tends_to_the_set_valued_one(name):
     assert narrow < 0.45 * wide
 
 
-def test_energy_and_losses_are_constant_and_tolerances_agree():
+def test_energy_and_losses_are_constant_and_tolerances_agree(rng):
     """Random mixtures of all laws through every kind of ending: the ledger closes, 1e-13 tells what 1e-12 told."""
-    cells = lossy_cells.random_cells(60, np.random.default_rng())
+    cells = lossy_cells.random_cells(60, rng)
     for air, given in cells.items():
         found, finer = (referee.run(given, air=air, duration=200.0, rtol=rtol) for rtol in (1e-12, 1e-13))
         assert max(found.energy_imbalance.max(), finer.energy_imbalance.max()) < 1e-9

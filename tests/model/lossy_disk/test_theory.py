@@ -131,9 +131,8 @@ def random_upright(n, rng, axis):
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
-def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(axis):
+def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(axis, rng):
     """Fresh cells of all laws from the bound on, for departures and for times aloft: an upper estimate of the rate."""
-    rng = np.random.default_rng()
     for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
         duration = rng.uniform(5.0, 60.0)
         bound = theory.rate_before(critical, duration, slowed)
@@ -145,9 +144,8 @@ def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(axis):
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
-def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(axis):
+def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(axis, rng):
     """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
-    rng = np.random.default_rng()
     fell = 0
     for air, (given, slowed, critical) in random_upright(40, rng, axis).items():
         rates = critical * rng.uniform(1.01, 1.5, critical.size)

@@ -52,9 +52,8 @@ def test_nearly_flat_periods(start):
     assert abs(found[EXACT_TILT_MAX] - float(high)) < 3e-15
 
 
-def test_stated_errors_of_nearly_flat_motions():
+def test_stated_errors_of_nearly_flat_motions(rng):
     """No turning point of random motions within 5 degrees of flat is off by more than the stated error."""
-    rng = np.random.default_rng()
     n = 400
     given = starts(
         rng.choice((-1.0, 1.0), n) * (0.5 * np.pi - 10.0 ** rng.uniform(-1.6, -1.1, n)),

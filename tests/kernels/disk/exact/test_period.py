@@ -65,9 +65,8 @@ def integrated(start, low, high):
     return 2.0 * (total + ends)
 
 
-def test_random_periods_by_another_quadrature():
+def test_random_periods_by_another_quadrature(rng):
     """Periods of random starts, wide and narrow, are those of SciPy's integration and quadrature, to its accuracy."""
-    rng = np.random.default_rng()
     n = 30
     given = referee.starts(
         tilt=rng.uniform(-1.3, 1.3, n), tilt_rate=rng.normal(0.0, 1.0, n), precession_rate=rng.normal(0.0, 2.0, n),
@@ -163,9 +162,8 @@ def test_roots_next_to_a_saddle(start, period):
     assert extremes(given, FALL, True)[0][EXACT_NUTATION_PERIOD, 0] == pytest.approx(period, rel=3e-11)
 
 
-def test_bits_of_a_period_depend_on_the_cell_alone():
+def test_bits_of_a_period_depend_on_the_cell_alone(rng):
     """Order, company and chunks change no bit of a period; nor do motions that need more intervals or panels."""
-    rng = np.random.default_rng()
     n = 3000
     given = referee.starts(
         tilt=rng.uniform(-1.4, 1.4, n), tilt_rate=rng.normal(0.0, 1.0, n) * (rng.random(n) < 0.7),
