@@ -12,14 +12,6 @@ from kernels.disk.endings import BOUNDED, UNRESOLVED
 pytestmark = pytest.mark.compiled
 
 
-@pytest.fixture
-def rng(request):
-    """Return a generator with a new seed, which pytest shows if the test fails."""
-    seed = np.random.SeedSequence().entropy
-    request.node.add_report_section("setup", "seed", str(seed))
-    return np.random.default_rng(seed)
-
-
 def keep_kinds(monkeypatch, *kinds):
     """Leave out all other kinds of starts whose periods are audited."""
     kept = {kind: audit_extremes.PERIOD_KINDS[kind] for kind in kinds}
