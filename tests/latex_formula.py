@@ -27,10 +27,14 @@ _NAMED = re.compile(r"<!-- formula: ([\w-]+) -->\n\$\$\n(.*?)\n\$\$\n", re.S)
 _STATES = re.compile(r"=|<|>|\\leq?\b|\\geq?\b|\\approx|\\sim")
 _SPACE = {r"\,", r"\;", r"\!", r"\:", r"\ ", r"\quad", r"\qquad", r"\left", r"\right", "&"}
 RELATIONS = {"=": "=", ">": ">", "<": "<", r"\le": "<=", r"\ge": ">=", r"\leq": "<=", r"\geq": ">="}
-_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    r"\sin": math.sin, r"\cos": math.cos, r"\tan": math.tan, r"\cosh": math.cosh,
-    r"\operatorname{artanh}": math.atanh,
-}  # fmt: skip
+_BRACKETS = {"(": ")", "[": "]", "{": "}"}
+_FUNCTIONS = {
+    r"\sin": "math.sin",
+    r"\cos": "math.cos",
+    r"\tan": "math.tan",
+    r"\cosh": "math.cosh",
+    r"\operatorname{artanh}": "math.atanh",
+}
 _ACCENTS = {r"\dot": "dot ", r"\ddot": "ddot "}
 _ENDS = {")", "]", "}", "|", "+", "-", "^", "_", "/", ",", ".", r"\cdot", *RELATIONS}
 
@@ -107,7 +111,7 @@ class Page:
 
 
 class _Reader:
-    """Reads one line from left to right."""
+    """Reads one line from left to right, and writes each side as Python; `v` are the values of its symbols."""
 
     def __init__(self, text: str) -> None:
         self.text = " ".join(text.split())
@@ -116,7 +120,7 @@ class _Reader:
 
     def line(self) -> Line:
         sides, relations = [self.sum()], []
-        first = self._only_symbol()
+        symbol = re.fullmatch(r"v\[('[^'\[]*'|\"[^\"\[]*\")\]", sides[0])
         while self.peek() in RELATIONS:
             relations.append(RELATIONS[self.take()])
             sides.append(self.sum())
@@ -124,21 +128,16 @@ class _Reader:
             self.take()
         if self.peek():
             raise ValueError(f"cannot read {self.peek()!r} in {self.text!r}")
-        return Line(self.text, tuple(sides), tuple(relations), first)
+        functions = tuple(eval(f"lambda v: {side}", {"math": math, "integral": _integral}) for side in sides)
+        return Line(
+            self.text,
+            tuple(lambda values, side=side: side(_Called(values)) for side in functions),
+            tuple(relations),
+            symbol and symbol[1][1:-1],
+        )
 
-    def _only_symbol(self) -> str | None:
-        """Return the name of the first side if it is nothing but a symbol."""
-        end, self.at = self.at, 0
-        try:
-            name = self.symbol() if self.tokens[0] not in _FUNCTIONS else None
-        except ValueError:
-            name = None
-        alone, self.at = self.at == end, end
-        return name if alone else None
-
-    def peek(self, ahead: int = 0) -> str:
-        place = self.at + ahead
-        return self.tokens[place] if place < len(self.tokens) else ""
+    def peek(self) -> str:
+        return self.tokens[self.at] if self.at < len(self.tokens) else ""
 
     def take(self, wanted: str | None = None) -> str:
         token = self.peek()
@@ -147,33 +146,31 @@ class _Reader:
         self.at += 1
         return token
 
-    def sum(self) -> Side:
-        negative = self.peek() == "-"
-        if self.peek() in ("+", "-"):
-            self.take()
-        first = self.product()
-        total: Side = (lambda v: -first(v)) if negative else first
+    def enclosed(self, first: str, last: str) -> str:
+        self.take(first)
+        inside = self.sum()
+        self.take(last)
+        return f"({inside})"
+
+    def group(self) -> str:
+        return self.enclosed("{", "}")
+
+    def sum(self) -> str:
+        found = self.take() if self.peek() in ("+", "-") else ""
+        found += self.product()
         while self.peek() in ("+", "-"):
-            total = _added(total, self.product_after(self.take()))
-        return total
+            found += f" {self.take()} {self.product()}"
+        return found
 
-    def product_after(self, sign: str) -> Side:
-        part = self.product()
-        return part if sign == "+" else lambda v: -part(v)
-
-    def product(self) -> Side:
-        result = self.power()
+    def product(self) -> str:
+        found = self.power()
         while True:
-            if self.peek() == r"\cdot":
-                self.take()
-                result = _multiplied(result, self.power())
-            elif self.peek() == "/":
-                self.take()
-                result = _divided(result, self.power())
+            if self.peek() in (r"\cdot", "/"):
+                found += f" {'/' if self.take() == '/' else '*'} {self.power()}"
             elif self.starts_factor():
-                result = _multiplied(result, self.power())
+                found += f" * {self.power()}"
             else:
-                return result
+                return found
 
     def starts_factor(self) -> bool:
         token = self.peek()
@@ -181,98 +178,71 @@ class _Reader:
             return not self.bars
         return bool(token) and token not in _ENDS and not (token == "d" and self.integrals)
 
-    def power(self) -> Side:
-        base = self.factor()
-        return self._raised(base)
+    def power(self) -> str:
+        return self.factor() + self.exponent()
 
-    def _raised(self, base: Side) -> Side:
+    def exponent(self) -> str:
         if self.peek() != "^":
-            return base
+            return ""
         self.take()
-        exponent = self.group() if self.peek() == "{" else self.number()
-        return lambda v: base(v) ** exponent(v)
+        return "**" + (self.group() if self.peek() == "{" else self.number())
 
-    def factor(self) -> Side:
+    def factor(self) -> str:
         token = self.peek()
-        if token in ("(", "["):
+        if token in _BRACKETS:
+            return self.enclosed(token, _BRACKETS[token])
+        if token == "|":
+            self.bars += 1
             self.take()
             inside = self.sum()
-            self.take(")" if token == "(" else "]")
-            return inside
-        if token == "{":
-            return self.group()
-        if token == "|":
-            return self.magnitude()
+            self.bars -= 1
+            self.take("|")
+            return f"abs({inside})"
         if token[:1].isdigit():
             return self.number()
-        if token == r"\frac" or token == r"\tfrac":
+        if token in (r"\frac", r"\tfrac"):
             return self.fraction()
         if token == r"\sqrt":
             self.take()
-            inside = self.group()
-            return lambda v: math.sqrt(inside(v))
+            return f"math.sqrt{self.group()}"
         if token == r"\int":
             return self.integral()
         if token in _FUNCTIONS:
             return self.function()
-        return _value_of(self.symbol())
+        return self.symbol()
 
-    def number(self) -> Side:
+    def number(self) -> str:
         token = self.take()
         if not token[:1].isdigit():
             raise ValueError(f"a number or braces are missing before {token!r} in {self.text!r}")
-        value = float(token)
-        return lambda v: value
+        return str(float(token))
 
-    def group(self) -> Side:
-        self.take("{")
-        inside = self.sum()
-        self.take("}")
-        return inside
-
-    def magnitude(self) -> Side:
-        self.take("|")
-        self.bars += 1
-        inside = self.sum()
-        self.bars -= 1
-        self.take("|")
-        return lambda v: abs(inside(v))
-
-    def fraction(self) -> Side:
+    def fraction(self) -> str:
         self.take()
-        derivative = self.derivative()
-        if derivative is not None:
-            return _value_of(derivative)
-        return _divided(self.group(), self.group())
-
-    def derivative(self) -> str | None:
-        """Return the name of a derivative such as {ds}{dt}, or None, and stay, if it is another fraction."""
         start = self.at
         try:
-            self.take("{")
-            name = self._differential()
-            self.take("}")
-            self.take("{")
-            name += "/" + self._differential()
-            self.take("}")
+            above = self.differential()
+            return f"v[{above + '/' + self.differential()!r}]"
         except ValueError:
+            # not a derivative such as {ds}{dt}
             self.at = start
-            return None
-        return name
+        return f"({self.group()} / {self.group()})"
 
-    def _differential(self) -> str:
+    def differential(self) -> str:
+        self.take("{")
         self.take("d")
-        order = ""
-        if self.peek() == "^":
-            self.take()
-            order = self.take()
-        name = f"d{order}{self.symbol()}"
-        if self.peek() == "^":
-            self.take()
-            name += self.take()
+        order = self.take_after("^")
+        name = f"d{order}{self.name()}{self.take_after('^')}"
+        self.take("}")
         return name
 
-    def integral(self) -> Side:
+    def take_after(self, sign: str) -> str:
+        if self.peek() != sign:
+            return ""
+        self.take()
+        return self.take()
+
+    def integral(self) -> str:
         self.take(r"\int")
         self.take("_")
         low = self.group()
@@ -282,79 +252,57 @@ class _Reader:
         inside = self.product()
         self.integrals -= 1
         self.take("d")
-        name = self.symbol()
-        return lambda v: float(
-            mpmath.quad(lambda x: inside({**v, name: float(x)}), [low(v), 0.5 * (low(v) + high(v)), high(v)])
-        )
+        return f"integral(lambda v: {inside}, v, {self.name()!r}, {low}, {high})"
 
-    def function(self) -> Side:
+    def function(self) -> str:
         function = _FUNCTIONS[self.take()]
-        exponent = None
-        if self.peek() == "^":
-            self.take()
-            exponent = self.number()
-        argument = self.argument()
-        if exponent is None:
-            return lambda v: function(argument(v))
-        return lambda v: function(argument(v)) ** exponent(v)
+        exponent = self.exponent()
+        return f"{function}({self.argument()}){exponent}"
 
-    def argument(self) -> Side:
+    def argument(self) -> str:
         """Return what a function without parentheses is taken of: a symbol, perhaps with a number before it."""
         if self.peek() in ("(", "{"):
             return self.factor()
-        if self.peek()[:1].isdigit():
-            return _multiplied(self.number(), _value_of(self.symbol()))
-        return _value_of(self.symbol())
+        number = f"{self.number()} * " if self.peek()[:1].isdigit() else ""
+        return number + self.symbol()
 
     def symbol(self) -> str:
-        token = self.take()
-        if token in _ACCENTS:
-            if self.peek() == "{":
-                self.take()
-                name = _ACCENTS[token] + self.symbol()
-                self.take("}")
-            else:
-                name = _ACCENTS[token] + self._letter(self.take())
-        else:
-            name = self._letter(token)
-        while self.peek() == "'":
-            name += self.take()
-        if self.peek() == "_":
-            self.take()
-            name += "_" + self._subscript()
-        return name
+        return f"v[{self.name()!r}]"
 
-    def _letter(self, token: str) -> str:
+    def name(self) -> str:
+        token = self.take()
+        if token not in _ACCENTS:
+            found = self.letter(token)
+        elif self.peek() == "{":
+            self.take()
+            found = _ACCENTS[token] + self.name()
+            self.take("}")
+        else:
+            found = _ACCENTS[token] + self.letter(self.take())
+        while self.peek() == "'":
+            found += self.take()
+        if self.peek() != "_":
+            return found
+        self.take()
+        below = [self.take()]
+        while below[0] == "{" and below[-1] != "}":
+            below.append(self.take())
+        return f"{found}_" + "".join(each.removeprefix("\\") for each in below if each not in "{}")
+
+    def letter(self, token: str) -> str:
         if not re.fullmatch(r"\\?[a-zA-Z]+", token) or token in _FUNCTIONS:
             raise ValueError(f"cannot read {token!r} in {self.text!r}")
         return token.removeprefix("\\")
 
-    def _subscript(self) -> str:
-        if self.peek() != "{":
-            return self.take().removeprefix("\\")
-        self.take()
-        parts = []
-        while self.peek() != "}":
-            parts.append(self.take().removeprefix("\\"))
-        self.take("}")
-        return "".join(parts)
+
+class _Called(dict[str, Any]):
+    """Values by their names; one that is a function is that of all values."""
+
+    def __getitem__(self, name: str) -> Any:
+        found = super().__getitem__(name)
+        return found(self) if callable(found) else found
 
 
-def _value_of(name: str) -> Side:
-    def value(values: Values) -> Any:
-        found = values[name]
-        return found(values) if callable(found) else found
-
-    return value
-
-
-def _added(first: Side, second: Side) -> Side:
-    return lambda v: first(v) + second(v)
-
-
-def _multiplied(first: Side, second: Side) -> Side:
-    return lambda v: first(v) * second(v)
-
-
-def _divided(first: Side, second: Side) -> Side:
-    return lambda v: first(v) / second(v)
+def _integral(inside: Side, values: Values, name: str, low: float, high: float) -> float:
+    places = [low, 0.5 * (low + high), high]
+    return float(mpmath.quad(lambda x: inside(_Called({**values, name: float(x)})), places))
