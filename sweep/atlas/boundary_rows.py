@@ -2,14 +2,16 @@
 
 import csv
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import edge_status, found_edges, spec_of
 from sweep.atlas.row_status import ROW_STATUS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: One row of a table: column -> value; None where there is none.
 Row = dict[str, Any]
@@ -18,12 +20,12 @@ Row = dict[str, Any]
 _VALUES = ("measured", "halfwidth", "predicted", "critical")
 
 
-def boundary_rows(dataset: Atlas) -> list[Row]:
+def boundary_rows(dataset: "xr.Dataset") -> list[Row]:
     """Return the rows of all edges of an atlas.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         A whole one.
 
     Returns
@@ -52,7 +54,7 @@ def boundary_rows(dataset: Atlas) -> list[Row]:
     return rows
 
 
-def curve_rows(dataset: Atlas) -> list[Row]:
+def curve_rows(dataset: "xr.Dataset") -> list[Row]:
     """Return the points of the curves of a refined boundary: none if there are no curves.
 
     Returns

@@ -18,7 +18,6 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     edge_names,
 )
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables
 from sweep.atlas.slices import coordinates, whole
 from sweep.request.spec import SweepSpec
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
 
 
-def is_complete(dataset: Atlas, spec: SweepSpec) -> bool:
+def is_complete(dataset: "xr.Dataset", spec: SweepSpec) -> bool:
     """Return whether an atlas of a spec has its fixed parameters and its boundary."""
     return not _lost_parameters(dataset, spec) and not _has_lost_boundary(dataset, spec)
 
@@ -86,13 +85,13 @@ def without_boundary(dataset: "xr.Dataset") -> "xr.Dataset":
     return dataset.drop_vars(stale).drop_dims([CURVES, POINTS], errors="ignore")
 
 
-def _lost_parameters(dataset: Atlas, spec: SweepSpec) -> list[str]:
+def _lost_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> list[str]:
     """Return the fixed parameters that an atlas lacks, but for those that atlases of older versions never had."""
     parameters = spec.model.parameters
     return [name for name in spec.fixed if name not in dataset.variables and not parameters[name].added_later]
 
 
-def _has_lost_boundary(dataset: Atlas, spec: SweepSpec) -> bool:
+def _has_lost_boundary(dataset: "xr.Dataset", spec: SweepSpec) -> bool:
     """Return whether an atlas lacks an edge that every grid has along a control, or its curves."""
     if spec.is_list:
         return False

@@ -17,7 +17,6 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
     status_name,
 )
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.row_search import row_status
 from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
 from sweep.atlas.slices import coordinates, whole
@@ -69,7 +68,7 @@ def assemble(spec: SweepSpec, columns: Columns, command: str, seen: Seen = unsee
     )
 
 
-def spec_named(dataset: Atlas) -> SweepSpec:
+def spec_named(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec that an atlas states, of which it may be a selection.
 
     Raises
@@ -83,7 +82,7 @@ def spec_named(dataset: Atlas) -> SweepSpec:
         raise error.at(place_of(dataset)) from None
 
 
-def spec_of(dataset: Atlas) -> SweepSpec:
+def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec that an atlas was made from.
 
     Raises
@@ -112,7 +111,7 @@ def spec_of(dataset: Atlas) -> SweepSpec:
     return _with_starts(spec, dataset) if spec.starts else spec
 
 
-def _with_starts(spec: SweepSpec, dataset: Atlas) -> SweepSpec:
+def _with_starts(spec: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
     """Return a spec with the values of its table, which the atlas holds as coordinates."""
     require(dataset, spec.listed)
     columns = {name: np.asarray(dataset[name].values, np.float64) for name in spec.listed}
@@ -122,7 +121,7 @@ def _with_starts(spec: SweepSpec, dataset: Atlas) -> SweepSpec:
         raise error.at(place_of(dataset)) from None
 
 
-def require(dataset: Atlas, names: Iterable[str], place: str | None = None) -> None:
+def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = None) -> None:
     """Refuse an atlas that lacks some variables.
 
     Raises
@@ -139,17 +138,17 @@ def require(dataset: Atlas, names: Iterable[str], place: str | None = None) -> N
         )
 
 
-def place_of(dataset: Atlas) -> str:
+def place_of(dataset: "xr.Dataset") -> str:
     """Return what messages call an atlas: its file, if it has one."""
     return str(dataset.encoding.get("source", "atlas"))
 
 
-def found_edges(dataset: Atlas, spec: SweepSpec) -> Iterator[tuple[str, str]]:
+def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
     """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
     yield from ((axis, edge) for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] in dataset)
 
 
-def in_order(variable: Variable, dims: Sequence[Any]) -> npt.NDArray[Any]:
+def in_order(variable: "xr.DataArray | xr.Variable", dims: Sequence[Any]) -> npt.NDArray[Any]:
     """Return the values of a variable with its dimensions in the given order, those of one value left out."""
     held = [name for name in dims if name in variable.dims]
     rest = [name for name in variable.dims if name not in held]
@@ -157,7 +156,7 @@ def in_order(variable: Variable, dims: Sequence[Any]) -> npt.NDArray[Any]:
     return values.reshape(values.shape[: len(held)])
 
 
-def edge_status(dataset: Atlas, axis: str, edge: str) -> npt.NDArray[np.int8]:
+def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
     """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_search.row_status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.

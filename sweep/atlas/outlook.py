@@ -2,15 +2,18 @@
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.contents import Atlas
 from sweep.model.quantity import Array
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Rows for which the prediction is computed at most, spread evenly: 200 rows of the presets take 0.06 s.
 _MOST_ROWS = 2048
@@ -22,13 +25,13 @@ _MARGIN = 0.2
 _DIGITS = 3
 
 
-def one_sided(spec: SweepSpec, dataset: Atlas | None = None) -> list[str]:
+def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]:
     """Return a warning if the whole range of a control lies on one side of the predicted boundary in every row.
 
     Parameters
     ----------
     spec : SweepSpec
-    dataset : Atlas, optional
+    dataset : xarray.Dataset, optional
         Its atlas, which holds the prediction; computed for up to 2048 rows if not given.
 
     Returns
@@ -73,7 +76,7 @@ def _predicted(spec: SweepSpec, axis: str) -> dict[str, Array]:
     return {edge: line[1] for edge, line in theory_lines(spec.replace(**few), axis).items()}
 
 
-def _stored(dataset: Atlas, axis: str) -> dict[str, Array]:
+def _stored(dataset: "xr.Dataset", axis: str) -> dict[str, Array]:
     names = {edge: edge_names(axis, edge)[2] for edge in EDGES}
     return {edge: dataset[name].values for edge, name in names.items() if name in dataset}
 

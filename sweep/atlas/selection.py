@@ -15,7 +15,6 @@ from sweep.atlas.cf_metadata import (
     spec_attributes,
 )
 from sweep.atlas.completion import completed, is_complete, without_boundary
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
 from sweep.atlas.slices import coordinates, whole
 from sweep.engine.grid import blocks, starts_of
@@ -40,7 +39,7 @@ _ROUNDING = 1e-12
 BETWEEN = "Between the cells of: "
 
 
-def is_atlas(dataset: Atlas) -> bool:
+def is_atlas(dataset: "xr.Dataset") -> bool:
     """Return whether a dataset says that it is an atlas, and has cells."""
     stated = {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys()
     return stated and "ending" in dataset and "stability" in dataset
@@ -81,12 +80,12 @@ def require_atlas(dataset: Any) -> None:
         )
 
 
-def _always_held(dataset: Atlas) -> tuple[str, ...]:
+def _always_held(dataset: "xr.Dataset") -> tuple[str, ...]:
     """Return the variables without which no file is read as an atlas."""
     return "ending", "stability", *spec_named(dataset).model.extremes
 
 
-def check_flags(dataset: Atlas) -> None:
+def check_flags(dataset: "xr.Dataset") -> None:
     """Refuse an atlas whose endings or verdicts are fractions, as ``interp`` and ``mean`` of xarray make them.
 
     Raises
@@ -98,7 +97,7 @@ def check_flags(dataset: Atlas) -> None:
             _no_flags(name)
 
 
-def _is_whole_numbers(dataset: Atlas, name: str) -> bool:
+def _is_whole_numbers(dataset: "xr.Dataset", name: str) -> bool:
     return dataset[name].dtype.kind in "iu"
 
 
@@ -111,18 +110,18 @@ def _no_flags(name: str) -> NoReturn:
     )
 
 
-def is_whole(dataset: Atlas) -> bool:
+def is_whole(dataset: "xr.Dataset") -> bool:
     """Return whether an atlas holds all cells of the spec that it states, with fixed parameters and boundary."""
     spec = selected_spec(dataset)
     return spec == spec_named(dataset) and is_complete(dataset, spec)
 
 
-def selected_spec(dataset: Atlas) -> SweepSpec:
+def selected_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of the cells that a dataset holds: that which it states, or of a selection one of its own.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         An atlas, or a selection whose axes kept their order and their coordinates; an axis of which one value was
         taken is a scalar.
 
@@ -156,14 +155,14 @@ def selected_spec(dataset: Atlas) -> SweepSpec:
         raise error.at(place_of(dataset)) from None
 
 
-def _one_start(stated: SweepSpec, dataset: Atlas) -> SweepSpec:
+def _one_start(stated: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of one start of a list: a single cell, whose parameters are all numbers."""
     words = {name: value for name, value in stated.words().items() if name not in WORDS}
     numbers = {name: float(dataset[name].values) for name in stated.listed}
     return SweepSpec(**{"model": stated.model.name, **words, **numbers})
 
 
-def _kept(dataset: Atlas, axis: str, dimension: bool) -> float | Range | Values:
+def _kept(dataset: "xr.Dataset", axis: str, dimension: bool) -> float | Range | Values:
     """Return what a selection has kept of an axis: one number, or some of its values."""
     if axis not in dataset.variables:
         raise RequestError(
@@ -207,7 +206,7 @@ def _as_range(values: Array) -> Range | None:
     return None
 
 
-def _check_coordinates(dataset: Atlas, stated: SweepSpec) -> None:
+def _check_coordinates(dataset: "xr.Dataset", stated: SweepSpec) -> None:
     """Refuse a dataset whose cells are not those that its coordinates and its spec say.
 
     An axis that was not cut has the values of the spec in their order; so has every fixed parameter that is there.
@@ -232,7 +231,7 @@ def _check_coordinates(dataset: Atlas, stated: SweepSpec) -> None:
                 _other_cells(dataset, name, "has other values than its spec, or another order of them")
 
 
-def _check_starts(dataset: Atlas, spec: SweepSpec) -> None:
+def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
     """Refuse a list of starts whose parameters are not those that its spec draws."""
     for span in blocks(spec.size) if spec.listed and not spec.starts else ():
         starts = starts_of(spec, span)
@@ -246,7 +245,7 @@ def _largest(axis: float | Range | Values) -> float:
     return abs(axis) if isinstance(axis, float) else float(np.abs(axis.ends()).max())
 
 
-def _other_cells(dataset: Atlas, name: str, what: str) -> NoReturn:
+def _other_cells(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
     raise RequestError(
         f"The coordinate {name} {what}: it cannot be told which cells these are.",
         hint=f"Select with isel or sel, and keep the order of the axes, as by dataset.sortby({name!r}).",

@@ -2,14 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.errors import RequestError, counted
 from sweep.model.endings import FAILED, MISSING
 from sweep.model.quantity import STABLE, UNSTABLE
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Quantile of the normal distribution at 97.5 %: two of them hold 95 %.
 _QUANTILE = 1.959963984540054
@@ -72,7 +75,7 @@ def wilson(count: int, total: int, quantile: float = _QUANTILE) -> tuple[float, 
     return (middle - half if count else 0.0), (middle + half if count < total else 1.0)
 
 
-def unstable_share(dataset: Atlas) -> Share:
+def unstable_share(dataset: "xr.Dataset") -> Share:
     """Return the share of the starts of a list, or of a selection from one, that is unstable.
 
     Raises

@@ -7,7 +7,7 @@ coordinates. A selection from an atlas is one too: an axis may be shorter, or a 
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,11 +21,13 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     status_name,
 )
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.slices import slices_of
 from sweep.errors import RequestError, counted, printable, shown
 from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Global attributes that are text, if they are there.
 _TEXTS = (
@@ -50,12 +52,12 @@ _KINDS = {"f": "numbers of floating point", "i": "whole numbers"}
 _MOST_NAMED = 3
 
 
-def check_structure(dataset: Atlas, spec: SweepSpec, place: str) -> None:
+def check_structure(dataset: "xr.Dataset", spec: SweepSpec, place: str) -> None:
     """Refuse what is not built as the atlas of a spec, or as a selection from it.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         With the variables ``ending`` and ``stability``, and none that no atlas has.
     spec : SweepSpec
         That which the dataset states.
@@ -80,7 +82,7 @@ def check_structure(dataset: Atlas, spec: SweepSpec, place: str) -> None:
         )
 
 
-def _grid_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _grid_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     dims = dataset["ending"].dims
     if len(set(dims)) < len(dims) or not set(dims) <= set(spec.axes):
         yield f"the dimensions of ending must be axes, of {_listed(spec.axes)}; got {_listed(dims)}"
@@ -99,7 +101,9 @@ def _grid_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
             yield f"the coordinate {name} {problem}"
 
 
-def _coordinate_problem(found: Variable, dims: tuple[str, ...], quantity: Quantity) -> str:
+def _coordinate_problem(
+    found: "xr.DataArray | xr.Variable", dims: tuple[str, ...], quantity: Quantity
+) -> str:
     if found.dims != dims:
         return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
     kind = np.dtype(quantity.dtype).kind
@@ -125,12 +129,12 @@ def known_names(spec: SweepSpec) -> set[str]:
     return {each.name for group in groups for each in group} | {*spec.quantities}
 
 
-def strangers(dataset: Atlas, spec: SweepSpec) -> dict[str, str]:
+def strangers(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, str]:
     """Return the variables that no atlas has and that cannot stand beside its cells: name -> what is wrong with it.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         With the variable ``ending``.
     spec : SweepSpec
         That which the dataset states.
@@ -150,7 +154,7 @@ def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
     return [*edges, [*itertools.chain(*curve_declarations(spec))]]
 
 
-def _variable_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     grid = dataset["ending"].dims
     declared = {each.name: each for each in cell_declarations(spec)}
     # atlases of version 0.1 have no row status; it is derived for them
@@ -169,7 +173,9 @@ def _variable_problems(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
         yield from _curve_problems(dataset)
 
 
-def _unlike(found: Variable, declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec) -> str:
+def _unlike(
+    found: "xr.DataArray | xr.Variable", declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec
+) -> str:
     """Return how a variable differs from what is declared of it; empty if it does not."""
     # a selection has lost the dimensions of axes of which it took one value
     dims = {name for name in declared.dims if name in grid or name not in spec.axes}
@@ -187,7 +193,7 @@ def _unlike(found: Variable, declared: Declaration, grid: tuple[Any, ...], spec:
     return _flag_problem(found, "flag_values" in declared.attributes)
 
 
-def _has_two_fills(found: Variable) -> bool:
+def _has_two_fills(found: "xr.DataArray | xr.Variable") -> bool:
     """Return whether a variable has a missing_value that differs from its _FillValue; CDO adds an equal one."""
     encoding = found.encoding
     if "missing_value" not in encoding:
@@ -197,7 +203,7 @@ def _has_two_fills(found: Variable) -> bool:
     )
 
 
-def _stray(found: Variable, grid: tuple[Any, ...]) -> str:
+def _stray(found: "xr.DataArray | xr.Variable", grid: tuple[Any, ...]) -> str:
     """Return why a variable that no atlas has cannot stand beside its cells; empty if it can."""
     if len(set(found.dims)) < len(found.dims) or not set(found.dims) <= {*grid, CURVES, POINTS}:
         return f"has dimensions that are no axes of the cells: {_listed(found.dims)}"
@@ -206,7 +212,7 @@ def _stray(found: Variable, grid: tuple[Any, ...]) -> str:
     return _flag_problem(found, False)
 
 
-def _flag_problem(found: Variable, needed: bool) -> str:
+def _flag_problem(found: "xr.DataArray | xr.Variable", needed: bool) -> str:
     meanings, values = found.attrs.get("flag_meanings"), found.attrs.get("flag_values")
     if meanings is None and values is None and not needed:
         return ""
@@ -217,7 +223,7 @@ def _flag_problem(found: Variable, needed: bool) -> str:
     return "must have flag_values, whole numbers, and as many words in flag_meanings"
 
 
-def _curve_problems(dataset: Atlas) -> Iterator[str]:
+def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
     counts = dataset["curve_point_count"]
     points = dataset.sizes.get(POINTS, 0)
     if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
@@ -230,7 +236,7 @@ def _curve_problems(dataset: Atlas) -> Iterator[str]:
             yield f"curve_point_count must add up to the {counted(points, 'point')} of the curves"
 
 
-def _attribute_problems(dataset: Atlas) -> Iterator[str]:
+def _attribute_problems(dataset: "xr.Dataset") -> Iterator[str]:
     for name in _TEXTS:
         found = dataset.attrs.get(name, "")
         if not isinstance(found, str):

@@ -15,7 +15,7 @@ from sweep.checks.compare import Comparison, compare
 from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError, StoppedError, are, counted
-from sweep.files.reading import opened, opened_file
+from sweep.files.reading import opened
 from sweep.progress.timetable import Show, Status
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, no_op
@@ -231,7 +231,7 @@ def _other_maker(path: Path, spec: SweepSpec) -> str | None:
     if not path.is_file():
         return None
     try:
-        with opened_file(path) as held:
+        with opened(path, indexed=False) as held:
             attributes = held.attrs
     except RequestError:
         # not an atlas, or a damaged one: `run_to_file` says that it is in the way, or replaces it

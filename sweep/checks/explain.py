@@ -8,13 +8,12 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.nearest import nearest_cell
 from sweep.checks.allowed import Stated, allowed_of_cells
@@ -23,6 +22,9 @@ from sweep.engine.grid import Span, starts_of
 from sweep.model.endings import FAILED, MISSING, UNDISTURBED
 from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _WIDTH = 118
 
@@ -47,12 +49,12 @@ class Explanation:
     confirmed: bool
 
 
-def explain(dataset: Atlas, given: Mapping[str, object]) -> Explanation:
+def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     """Explain the cell nearest to given values.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         A whole one.
     given : mapping of str to number or text
         A value for every axis, as in `nearest_cell`.
@@ -126,10 +128,10 @@ def _folded(line: str, spec: SweepSpec) -> str:
     return textwrap.fill(joined, _WIDTH, subsequent_indent=" " * 12).replace("\xa0", " ")
 
 
-def _value_at(dataset: Atlas, name: str, place: Mapping[str, int]) -> Any:
+def _value_at(dataset: "xr.Dataset", name: str, place: Mapping[str, int]) -> Any:
     """Return the value of a variable in one cell, or in its row, as a scalar of numpy."""
     variable = dataset.variables[name]
-    return np.asarray(variable[tuple(place[dim] for dim in variable.dims)])[()]
+    return np.asarray(variable[tuple(place[str(dim)] for dim in variable.dims)])[()]
 
 
 def _repeat(
@@ -254,7 +256,7 @@ def _in_time(
 
 
 def _lines(
-    dataset: Atlas, spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
+    dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
     for axis, edge in found_edges(dataset, spec):
@@ -262,7 +264,7 @@ def _lines(
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
         units = spec.model.parameters[axis].units
-        others = dataset[edge_names(axis, edge)[0]].dims
+        others = [str(name) for name in dataset[edge_names(axis, edge)[0]].dims]
         row = f" at this {' and '.join(others)}" if others else ""
         side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
         here = f"this cell is at {start[axis]:.6g}"

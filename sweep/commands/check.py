@@ -148,9 +148,9 @@ def explain(
         check_target(plot, True)
     from sweep.checks.explain import explain as explained
     from sweep.commands.simulate import command_of_motion
-    from sweep.files.reading import opened_file
+    from sweep.files.reading import opened
 
-    with opened_file(atlas) as dataset:
+    with opened(atlas, indexed=False) as dataset:
         explanation = explained(dataset, given)
         command = command_of_motion(dataset, atlas, cell or [])
     show(explanation.text)

@@ -20,7 +20,7 @@ from sweep.commands.terminal import say, show
 from sweep.errors import RequestError, counted, shown
 
 if TYPE_CHECKING:
-    from sweep.atlas.contents import Atlas
+    import xarray as xr
 
 #: How `boundary` prints for programs.
 _TABLES = ("csv", "json")
@@ -54,7 +54,7 @@ def info(
     if folder is not None:
         _tell_run(folder, partial)
     if folder is None or atlas.is_file():
-        from sweep.files.atlas_file import MotionGivenError
+        from sweep.files.reading import MotionGivenError
 
         try:
             _tell_atlas(atlas, as_json)
@@ -69,9 +69,9 @@ def info(
 def _tell_atlas(atlas: Path, as_json: bool) -> None:
     """Say what is in an atlas, in words or as JSON."""
     from sweep.commands.report import describe
-    from sweep.files.reading import opened_file
+    from sweep.files.reading import opened
 
-    with opened_file(atlas) as file:
+    with opened(atlas, indexed=False) as file:
         if as_json:
             from sweep.commands.summary import as_json as to_json
             from sweep.commands.summary import summary
@@ -97,7 +97,7 @@ def _tell_run(folder: Path, partial: Path | None) -> None:
         show(describe(folder))
 
 
-def _warn(file: "Atlas") -> None:
+def _warn(file: "xr.Dataset") -> None:
     """Say if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
@@ -146,7 +146,7 @@ def boundary(
             "--to",
         )
     from sweep.files.paths import check_apart, check_atlas, check_target
-    from sweep.files.reading import opened_file
+    from sweep.files.reading import opened
 
     if output is not None:
         _check_output(output, kind)
@@ -154,7 +154,7 @@ def boundary(
         check_target(output, overwrite)
         check_apart(output, atlas)
     if criterion is None and refine is None and output is None and not words:
-        with opened_file(atlas) as file:
+        with opened(atlas, indexed=False) as file:
             show(_boundary_text(file, kind))
         return
     from sweep.atlas.reclassify import reclassify
@@ -189,7 +189,7 @@ def _check_output(output: Path, kind: str | None) -> None:
     check_atlas_name(output, "" if ending in FIGURE_FORMATS else hint)
 
 
-def _boundary_text(atlas: "Atlas", kind: str | None) -> str:
+def _boundary_text(atlas: "xr.Dataset", kind: str | None) -> str:
     """Return the boundary as a table for people, or in a format for programs."""
     if kind is None:
         from sweep.commands.report import boundary_table
@@ -299,11 +299,13 @@ def plot(
     for atlas in paths:
         check_atlas(atlas)
     from sweep.figures import plots
-    from sweep.files.reading import opened_file
+    from sweep.files.reading import opened
 
     with ExitStack() as stack:
         if criterion is None and friction is None and not draw and not words:
-            drawn = plots.figure([stack.enter_context(opened_file(path)) for path in paths], look=look)
+            drawn = plots.figure(
+                [stack.enter_context(opened(path, indexed=False)) for path in paths], look=look
+            )
             plots.save(drawn, output, look.dpi)
             return
         datasets = [stack.enter_context(opened_part(path, words)) for path in paths]

@@ -1,15 +1,17 @@
 """The file of one motion in words, for `eulerdisk info`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require
 from sweep.errors import counted, plain_text, printable
-from sweep.files.atlas_file import AtlasFile
 from sweep.motion.kind import TIME
 from sweep.motion.sampling import end_of, kind_of, losses_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Characters of an attribute that are shown.
 _MOST_SHOWN = 300
@@ -23,7 +25,9 @@ def describe_motion(path: Path) -> str:
     RequestError
         If a variable is missing.
     """
-    with AtlasFile(path) as file:
+    import xarray as xr
+
+    with xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False) as file:
         kind = kind_of(file)
         start_names = tuple(name for name in kind.inputs if name in kind.variables)
         require(file, (*start_names, *kind.fixed, TIME.name, kind.ending_time, "ending"), str(path))
@@ -56,5 +60,5 @@ def _pairs(names: tuple[str, ...], values: list[str]) -> str:
     return ", ".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
 
 
-def _text(file: Atlas, name: str) -> str:
+def _text(file: "xr.Dataset", name: str) -> str:
     return printable(plain_text(file.attrs.get(name, "unknown")))[:_MOST_SHOWN]

@@ -2,16 +2,19 @@
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas import row_status, share
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
 from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Characters of a line, and lines, of an attribute that are shown.
 _MOST_SHOWN, _MOST_LINES = 300, 30
@@ -23,7 +26,7 @@ _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 _TERMS = ("license", "citation")
 
 
-def describe(dataset: Atlas) -> str:
+def describe(dataset: "xr.Dataset") -> str:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
@@ -62,7 +65,7 @@ def _cut(text: str) -> str:
     return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
-def boundary_table(dataset: Atlas) -> str:
+def boundary_table(dataset: "xr.Dataset") -> str:
     """Return the measured boundary beside the lines of theory, one row per value of the other axes.
 
     Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
@@ -91,7 +94,7 @@ def _head(spec: SweepSpec, name: str) -> str:
     return f"{name} [{spec.model.parameters[name].shown_units}]".removesuffix(" []")
 
 
-def _edge_rows(dataset: Atlas, spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
+def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
     names = edge_names(axis, edge)
     others = [str(name) for name in dataset[names[0]].dims]
     units = dataset[names[0]].attrs["units"]
@@ -108,7 +111,7 @@ def _edge_rows(dataset: Atlas, spec: SweepSpec, axis: str, edge: str) -> Iterato
         yield "  ".join([*at, *(_number(value, values[1]) for value in values), reason])
 
 
-def _curve_rows(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     yield "  ".join(["curve", *(word for name in spec.axes for word in (_head(spec, name), "+-"))])
     closed = dataset["curve_closed"].values
     columns = []
@@ -158,7 +161,7 @@ def _axis_lines(spec: SweepSpec) -> Iterator[str]:
         yield f"  {name:<17} {ends}, {counted(len(axis), 'value')}, {spacing}"
 
 
-def _fixed(dataset: Atlas, spec: SweepSpec) -> str:
+def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
     parameters = spec.model.parameters
     fixed = [
         f"{name} {parameters[name].spell(float(dataset[name].values), 6)}"
@@ -199,23 +202,23 @@ def _settings(spec: SweepSpec) -> str:
     return ", ".join(words)
 
 
-def _counts(dataset: Atlas, spec: SweepSpec, name: str) -> Iterator[str]:
+def _counts(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Iterator[str]:
     yield f"{name:<12}{_flag_counts(dataset[name], spec.model.variables[name])}"
 
 
-def _flag_counts(values: Variable, quantity: Quantity) -> str:
+def _flag_counts(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
     found = [(int((values.values == code).sum()), word) for code, word in (quantity.flags or {}).items()]
     return ", ".join(f"{count} {word.replace('_', ' ')}" for count, word in found if count)
 
 
-def _range(values: Variable, quantity: Quantity) -> str:
+def _range(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
     known = values.values[np.isfinite(values.values)] * quantity.plot_scale
     return (
         f"{known.min():.6g} to {known.max():.6g} {quantity.shown_units}" if known.size else "no cell has one"
     )
 
 
-def _errors(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
     yield f"extreme {spec.model.coordinate.replace('_', ' ')}s within {_most(dataset[error.name])} {error.units}"
     for name, quantity in spec.model.variables.items():
@@ -223,7 +226,7 @@ def _errors(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
 
 
-def _added_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     """Yield a line for each variable that an option has added to every cell, as contact=yes does."""
     for name, quantity in spec.model.cell_variables(spec).items():
         if name not in spec.model.variables and name in dataset:
@@ -231,12 +234,12 @@ def _added_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
             yield f"added       {quantity.long_name}: {told}"
 
 
-def _most(values: Variable, form: str = ".1e") -> str:
+def _most(values: "xr.DataArray | xr.Variable", form: str = ".1e") -> str:
     known = values.values[np.isfinite(values.values)]
     return f"{known.max():{form}}" if known.size else "-"
 
 
-def _boundary_lines(dataset: Atlas, spec: SweepSpec) -> Iterator[str]:
+def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
         found = dataset[measured].values

@@ -16,7 +16,6 @@ from sweep.errors import RequestError, counted, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweep.atlas.contents import Atlas
     from sweep.figures.disk.film_options import FilmOptions
     from sweep.motion.request import MotionRequest
 
@@ -164,9 +163,9 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     given = pairs(words)
     # a cell of a list of starts has a number; whether the atlas is one is known when it is open
     check_names({name: text for name, text in given.items() if name != START.name})
-    from sweep.files.reading import opened_file
+    from sweep.files.reading import opened
 
-    with opened_file(source) as atlas:
+    with opened(source, indexed=False) as atlas:
         request, taken = _request_of_cell(atlas, given)
     if taken:
         say(f"{source}: the nearest cell is the one at {taken}")
@@ -186,7 +185,7 @@ def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest"
     return request
 
 
-def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["MotionRequest", str]:
+def _request_of_cell(atlas: "xr.Dataset", given: Mapping[str, str]) -> tuple["MotionRequest", str]:
     """Return the request for the motion of the nearest cell, and its values that are not those given."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.nearest import nearest_cell, other_values
@@ -198,7 +197,7 @@ def _request_of_cell(atlas: "Atlas", given: Mapping[str, str]) -> tuple["MotionR
     return request_of_cell(atlas, place, changes), other_values(spec, place, cell)
 
 
-def command_of_motion(atlas: "Atlas", path: Path, words: Sequence[str]) -> str:
+def command_of_motion(atlas: "xr.Dataset", path: Path, words: Sequence[str]) -> str:
     """Return the command line that follows the cell of an atlas which words name; empty if there is no such motion."""
     from sweep.request.words import pairs
 

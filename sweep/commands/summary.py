@@ -1,13 +1,12 @@
 """What `info --json` and `boundary --to json` print: an atlas as plain values, in SI."""
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweep.atlas.boundary_rows import boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.row_status import ROW_STATUS
 from sweep.atlas.share import unstable_share
@@ -15,8 +14,11 @@ from sweep.errors import plain_text
 from sweep.model.quantity import Quantity
 from sweep.request.spec import SweepSpec
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def summary(dataset: Atlas) -> dict[str, Any]:
+
+def summary(dataset: "xr.Dataset") -> dict[str, Any]:
     """Return what is in an atlas: its grid, how it was made, how the cells ended, where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
@@ -56,13 +58,13 @@ def summary(dataset: Atlas) -> dict[str, Any]:
     }
 
 
-def _share(dataset: Atlas) -> dict[str, Any]:
+def _share(dataset: "xr.Dataset") -> dict[str, Any]:
     found = unstable_share(dataset)
     value = found.value if found.decided else None
     return {**vars(found), "value": value, "interval": list(found.interval), "confidence": 0.95}
 
 
-def boundary(dataset: Atlas) -> dict[str, Any]:
+def boundary(dataset: "xr.Dataset") -> dict[str, Any]:
     """Return the rows of the boundary, the points of its curves, and the units of both."""
     spec = spec_of(dataset)
     units = {name: spec.quantities[name].units for name in spec.axes}
@@ -98,13 +100,13 @@ def _with_units(value: float | str, quantity: Quantity) -> dict[str, Any]:
     return {"value": value} if isinstance(value, str) else {"value": value, "units": quantity.units}
 
 
-def _counts(variable: Variable, quantity: Quantity) -> dict[str, int]:
+def _counts(variable: "xr.DataArray | xr.Variable", quantity: Quantity) -> dict[str, int]:
     codes, counts = np.unique(variable.values, return_counts=True)
     found = dict(zip(codes.tolist(), counts.tolist(), strict=True))
     return {word: found.get(code, 0) for code, word in (quantity.flags or {}).items()}
 
 
-def _extent(variable: Variable) -> dict[str, Any]:
+def _extent(variable: "xr.DataArray | xr.Variable") -> dict[str, Any]:
     known = variable.values[np.isfinite(variable.values)].astype(np.float64)
     units = str(variable.attrs.get("units", "1"))
     if not known.size:
@@ -112,7 +114,7 @@ def _extent(variable: Variable) -> dict[str, Any]:
     return {"smallest": float(known.min()), "largest": float(known.max()), "units": units}
 
 
-def _edge(dataset: Atlas, axis: str, edge: str) -> dict[str, Any]:
+def _edge(dataset: "xr.Dataset", axis: str, edge: str) -> dict[str, Any]:
     measured, halfwidth, _, _ = edge_names(axis, edge)
     codes, counts = np.unique(edge_status(dataset, axis, edge), return_counts=True)
     return {
@@ -126,7 +128,7 @@ def _edge(dataset: Atlas, axis: str, edge: str) -> dict[str, Any]:
     }
 
 
-def _versions(dataset: Atlas) -> Any:
+def _versions(dataset: "xr.Dataset") -> Any:
     try:
         return json.loads(str(dataset.attrs.get("versions", "{}")))
     except (ValueError, RecursionError):

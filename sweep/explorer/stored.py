@@ -4,17 +4,15 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.contents import Atlas
 from sweep.atlas.nearest import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
-from sweep.explorer.one_reader import OneReader
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.turns import SupersededError
 from sweep.explorer.view import View
@@ -22,6 +20,9 @@ from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Cells that are read of a plane at most; of a larger one every second cell, or fewer.
 _MOST_CELLS = 2**22
@@ -38,7 +39,7 @@ class Stored:
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         Open as long as it is used.
     spec : SweepSpec
         The request that it was made from.
@@ -51,7 +52,7 @@ class Stored:
         If its cells are no plane.
     """
 
-    def __init__(self, dataset: Atlas, spec: SweepSpec, label: str) -> None:
+    def __init__(self, dataset: "xr.Dataset", spec: SweepSpec, label: str) -> None:
         self.spec, self.label = spec, label
         self._dataset = dataset
         self._kept: OrderedDict[Any, npt.NDArray[Any]] = OrderedDict()
@@ -152,7 +153,7 @@ class Stored:
             view.live  # noqa: B018 - says what is missing
         others = {name: float(getattr(self.spec, name).at([i])[0]) for name, i in (place or {}).items()}
         # it computes single cells, with one thread, as motions do beside the maps
-        return explain(OneReader(self._dataset, self._reading), {**others, **at}).text
+        return explain(self._dataset, {**others, **at}).text
 
     def boundary(self, view: View) -> list[list[list[float]]]:
         """Return the boundary of the file as polylines of pairs (x, y) in SI."""
@@ -229,7 +230,7 @@ class Stored:
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
         """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
         variable = self._dataset.variables[name]
-        return np.asarray(variable[tuple(place.get(dim, slice(None)) for dim in variable.dims)])
+        return np.asarray(variable[tuple(place.get(str(dim), slice(None)) for dim in variable.dims)])
 
 
 def borders_of(values: Array) -> Array:

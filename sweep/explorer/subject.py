@@ -33,10 +33,10 @@ class Subject:
         RequestError
         """
         from sweep.atlas.dataset import spec_of
-        from sweep.files.reading import opened_file
+        from sweep.files.reading import opened
 
         with ExitStack() as stack:
-            dataset = stack.enter_context(opened_file(path))
+            dataset = stack.enter_context(opened(path, indexed=False))
             spec = spec_of(dataset)
             found = cls(spec, Stored(dataset, spec, path.name))
             found._open = stack.pop_all()

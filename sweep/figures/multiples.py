@@ -2,8 +2,8 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,6 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from sweep.atlas.cf_metadata import edge_names
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
 from sweep.figures.arrange import arrange, finish_in
@@ -33,6 +32,9 @@ from sweep.figures.scales import add_second_axis, set_scale
 from sweep.figures.sizes import columns_of, inches, size_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Maps of a figure, and curves of a family, that can be told apart.
@@ -48,7 +50,9 @@ _PAGE = 11.7
 _MARKERS, _PART = "os^Dv<>p", 0.85
 
 
-def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: "Axes | None") -> Figure:
+def figure(
+    datasets: Sequence["xr.Dataset"], friction: float | None, look: Look, axes: "Axes | None"
+) -> Figure:
     """Draw one atlas of more than two axes, or several with boundaries as families; see `sweep.figures.plots.figure`.
 
     Raises
@@ -89,7 +93,7 @@ def figure(datasets: Sequence[Atlas], friction: float | None, look: Look, axes: 
     return _multiples(dataset, further, friction, look)
 
 
-def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, look: Look) -> Figure:
+def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | None, look: Look) -> Figure:
     marked = None if friction is None else spec_named(dataset).model.slipping(dataset, friction)
     parts = [
         (part, panel(part, None if marked is None else marked.isel(place), look))
@@ -114,7 +118,7 @@ def _multiples(dataset: Atlas, further: Sequence[str], friction: float | None, l
 
 
 def _maps(
-    dataset: Atlas,
+    dataset: "xr.Dataset",
     further: Sequence[str],
     parts: Sequence[tuple[Any, Any]],
     panels: Sequence[Panel],
@@ -162,7 +166,7 @@ def _check_page(drawn: Figure, look: Look, count: int) -> None:
     )
 
 
-def _family(dataset: Atlas, look: Look, axes: "Axes | None") -> Figure:
+def _family(dataset: "xr.Dataset", look: Look, axes: "Axes | None") -> Figure:
     control, further = _control(dataset), _further(dataset)
     if control is None or not further:
         raise RequestError(
@@ -237,7 +241,7 @@ def _sides(panels: Sequence[Panel]) -> str:
     }.get(next(iter(found), ""), "no boundary")
 
 
-def _plain(each: Panel, dataset: Atlas) -> Panel:
+def _plain(each: Panel, dataset: "xr.Dataset") -> Panel:
     """Return a panel as one of several: the formula of the line is that of all of them, and its ends have no names."""
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
@@ -247,12 +251,12 @@ def _plain(each: Panel, dataset: Atlas) -> Panel:
     return replace(each, line=line, joined=None)
 
 
-def _control(dataset: Atlas) -> str | None:
+def _control(dataset: "xr.Dataset") -> str | None:
     controls = spec_named(dataset).model.controls(drawn_dims(dataset))
     return next((name for name in controls if edge_names(name)[0] in dataset), None)
 
 
-def _further(dataset: Atlas) -> list[str]:
+def _further(dataset: "xr.Dataset") -> list[str]:
     """Return the axes of an atlas that are neither the y nor the x axis of its maps."""
     dims, control = drawn_dims(dataset), _control(dataset)
     y = control or next(iter(dims), "")
@@ -262,7 +266,7 @@ def _further(dataset: Atlas) -> list[str]:
     return [name for name in rest if name != x]
 
 
-def _selection(dataset: Atlas, further: Sequence[str]) -> str:
+def _selection(dataset: "xr.Dataset", further: Sequence[str]) -> str:
     """Return how to draw fewer maps or curves."""
     values = [f"{name}={dataset[name].values[0]:.6g}" for name in further]
     return f"Take a part of the atlas, as in {' '.join(values)}, one value or several"
@@ -277,64 +281,9 @@ def _hide_inner(axes: "Axes", is_first: bool, is_last: bool) -> None:
         axes.tick_params(axis="x", which="both", labelbottom=False)
 
 
-def _parts(dataset: Atlas, further: Sequence[str]) -> Iterator[tuple[dict[str, int], Any]]:
+def _parts(dataset: "xr.Dataset", further: Sequence[str]) -> Iterator[tuple[dict[str, int], Any]]:
     """Yield the places along the further axes, and the part of the atlas there."""
     require(dataset, ("stability",))
     for places in itertools.product(*(range(dataset.sizes[name]) for name in further)):
         place = dict(zip(further, places, strict=True))
-        yield place, dataset.isel(place) if hasattr(dataset, "isel") else _Part(dataset, place)
-
-
-class _Part:
-    """One place along some axes of an open file, as `xarray.Dataset.isel` gives it; see `contents.Atlas`."""
-
-    def __init__(self, atlas: Atlas, place: Mapping[str, int]) -> None:
-        self.attrs, self.encoding = atlas.attrs, atlas.encoding
-        self.sizes = {name: count for name, count in atlas.sizes.items() if name not in place}
-        self.variables = {
-            name: _PartVariable(variable, place) if place.keys() & set(variable.dims) else variable
-            for name, variable in atlas.variables.items()
-        }
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.variables
-
-    def __getitem__(self, name: str) -> Variable:
-        return self.variables[name]
-
-
-@dataclass(frozen=True)
-class _PartVariable:
-    """A variable at one place along some axes."""
-
-    whole: Variable
-    place: Mapping[str, int]
-
-    @property
-    def dims(self) -> tuple[Any, ...]:
-        return tuple(name for name in self.whole.dims if name not in self.place)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        sizes = dict(zip(self.whole.dims, self.whole.shape, strict=True))
-        return tuple(sizes[name] for name in self.dims)
-
-    @property
-    def dtype(self) -> Any:
-        return self.whole.dtype
-
-    @property
-    def attrs(self) -> Mapping[Any, Any]:
-        return self.whole.attrs
-
-    @property
-    def encoding(self) -> Mapping[Any, Any]:
-        return self.whole.encoding
-
-    @property
-    def values(self) -> Any:
-        return self[...]
-
-    def __getitem__(self, key: Any) -> Any:
-        index = tuple(self.place.get(name, slice(None)) for name in self.whole.dims)
-        return np.asarray(self.whole.values[index])[key]
+        yield place, dataset.isel(place)

@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_status import in_words
 from sweep.errors import RequestError
@@ -115,12 +114,12 @@ class Panel:
         )
 
 
-def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | None = None) -> Panel:
+def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Look | None = None) -> Panel:
     """Return what is drawn of an atlas.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
         An atlas, or a selection from one; axes of a single value are left out.
     marked : xarray.DataArray of bool, optional
         Cells to be hatched, on the dimensions of the atlas; its name says what they are.
@@ -194,7 +193,7 @@ def panel(dataset: Atlas, marked: "xr.DataArray | None" = None, look: Look | Non
     )
 
 
-def _row_notes(dataset: Atlas, control: str) -> list[str]:
+def _row_notes(dataset: "xr.Dataset", control: str) -> list[str]:
     """Return why rows along a control have no boundary; once if both edges are missing for the same reasons."""
     found = {
         edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
@@ -283,13 +282,13 @@ def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tu
     return f"{equation} {valued}", number if scaled else f"${right}$"
 
 
-def drawn_dims(dataset: Atlas) -> list[str]:
+def drawn_dims(dataset: "xr.Dataset") -> list[str]:
     """Return the dimensions of the cells along which there is more than one."""
     ending = dataset["ending"]
-    return [name for name, count in zip(ending.dims, ending.shape, strict=True) if count > 1]
+    return [str(name) for name, count in zip(ending.dims, ending.shape, strict=True) if count > 1]
 
 
-def drawn_spec(dataset: Atlas) -> SweepSpec:
+def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of an atlas or of a selection from one.
 
     Raises
@@ -312,7 +311,9 @@ def drawn_spec(dataset: Atlas) -> SweepSpec:
     return spec.replace(**{name: dataset[name].values.item() for name in spec.axes if name not in dims})
 
 
-def _edges(dataset: Atlas, spec: SweepSpec, control: str, up: Scale, across: Scale | None) -> list[Edge]:
+def _edges(
+    dataset: "xr.Dataset", spec: SweepSpec, control: str, up: Scale, across: Scale | None
+) -> list[Edge]:
     """Return the edges of the unstable band along a control, which is the scale `up`."""
     fine = _fine(dataset, across) if across else np.zeros(1)
     smooth = spec.replace(**{across.quantity.name: Values(tuple(fine))}) if across else spec
@@ -359,7 +360,7 @@ def _spread(low: Array, middle: Array, high: Array) -> Array:
         return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
 
 
-def _fine(dataset: Atlas, across: Scale) -> Array:
+def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
     start, stop = dataset[across.quantity.name].values[[0, -1]]
     if across.log:
         return np.geomspace(start, stop, _FINE)

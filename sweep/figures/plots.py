@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NoReturn
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError, shown
 from sweep.figures import scatter
@@ -50,7 +49,7 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 
 
 def figure(
-    datasets: Sequence[Atlas],
+    datasets: Sequence["xr.Dataset"],
     friction: float | None = None,
     look: Look | None = None,
     axes: "Axes | None" = None,

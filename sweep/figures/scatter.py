@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.atlas.boundary import theory_lines
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
@@ -28,6 +27,9 @@ from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Input, Quan
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import WORDS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +102,7 @@ def plane_of(spec: SweepSpec) -> Plane:
     return Plane(parameters[others[0]], parameters[up], tuple(n for n in listed if n not in (up, others[0])))
 
 
-def figure(datasets: Sequence[Atlas], look: Look, axes: "Axes | None" = None) -> Figure:
+def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = None) -> Figure:
     """Draw lists of starts side by side, one panel each.
 
     Parameters
@@ -178,7 +180,7 @@ def _check_look(look: Look) -> None:
         )
 
 
-def _draw(axes: "Axes", dataset: Atlas, width: float) -> None:
+def _draw(axes: "Axes", dataset: "xr.Dataset", width: float) -> None:
     spec = spec_named(dataset)
     plane = plane_of(spec)
     require(dataset, (plane.x.name, plane.y.name, "stability", "ending"))

@@ -2,18 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import in_order
 from sweep.errors import RequestError, printable, shown
 from sweep.figures.scales import SQUEEZED
 from sweep.model.quantity import DECISION, ERROR_GAUGE, STEP_COUNT, Array, Quantity, Truths
 from sweep.request.spec import SweepSpec
 from sweep.request.suggestions import suggestion
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Values from here on are no rates and no angles.
 _LARGEST = 1e30
@@ -56,12 +59,14 @@ class Shade:
         return [(self.quantity.flag(code), np.asarray(self.values == code)) for code in self.codes]
 
 
-def shade(dataset: Atlas, spec: SweepSpec, order: tuple[str, ...], name: str | None, lost: Truths) -> Shade:
+def shade(
+    dataset: "xr.Dataset", spec: SweepSpec, order: tuple[str, ...], name: str | None, lost: Truths
+) -> Shade:
     """Return a variable as it is drawn.
 
     Parameters
     ----------
-    dataset : Atlas
+    dataset : xarray.Dataset
     spec : SweepSpec
         That of the atlas, or of the selection.
     order : tuple of str
@@ -88,7 +93,7 @@ def shade(dataset: Atlas, spec: SweepSpec, order: tuple[str, ...], name: str | N
     return Shade(quantity, numbers, np.isnan(numbers) & ~lost, f"no {quantity.name.replace('_', ' ')}")
 
 
-def variables_of_cells(dataset: Atlas) -> list[str]:
+def variables_of_cells(dataset: "xr.Dataset") -> list[str]:
     """Return the names of the variables that have one number for every cell."""
     dims = set(dataset["ending"].dims)
     return [
@@ -98,7 +103,7 @@ def variables_of_cells(dataset: Atlas) -> list[str]:
     ]
 
 
-def _quantity(dataset: Atlas, spec: SweepSpec, name: str) -> Quantity:
+def _quantity(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Quantity:
     known = variables_of_cells(dataset)
     if name not in known:
         raise RequestError(
@@ -110,7 +115,7 @@ def _quantity(dataset: Atlas, spec: SweepSpec, name: str) -> Quantity:
     return told[name] if name in told else _as_declared(name, dataset[name])
 
 
-def _as_declared(name: str, variable: Variable) -> Quantity:
+def _as_declared(name: str, variable: "xr.DataArray | xr.Variable") -> Quantity:
     """Return the quantity that the attributes of a variable declare, which is none of the model's."""
     attrs = variable.attrs
     values, names = np.atleast_1d(attrs.get("flag_values", [])), str(attrs.get("flag_meanings", "")).split()

@@ -1,27 +1,29 @@
 """Atlases read from netCDF files: opened lazily, refused with the reason."""
 
 import contextlib
+import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas.cf_metadata import FORMAT
-from sweep.atlas.contents import Atlas, Variable
 from sweep.atlas.dataset import place_of, require, spec_named
-from sweep.atlas.selection import is_whole, settled
+from sweep.atlas.selection import settled
 from sweep.atlas.slices import slices_of
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
-from sweep.files.atlas_file import AtlasFile, MotionGivenError, no_atlas
 from sweep.files.paths import check_atlas
-from sweep.files.trial import check_opens
 from sweep.request.criterion import Function
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
+_MOST_PACKED = 1032
 
 
 def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
@@ -42,29 +44,70 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
         If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
     """
     path = Path(path)
-    file, left_out = _checked(path)
-    file.close()
+    check_atlas(path)
     import xarray as xr
 
     with _netcdf_errors(path):
-        dataset = xr.open_dataset(
+        unread = _unread_variables(path)
+        stored = xr.open_dataset(
             path.absolute(),
             engine="netcdf4",
             decode_times=False,
-            drop_variables=[*left_out],
-            create_default_indexes=indexed,
+            drop_variables=[*unread],
+            create_default_indexes=False,
         )
-    # the attribute `coordinates` of any variable may have made another one of them a coordinate
+    try:
+        with damage_named(stored):
+            left_out = _check(stored, path, unread)
+            found = _as_atlas(stored.drop_vars([*(left_out.keys() - unread)]), path)
+            if indexed:
+                for name in found.dims:
+                    found = found.set_xindex(str(name)) if name in found.coords else found
+    except BaseException:
+        stored.close()
+        raise
+    _tell(path, left_out)
+    found.set_close(stored.close)
+    return found
+
+
+def _unread_variables(path: Path) -> list[str]:
+    """Return the variables of a file that are neither numbers nor characters, which xarray may not open.
+
+    Raises
+    ------
+    RequestError
+        If a variable has more values than the bytes of the file can hold: a few bytes can declare 2**40 cells, for
+        which reading them would ask for memory.
+    OSError, RuntimeError and other errors of netCDF
+        If the file cannot be read.
+    """
+    import netCDF4
+
+    unread, room = [], path.stat().st_size * _MOST_PACKED + 2**20
+    with netCDF4.Dataset(path.absolute()) as file:
+        for name, variable in file.variables.items():
+            kind = variable.datatype
+            if not isinstance(kind, np.dtype) or kind.kind not in "iufS":
+                unread.append(name)
+                continue
+            room -= math.prod(variable.shape) * kind.itemsize
+            if room < 0:
+                raise no_atlas(
+                    path, f"{shown(name)} has more values than its bytes can hold, of shape {variable.shape}"
+                )
+    return unread
+
+
+def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
+    """Return a dataset whose coordinates are those of its atlas.
+
+    The attribute `coordinates` of any variable may have made another one of them a coordinate.
+    """
     wrong = [name for name in dataset.coords if name not in spec_named(dataset).quantities]
     if stray := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
-        dataset.close()
         raise no_atlas(path, f"{shown(stray[0])} is a coordinate that no atlas has")
-    _tell(path, left_out)
-    if not wrong:
-        return dataset
-    found = dataset.reset_coords(wrong)
-    found.set_close(dataset.close)
-    return found
+    return dataset.reset_coords(wrong) if wrong else dataset
 
 
 @contextlib.contextmanager
@@ -77,23 +120,6 @@ def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
         yield settled(dataset, trusting=True)
 
 
-@contextlib.contextmanager
-def opened_file(path: Path) -> Iterator[Atlas]:
-    """Open an atlas as `opened` does, with the variables alone that every atlas may have.
-
-    Without xarray, unless the file holds a selection or lacks a part, so that spec, boundary or parameters have to be
-    made.
-    """
-    file, left_out = _checked(path)
-    with file, damage_named(file):
-        if is_whole(file):
-            _tell(path, left_out)
-            yield file
-            return
-    with opened(path) as dataset:
-        yield dataset
-
-
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
     """Return a dataset whose values are in memory; a RequestError names the variables that cannot be read."""
     with damage_named(dataset):
@@ -101,7 +127,7 @@ def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 @contextlib.contextmanager
-def damage_named(dataset: Atlas) -> Iterator[None]:
+def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
     """Turn an error within into a RequestError that names the variables of the atlas that cannot be read, if any."""
     try:
         yield
@@ -119,7 +145,7 @@ def damage_named(dataset: Atlas) -> Iterator[None]:
         ) from problem
 
 
-def _can_be_read(variable: Variable) -> bool:
+def _can_be_read(variable: "xr.DataArray | xr.Variable") -> bool:
     try:
         # not `values`, which would be kept in memory
         for _, places in slices_of(variable.shape):
@@ -130,26 +156,9 @@ def _can_be_read(variable: Variable) -> bool:
     return True
 
 
-def _checked(path: Path) -> tuple[AtlasFile, dict[str, str]]:
-    """Open a file and check that it is an atlas: its known variables, and why others are left out, by their names."""
-    check_atlas(path)
-    # before the trial, which may fork this process: then the other one need not load it too
-    import netCDF4  # noqa: F401
-
-    with _netcdf_errors(path):
-        check_opens(path.absolute())
-        file = AtlasFile(path)
-    try:
-        with damage_named(file):
-            return file, _check(file, path)
-    except BaseException:
-        file.close()
-        raise
-
-
 @contextlib.contextmanager
 def _netcdf_errors(path: Path) -> Iterator[None]:
-    """Turn whatever the libraries raise within into a refusal, and ignore their warnings, which hold names of the file.
+    """Turn an error of the libraries into a refusal, and ignore their warnings, which hold names of the file.
 
     Of a damaged file they raise all kinds of errors: AttributeError, KeyError, IndexError, MemoryError.
     """
@@ -168,8 +177,8 @@ def _netcdf_errors(path: Path) -> Iterator[None]:
         ) from problem
 
 
-def _check(file: AtlasFile, path: Path) -> dict[str, str]:
-    """Refuse an open file that is no atlas; leave out what no atlas has, and return why some of it must be."""
+def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, str]:
+    """Refuse an open file that is no atlas; return the variables that cannot stand in one, and why."""
     if "eulerdisk_trajectory_format" in file.attrs:
         raise MotionGivenError(path)
     known = file.attrs.get("eulerdisk_format")
@@ -192,12 +201,11 @@ def _check(file: AtlasFile, path: Path) -> dict[str, str]:
     if isinstance(spec.criterion, Function):
         raise no_atlas(path, f"it states the {spec.criterion}, which judged an atlas in memory")
     names = known_names(spec)
-    if mistyped := sorted(names.intersection(file.unread)):
+    if mistyped := sorted(names.intersection(unread)):
         raise no_atlas(path, f"{mistyped[0]} is of a type that no atlas has")
     require(file, ("ending", "stability", *spec.model.extremes), str(path))
-    left_out = dict.fromkeys(file.unread, "is neither a number nor text") | strangers(file, spec)
-    file.keep(names)
-    check_structure(file, spec, str(path))
+    left_out = dict.fromkeys(unread, "is neither a number nor text") | strangers(file, spec)
+    check_structure(file[[name for name in file.variables if name in names]], spec, str(path))
     return left_out
 
 
@@ -210,4 +218,24 @@ def _tell(path: Path, left_out: dict[str, str]) -> None:
             printable(f"{path}: no part of an atlas, and left out: {shown(name)}, which {problem}{more}"),
             LeftOutWarning,
             stacklevel=3,
+        )
+
+
+def no_atlas(path: Path, reason: str) -> RequestError:
+    """Return the error of a file that is read and is no atlas."""
+    return RequestError(
+        f"This file is no stability atlas, or a damaged one: {reason}.",
+        hint="Give a file made by eulerdisk run.",
+        where=str(path),
+    )
+
+
+class MotionGivenError(RequestError):
+    """A file of one motion, given where an atlas is needed."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            "This file holds one motion in time, which eulerdisk simulate has made, and no stability atlas.",
+            hint=f"Give a file made by eulerdisk run; eulerdisk info {path.name} tells of the motion.",
+            where=str(path),
         )

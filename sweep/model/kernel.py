@@ -54,13 +54,14 @@ class Kernel:
     def make_ready(self) -> None:
         """Load every entry point, and compile what is not kept on disk."""
         self.load()
-        for entry in self._entries():
+        for _, entry in self._entries():
             entry.make_ready()
 
-    def _entries(self) -> Iterator[Any]:
+    def _entries(self) -> Iterator[tuple[str, Any]]:
+        """Yield the module that binds an entry point, and the entry point, which may name another one as its own."""
         for name in self.cached or (f"{self.module}:{self.function}",):
             module, _, function = name.partition(":")
-            yield getattr(import_module(module), function)
+            yield module, getattr(import_module(module), function)
 
 
 @lru_cache
@@ -72,8 +73,8 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     # one notice for all entry points of the kernel
     announce = lru_cache(partial(_announce, kernel))
-    for entry in kernel._entries():
-        folder = _usable_folder(cache_folder([entry.__module__]))
+    for module, entry in kernel._entries():
+        folder = _usable_folder(cache_folder([module]))
         entry.source = import_module(_CACHE).KernelCache(folder, _publish, announce).machine_code
     return found
 
@@ -243,7 +244,8 @@ def check_cache(kernels: Iterable[Kernel]) -> None:
     RequestError
     """
     ending = import_module(_CACHE).ENDING
-    if not all(any(cache_folder([kernel.module]).glob(f"*{ending}")) for kernel in kernels):
+    modules = {module for kernel in kernels for module, _ in kernel._entries()}
+    if not all(any(cache_folder([module]).glob(f"*{ending}")) for module in modules):
         raise RequestError(
             f"The compiled kernels could not be kept in {cache_root()}. The folder must be writable, by this user "
             "alone, and NUMBA_DISABLE_JIT must not be set.",

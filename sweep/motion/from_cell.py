@@ -1,11 +1,10 @@
 """The motion of one cell of an atlas: what a request for it takes from the atlas, and what other words change."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas.contents import Atlas
 from sweep.atlas.dataset import spec_of
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
@@ -13,6 +12,9 @@ from sweep.motion.request import REQUESTS, MotionRequest, check_names, request_c
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.values import read_number
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Nutation periods that a motion lasts if no duration is given: as many as `explain --plot` draws.
 _PERIODS = 3.0
@@ -51,7 +53,9 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     return named, {name: raw for name, raw in found.items() if name not in cell}
 
 
-def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str, Any]) -> MotionRequest:
+def request_of_cell(
+    atlas: "xr.Dataset", place: Mapping[str, int], changes: Mapping[str, Any]
+) -> MotionRequest:
     """Return the request for the motion of a cell: its start, its disk, and the settings of the atlas.
 
     The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
@@ -60,7 +64,7 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
 
     Parameters
     ----------
-    atlas : Atlas
+    atlas : xarray.Dataset
         A whole one.
     place : mapping of str to int
         Axis -> index, in the order of the axes, as from `sweep.atlas.nearest.nearest_cell`.
@@ -106,9 +110,9 @@ def request_of_cell(atlas: Atlas, place: Mapping[str, int], changes: Mapping[str
     return MotionRequest.read(**{**start, **settings, **changes})
 
 
-def _period(atlas: Atlas, place: Mapping[str, int]) -> float:
+def _period(atlas: "xr.Dataset", place: Mapping[str, int]) -> float:
     """Return the nutation period [s] of a cell; NaN if the atlas has none: of a fall, or where time ended it."""
     if "nutation_period" not in atlas:
         return np.nan
     period = atlas["nutation_period"]
-    return float(np.asarray(period[tuple(place[dim] for dim in period.dims)]))
+    return float(np.asarray(period[tuple(place[str(dim)] for dim in period.dims)]))

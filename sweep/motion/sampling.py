@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas.contents import Atlas
 from sweep.errors import RequestError
 from sweep.motion.kind import TIME, MotionKind
 from sweep.motion.lossy_tables import LAWS
@@ -30,17 +29,17 @@ def is_motion(dataset: "xr.Dataset") -> bool:
     return "eulerdisk_trajectory_format" in dataset.attrs
 
 
-def kind_of(dataset: Atlas) -> MotionKind:
+def kind_of(dataset: "xr.Dataset") -> MotionKind:
     """Return of which model a motion is: a file that names none is one of the disk without losses."""
     return REQUESTS[str(dataset.attrs.get("model", TrajectorySpec.kind.model.name))].kind
 
 
-def ending_of(dataset: Atlas) -> str:
+def ending_of(dataset: "xr.Dataset") -> str:
     """Return the name of the ending of a motion."""
     return kind_of(dataset).variables["ending"].flag(float(dataset["ending"].values))
 
 
-def end_of(dataset: Atlas) -> str:
+def end_of(dataset: "xr.Dataset") -> str:
     """Return how and when a motion came to its end before its duration, in words; empty if it did not, or goes on."""
     kind = kind_of(dataset)
     time = float(dataset[kind.ending_time].values)
@@ -49,7 +48,7 @@ def end_of(dataset: Atlas) -> str:
     return f"{kind.endings[ending_of(dataset)]} at {time:.6g} s"
 
 
-def losses_of(dataset: Atlas) -> str:
+def losses_of(dataset: "xr.Dataset") -> str:
     """Return what took the energy of a motion, in words with shares; empty if nothing was lost, or nothing can be."""
     if not kind_of(dataset).stops:
         return ""

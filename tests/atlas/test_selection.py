@@ -11,7 +11,7 @@ from sweep.checks.compare import compare
 from sweep.checks.verify import findings_of
 from sweep.errors import RequestError
 from sweep.files.netcdf import save
-from sweep.files.reading import open_atlas, opened, opened_file
+from sweep.files.reading import open_atlas, opened
 from sweep.request.spec import SweepSpec
 
 SPECS = {
@@ -92,7 +92,7 @@ def test_a_saved_selection_is_an_atlas_for_every_check(atlases, tmp_path, way, n
     else:
         part.to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")
     fresh = sweep.run(part.eulerdisk.spec)
-    with opened(path) as found, opened_file(path) as read:
+    with opened(path) as found, opened(path, indexed=False) as read:
         assert compare(found, fresh).identical
         assert findings_of(found, path).passed
         assert [*read["ending"].dims] == [*fresh["ending"].dims]

@@ -18,18 +18,23 @@ HEAVY = {
     "pydantic", "rich",
 }  # fmt: skip
 
-_COMMAND, _FILE, _KERNEL = {"numpy", "pydantic"}, {"netCDF4"}, {"llvmlite"}
+_COMMAND, _FILE, _ATLAS, _KERNEL = (
+    {"numpy", "pydantic"},
+    {"netCDF4"},
+    {"netCDF4", "xarray", "pandas", "pyarrow", "dask", "scipy"},
+    {"llvmlite"},
+)
 
 #: Command line -> those of `HEAVY` that it may load, where its kernels are compiled: pydantic is the parser's.
 COMMANDS = {
     "--help": set(),
     "--version": {"pydantic"},
-    "info a.nc": _COMMAND | _FILE,
-    "boundary a.nc": _COMMAND | _FILE,
+    "info a.nc": _COMMAND | _ATLAS,
+    "boundary a.nc": _COMMAND | _ATLAS,
     "plan rolling --no-calibrate": _COMMAND,
     "plan rolling": _COMMAND | _KERNEL,
-    "plot a.nc -o a.png": _COMMAND | _FILE | {"matplotlib"},
-    "explain a.nc roll_rate=3 tilt=1deg": _COMMAND | _FILE | _KERNEL,
+    "plot a.nc -o a.png": _COMMAND | _ATLAS | {"matplotlib"},
+    "explain a.nc roll_rate=3 tilt=1deg": _COMMAND | _ATLAS | _KERNEL,
     "run rolling roll_rate=2:4:4 tilt=1deg --overwrite -o b.nc": _COMMAND | _FILE | _KERNEL,
 }
 

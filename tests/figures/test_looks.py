@@ -12,7 +12,7 @@ import sweep
 from sweep.figures import plots
 from sweep.figures.look import Look
 from sweep.figures.shade import variables_of_cells
-from sweep.files.reading import opened_file
+from sweep.files.reading import opened
 
 pytestmark = pytest.mark.compiled
 
@@ -156,7 +156,7 @@ def test_bad_looks_are_refused(plain, words, message):
 def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
     """Three maps of one colour scale, each with the cells of its slice, from a dataset as from a file."""
     sweep.save(cube, tmp_path / "cube.nc")
-    with opened_file(tmp_path / "cube.nc") as file:
+    with opened(tmp_path / "cube.nc", indexed=False) as file:
         from_file = draw(file)
     for drawn in (draw(cube), from_file):
         assert [axes.get_title(loc="left") for axes in maps(drawn)] == [

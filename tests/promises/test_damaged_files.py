@@ -98,20 +98,6 @@ def test_odd_words(ended, dice):
             assert fuzz.faults(ended(line)) == [], line
 
 
-def test_a_link_to_the_root_is_refused(folder, ended):
-    """netCDF-C follows a link to the root group for ever, with more memory every turn: the file is refused."""
-    import h5py
-
-    path = folder / "circle.nc"
-    path.write_bytes((folder / "rolling.nc").read_bytes())
-    with h5py.File(path, "r+") as file:
-        del file["tilt_min"]
-        file["tilt_min"] = h5py.SoftLink("/")
-    end = ended(["info", path.name])
-    assert (end.status, end.out) == (2, "")
-    assert "circle.nc: This is not a readable netCDF file" in end.err
-
-
 def test_more_cells_than_bytes_are_refused(folder, ended):
     """A file of some kilobytes that declares 2**30 values is refused before memory is asked for them."""
     path = folder / "empty.nc"
