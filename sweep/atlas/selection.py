@@ -110,12 +110,6 @@ def _no_flags(name: str) -> NoReturn:
     )
 
 
-def is_whole(dataset: "xr.Dataset") -> bool:
-    """Return whether an atlas holds all cells of the spec that it states, with fixed parameters and boundary."""
-    spec = selected_spec(dataset)
-    return spec == spec_named(dataset) and is_complete(dataset, spec)
-
-
 def selected_spec(dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of the cells that a dataset holds: that which it states, or of a selection one of its own.
 
