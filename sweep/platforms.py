@@ -215,22 +215,6 @@ def _check_target_processor() -> None:
         )
 
 
-def check_features(target: str, features: tuple[str, ...]) -> None:
-    """Refuse a target whose code this processor cannot run: it would end the process.
-
-    Raises
-    ------
-    RequestError
-    """
-    missing = [name for name in features if not host_features().get(name)]
-    if missing:
-        raise RequestError(
-            f"Code for {target} needs a processor with {', '.join(features)}; this one lacks {', '.join(missing)}.",
-            hint="Use --baseline generic, or leave such machines out.",
-            where="--baseline",
-        )
-
-
 def processor() -> str:
     """Return LLVM's name of this processor."""
     from llvmlite import binding

@@ -1,9 +1,7 @@
 """Arguments that several commands share, and the spec that they ask for."""
 
 import contextlib
-import os
 import re
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -122,13 +120,6 @@ BlockCells = Annotated[
         help="Cells per block, the most that a crash costs; default: about a second of work.",
     ),
 ]
-Baseline = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help="Compute the same bits on processors of different kinds: generic, x86-64-v3. Slower; default: this kind.",
-    ),
-]
 MaxFailed = Annotated[
     float,
     typer.Option(
@@ -188,21 +179,3 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
     given = [spec, *words] if spec else words
     changes = split_changes(given, model_for(None, given_in(pairs(given)), made_from.model.name))
     return made_from.replace(**changes)
-
-
-def enter_baseline(baseline: str | None, folder: Path) -> None:
-    """Start this command again in the environment of its baseline, if it has one and was not started in it.
-
-    A run that was begun has its baseline in the manifest in its folder. Compiler and C library read the environment
-    only when the process starts.
-    """
-    from sweep.engine.machine import environment
-    from sweep.runs.names import MANIFEST
-
-    if baseline is None and os.path.isfile(folder / MANIFEST):
-        from sweep.runs.journal import Journal
-
-        baseline = Journal.at(folder).manifest.baseline
-    variables = environment(baseline or "")
-    if any(os.environ.get(name) != value for name, value in variables.items()):
-        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **variables})

@@ -10,7 +10,6 @@ from sweep.commands.arguments import (
     AtlasFile,
     Criterion,
     Overwrite,
-    enter_baseline,
     number,
     whole_number,
     width,
@@ -90,7 +89,6 @@ def _tell_run(folder: Path, partial: Path | None) -> None:
         from sweep.files.paths import check_atlas_name
 
         check_atlas_name(partial)
-        enter_baseline(None, folder)
         done, cells = write_partial(folder, partial)
         say(f"{partial}: {counted(done, 'cell', cells)} computed")
     else:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.commands.arguments import (
-    Baseline,
     BlockCells,
     MaxFailed,
     OptionalSpec,
@@ -23,7 +22,6 @@ from sweep.commands.arguments import (
     Starts,
     Threads,
     Words,
-    enter_baseline,
     read_request,
     with_starts,
 )
@@ -49,7 +47,6 @@ def run(
     overwrite: Overwrite = False,
     threads: Threads = None,
     block_cells: BlockCells = None,
-    baseline: Baseline = None,
     max_failed: MaxFailed = 1.0,
     dask: Annotated[
         str | None,
@@ -73,10 +70,7 @@ def run(
     words = with_starts(words, starts)
     check_atlas_name(output)
     request = read_request(spec, words, source)
-    from sweep.runs.names import directory_of, resolved
     from sweep.runs.run import run_to_file
-
-    enter_baseline(baseline, directory_of(resolved(output)))
 
     executor = None
     if dask is not None:
@@ -94,7 +88,6 @@ def run(
             overwrite=overwrite,
             threads=threads,
             block_cells=block_cells,
-            baseline=baseline,
             command=command,
             progress=progress,
             say=say,
@@ -112,7 +105,6 @@ def prepare(
     output: Output,
     overwrite: Overwrite = False,
     block_cells: BlockCells = None,
-    baseline: Baseline = None,
 ) -> None:
     """Make the folder OUT.nc.run of a run without computing a cell, and print its name.
 
@@ -124,12 +116,10 @@ def prepare(
     check_atlas_name(output)
     request = read_request(spec, words, None)
     from sweep.runs import array_jobs
-    from sweep.runs.names import directory_of, resolved
 
-    enter_baseline(baseline, directory_of(resolved(output)))
     command = shlex.join(["eulerdisk", "run", spec, *words, "-o", str(output)])
     journal = array_jobs.prepare(
-        request, output, overwrite=overwrite, block_cells=block_cells, baseline=baseline, command=command
+        request, output, overwrite=overwrite, block_cells=block_cells, command=command
     )
     show(str(journal.folder))
     say(f"{counted(request.size, 'cell')} in {counted(len(journal.spans), 'block')}")
@@ -152,7 +142,6 @@ def block(
         )
     from sweep.runs import array_jobs
 
-    enter_baseline(None, folder)
     with stoppable() as stopping, showing(quiet=quiet) as progress:
         kept, computed = array_jobs.compute_part(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
@@ -172,7 +161,6 @@ def assemble(
     """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
     from sweep.runs import array_jobs
 
-    enter_baseline(None, folder)
     with showing(quiet=quiet) as progress:
         path, failures = array_jobs.assemble(folder, overwrite=overwrite, threads=threads, progress=progress)
     _conclude(failures, path, max_failed, quiet)

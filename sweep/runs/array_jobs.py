@@ -25,7 +25,6 @@ def prepare(
     *,
     overwrite: bool = False,
     block_cells: int | None = None,
-    baseline: str | None = None,
     command: str = "sweep.runs.array_jobs.prepare",
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
@@ -35,7 +34,7 @@ def prepare(
     path = resolved(path)
     with claimed(path, overwrite) as folder:
         check_target(path, overwrite)
-        return begin_or_resume(spec, path, folder, block_cells, None, command, baseline)
+        return begin_or_resume(spec, path, folder, block_cells, None, command)
 
 
 def compute_part(

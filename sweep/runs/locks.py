@@ -5,18 +5,17 @@ import errno
 import fcntl
 import os
 import platform
-import shlex
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from sweep.atomic import create, open_or_create
+from sweep.atomic import open_or_create
 from sweep.errors import RequestError
 
-#: The file that is locked; and the file that takes its place where the file system has no locks.
-LOCK, OWNER = "lock", "owner"
+#: The file that is locked.
+LOCK = "lock"
 
-#: Begin of the content of both.
+#: Begin of its content.
 SIGNATURE = "process "
 
 #: Errors of the system that mean "this file system has no locks" (some NFS and Lustre mounts).
@@ -31,10 +30,6 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     blocks.
     """
     handle = _acquired(folder / LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-    if handle is None:
-        with contextlib.nullcontext() if shared else _owned(folder / OWNER):
-            yield
-        return
     try:
         # The holder's name serves only messages, so a full disk is no error here; writing a block will report it.
         with contextlib.suppress(OSError):
@@ -47,8 +42,8 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
         os.close(handle)
 
 
-def _acquired(path: Path, kind: int) -> int | None:
-    """Return the handle of the locked file; None if the file system has no locks."""
+def _acquired(path: Path, kind: int) -> int:
+    """Return the handle of the locked file."""
     while True:
         handle = _opened(path)
         try:
@@ -57,7 +52,7 @@ def _acquired(path: Path, kind: int) -> int | None:
             holder = _holder(handle)
             os.close(handle)
             if problem.errno in _NO_LOCKS:
-                return None
+                raise _no_locks(path.parent, problem) from None
             if not isinstance(problem, BlockingIOError):
                 raise
             raise _taken(path.parent, holder) from None
@@ -95,50 +90,22 @@ def _opened(path: Path) -> int:
         ) from problem
 
 
-@contextlib.contextmanager
-def _owned(path: Path) -> Iterator[None]:
-    """Hold a file that only one process can make; after a crash on another machine a person has to remove it."""
-    while True:
-        try:
-            handle = create(path)
-            break
-        except FileExistsError:
-            holder = path.read_text(encoding="ascii", errors="replace").strip()
-            if not _is_dead(holder):
-                raise _taken(
-                    path.parent, holder, f" If that process is gone, run `rm {shlex.quote(str(path))}`."
-                ) from None
-            path.unlink(missing_ok=True)
-    os.write(handle, _signature().encode("ascii", "replace"))
-    os.close(handle)
-    try:
-        yield
-    finally:
-        path.unlink(missing_ok=True)
-
-
 def _signature() -> str:
     since = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     return f"{SIGNATURE}{os.getpid()} on {platform.node()} since {since}"
 
 
-def _is_dead(holder: str) -> bool:
-    """Return whether a signature is that of a process of this machine that does not exist any more."""
-    words = holder.split()
-    if len(words) != 6 or words[3] != platform.node():
-        return False
-    try:
-        os.kill(int(words[1]), 0)
-    except ProcessLookupError:
-        return True
-    except (OSError, ValueError):
-        return False
-    return False
+def _no_locks(folder: Path, problem: OSError) -> RequestError:
+    return RequestError(
+        f"The file system of this folder has no locks ({problem.strerror}), by which one run at a time writes it.",
+        hint="Give an output on another file system, or have this one mounted with locks.",
+        where=str(folder),
+    )
 
 
-def _taken(folder: Path, holder: str, more: str = "") -> RequestError:
+def _taken(folder: Path, holder: str) -> RequestError:
     return RequestError(
         f"This output is being written by {holder or 'another process'}; one run writes it at a time.",
-        hint=f"Wait for that process, stop it, or give another output.{more}",
+        hint="Wait for that process, stop it, or give another output.",
         where=str(folder),
     )

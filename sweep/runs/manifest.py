@@ -17,7 +17,6 @@ from sweep.engine import machine
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError, shown
-from sweep.platforms import processor
 from sweep.request.as_given import both_written
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
@@ -27,8 +26,8 @@ from sweep.runs.names import STARTS, STARTS_HEAD
 _MOST_BYTES = 2**24
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
-#: 3 did not say on which kind of machine it was begun.
-FORMAT = 4
+#: 3 did not say on which kind of machine it was begun; 4 held a probe of how the machine rounds.
+FORMAT = 5
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
@@ -51,40 +50,21 @@ class Manifest:
     recorded: Mapping[str, str]
     #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
     fingerprint: str
-    #: What decides the bits on the machine that began the run (`sweep.engine.machine`), and the name of its processor.
+    #: What decides the bits on the machine that began the run (`sweep.engine.machine`).
     machine: Mapping[str, str] = field(default_factory=dict)
-    processor: str = ""
-    #: The common baseline that all parts are computed for; empty if each is computed for its own processor.
-    baseline: str = ""
-    #: With a baseline, the values of the logarithmic axes: logarithms differ between processors.
-    axes: Mapping[str, list[float]] = field(default_factory=dict)
 
     @classmethod
-    def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str, baseline: str = "") -> Self:
+    def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
         """Return the manifest of a run that is begun by this program on this machine."""
         deciding, here = arithmetic(spec), machine.facts(spec)
         recorded = {name: version(name) for name in _RECORDED}
-        axes = machine.recorded_axes(spec) if baseline else {}
         fingerprint = _digest([spec.canonical(), deciding, here])
-        return cls(
-            machine.with_axes(spec, axes) if axes else spec,
-            block_cells,
-            created,
-            command,
-            deciding,
-            recorded,
-            fingerprint,
-            here,
-            processor(),
-            baseline,
-            axes,
-        )
+        return cls(spec, block_cells, created, command, deciding, recorded, fingerprint, here)
 
     @property
     def versions(self) -> dict[str, str]:
-        """Versions of the packages that the run uses, and its baseline if it has one, for the file."""
-        baseline = {"baseline": self.baseline} if self.baseline else {}
-        return {name: self.arithmetic[name] for name in _ARITHMETIC} | dict(self.recorded) | baseline
+        """Versions of the packages that the run uses, for the file."""
+        return {name: self.arithmetic[name] for name in _ARITHMETIC} | dict(self.recorded)
 
     @property
     def spans(self) -> list[Span]:
@@ -138,9 +118,7 @@ class Manifest:
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
             content = {"fingerprint": ""} | content
-            _check(content, spec)
-            if content.get("axes"):
-                spec = machine.with_axes(spec, content["axes"])
+            _check(content)
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
@@ -183,15 +161,11 @@ def arithmetic(spec: SweepSpec) -> dict[str, str]:
     }
 
 
-def _check(content: Mapping[str, Any], spec: SweepSpec) -> None:
-    """Raise a ValueError unless the fields of a manifest have their types, and `axes` the values of its spec."""
+def _check(content: Mapping[str, Any]) -> None:
+    """Raise a ValueError unless the fields of a manifest have their types."""
     for name, value in content.items():
-        if name == "axes":
-            good, rule = machine.fits_axes(spec, value), "the values of the logarithmic axes of the spec"
-        else:
-            test, rule = _FIELDS.get(name, _TEXT)
-            good = test(value)
-        if not good:
+        test, rule = _FIELDS.get(name, _TEXT)
+        if not test(value):
             raise ValueError(f"{name} must be {rule}; got {shown(value)}")
 
 

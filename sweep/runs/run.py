@@ -128,7 +128,6 @@ def run_to_file(
     overwrite: bool = False,
     threads: int | None = None,
     block_cells: int | None = None,
-    baseline: str | None = None,
     command: str = "sweep.run_to_file",
     progress: Progress = None,
     say: Say = no_op,
@@ -151,10 +150,6 @@ def run_to_file(
         Threads to use; all that this process may use if not given.
     block_cells : int, optional
         Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
-    baseline : str, optional
-        Compute bits that all processors of a kind share, "generic" or "x86-64-v3"; the process must have been started
-        for it, as ``eulerdisk run --baseline`` does. By default for the processor of this machine, or as the
-        run was begun.
     command : str
         What the user ran, for the history.
     progress : bool or callable, optional
@@ -199,7 +194,7 @@ def run_to_file(
         check_target(path, overwrite)
         used = usable_threads(threads)
         check_device(spec)
-        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command, baseline)
+        journal = run_directory.begin_or_resume(spec, path, folder, block_cells, threads, command)
         missing = _missing_blocks(journal, say, show)
 
         def bytes_to_write() -> float:

@@ -17,12 +17,11 @@ from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
-from sweep.platforms import processor
 from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.forecast import check_room
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
-from sweep.runs.locks import LOCK, OWNER, SIGNATURE, locked
+from sweep.runs.locks import LOCK, SIGNATURE, locked
 from sweep.runs.manifest import Manifest, discard
 from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD, SUFFIX, directory_of
 
@@ -30,7 +29,7 @@ from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD, SUFFIX, directory_of
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
 
 #: All files that a run makes in its folder; in that of its blocks it makes blocks. In both it makes temporary files.
-_NAMES = (MANIFEST, STARTS, UNFINISHED, PUBLISHED, LOCK, OWNER)
+_NAMES = (MANIFEST, STARTS, UNFINISHED, PUBLISHED, LOCK)
 
 
 @contextlib.contextmanager
@@ -133,37 +132,26 @@ def begin_or_resume(
     block_cells: int | None,
     threads: int | None,
     command: str,
-    baseline: str | None = None,
 ) -> Journal:
-    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run.
-
-    A new run is computed for `baseline`; another one keeps its own, and is refused if `baseline` is not None and
-    another.
-    """
+    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run."""
     check_block_cells(block_cells)
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
-        check_same_run(journal, spec, baseline)
+        check_same_run(journal, spec)
         return journal
-    machine.check_baseline(baseline or "")
     made = created()
     check_room(path, spec, spec.size)
     cells = block_cells or estimate.block_cells(spec, threads)
     with refusals(path):
-        journal = Journal.create(folder, Manifest.new(spec, cells, made, command, baseline or ""))
+        journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
         sync_folder(folder.parent)
     return journal
 
 
-def check_same_run(journal: Journal, spec: SweepSpec, baseline: str | None = None) -> None:
-    """Refuse to go on with a journal of another spec, or begun by a program or on a machine that computes other bits.
-
-    `baseline` is the one that is asked for, None if that of the journal will do.
-    """
+def check_same_run(journal: Journal, spec: SweepSpec) -> None:
+    """Refuse to go on with a journal of another spec, or of a program or machine that computes other bits."""
     manifest = journal.manifest
     differences = manifest.differences(spec)
-    if baseline is not None and baseline != manifest.baseline:
-        differences.append(f"baseline: {manifest.baseline or 'none'} there, {baseline or 'none'} here")
     if differences:
         raise RequestError(
             "The folder holds blocks of another run. A run goes on with the spec and the program that it was begun "
@@ -171,14 +159,13 @@ def check_same_run(journal: Journal, spec: SweepSpec, baseline: str | None = Non
             hint=f"Give the same spec or another output, or discard the blocks with {discard(journal.folder)}.",
             where=str(journal.folder),
         )
-    machine.check_baseline(manifest.baseline)
     differences = manifest.machine_differences()
     if differences:
         raise RequestError(
-            f"This machine ({processor()}) would compute other bits than the one that began the run "
-            f"({manifest.processor}); these differ: {'; '.join(differences)}.",
-            hint="Go on with it on machines of that kind, or begin it anew for processors of all kinds: `eulerdisk "
-            "prepare --baseline generic`, or `run --baseline generic`.",
+            "This machine may compute other bits than the one that began the run; these differ: "
+            f"{'; '.join(differences)}.",
+            hint="Go on with it on machines of that kind, or begin it anew with the same environment on all of them: "
+            f"{machine.SAME_BITS}.",
             where=str(journal.folder),
         )
 
@@ -262,7 +249,6 @@ def _left_by_run(path: Path) -> bool:
         return True
     begins = {
         LOCK: SIGNATURE.encode(),
-        OWNER: SIGNATURE.encode(),
         PUBLISHED: b'{"file": ',
         STARTS: STARTS_HEAD,
     }

@@ -14,7 +14,6 @@ import netCDF4
 import numpy as np
 import pytest
 
-from sweep.engine import machine
 from sweep.errors import StoppedError
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.reading import open_atlas
@@ -178,24 +177,6 @@ def test_blocks_that_are_no_folder_are_refused_by_every_command(command, tmp_pat
     for line in ("block --run a.nc.run --part 1/1", "assemble a.nc.run", f"run {WORDS} -o a.nc"):
         status, _, err = command(line)
         assert (status, "blocks is not a folder" in err, "`mv " in err) == (2, True, True)
-
-
-def test_a_partial_atlas_of_a_baseline_is_made_in_its_environment(command, tmp_path, monkeypatch):
-    """Of a run with a baseline the same command is started again, as `block` is, before it reads a block."""
-    with monkeypatch.context() as patch:
-        for name, value in machine.environment("generic").items():
-            patch.setenv(name, value)
-        assert command(f"prepare {WORDS} --block-cells 5 --baseline generic -o a.nc")[0] == 0
-    started = []
-
-    def execve(*words):
-        started.append(words)
-        raise SystemExit(0)
-
-    monkeypatch.setattr(os, "execve", execve)
-    assert command("info a.nc --partial p.nc")[0] == 0
-    ((_, _, environment),) = started
-    assert machine.environment("generic").items() <= environment.items()
 
 
 def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypatch):

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import RequestError
-from sweep.runs import locks
 from sweep.runs.locks import locked
 
 CHECKOUT = Path(__file__).parents[2]
@@ -65,28 +64,34 @@ def test_array_jobs_share_the_lock(tmp_path):
 
 
 def test_a_file_system_without_locks(tmp_path, monkeypatch):
-    """There a file that only one can make stands in; that of a dead process here is removed, others are named."""
+    """There a run is refused: two could write one output."""
 
     def unsupported(*_):
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(fcntl, "flock", unsupported)
-    with locked(tmp_path):
-        assert (tmp_path / "owner").is_file()
-        with pytest.raises(RequestError, match=rf"process {os.getpid()} on .*`rm .*owner`"), locked(tmp_path):
+    for shared in (False, True):
+        with (
+            pytest.raises(RequestError, match=r"has no locks \(No locks available\)"),
+            locked(tmp_path, shared=shared),
+        ):
             pass
-        with locked(tmp_path, shared=True):
-            pass
-    assert not (tmp_path / "owner").exists()
-    gone = subprocess.Popen(["true"])
-    gone.wait()
-    words = locks._signature().split()
-    (tmp_path / "owner").write_text(" ".join([words[0], str(gone.pid), *words[2:]]))
+
+
+def test_a_lock_on_a_file_that_was_replaced_is_none(tmp_path, monkeypatch):
+    """A run that ends removes the file; who has opened it by then locks the file that has the name afterwards."""
+    system, path, replaced = fcntl.flock, tmp_path / "lock", []
+
+    def replace_first(handle, kind):
+        if not replaced:
+            replaced.append(path.unlink())
+        system(handle, kind)
+
+    monkeypatch.setattr(fcntl, "flock", replace_first)
     with locked(tmp_path):
-        pass
-    (tmp_path / "owner").write_text(" ".join([*words[:3], "elsewhere", *words[4:]]))
-    with pytest.raises(RequestError, match="on elsewhere"), locked(tmp_path):
-        pass
+        assert path.exists()
+        with pytest.raises(RequestError, match="being written"), locked(tmp_path):
+            pass
 
 
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS])
