@@ -1,13 +1,9 @@
 """A copy of both packages that a test can edit, and commands that it runs: what another version of the program does."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
-CHECKOUT = Path(__file__).parents[1]
+from processes import CHECKOUT, python
 
 _SESSION = """
 import contextlib, io, json, shlex, sys
@@ -55,11 +51,4 @@ class SourceCopy:
 
     def python(self, *words, folder):
         """Run Python on the copy in a folder and return what came of it."""
-        return subprocess.run(
-            [sys.executable, *words],
-            cwd=folder,
-            env=os.environ | {"PYTHONPATH": str(self.folder)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return python(*words, folder=folder, packages=self.folder)

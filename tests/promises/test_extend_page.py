@@ -6,7 +6,8 @@ import shutil
 
 import netCDF4
 import pytest
-from source_copy import CHECKOUT, SourceCopy
+from processes import CHECKOUT
+from source_copy import SourceCopy
 
 pytestmark = pytest.mark.slow_lane
 

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from processes import CHECKOUT, python
 
 import sweep
 from sweep.checks.verify import findings, verify
@@ -20,7 +21,6 @@ from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 
-CHECKOUT = Path(__file__).parents[2]
 TOY = "toy inclination=5deg:60deg:7 precession_rate=30:80:6 duration=40s criterion=aloft:20s"
 COIN = "coin roll_rate=15:60:10 rolling_friction=1um:0.2mm:6:log duration=4s"
 #: Every law and every kind of friction, in as few kernels as hold them.
@@ -208,21 +208,21 @@ def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():
 
 def test_a_run_goes_on_after_kill_9(tmp_path):
     """Killed amid its blocks, it goes on and makes the file of an undisturbed run, byte for byte."""
-    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT), "SOURCE_DATE_EPOCH": "1700000000"}
-    words = [sys.executable, "-m", "sweep", "run", *TOY.replace(":7 ", ":40 ").replace(":6 ", ":40 ").split()]
+    dated = {"SOURCE_DATE_EPOCH": "1700000000"}
+    words = ["-m", "sweep", "run", *TOY.replace(":7 ", ":40 ").replace(":6 ", ":40 ").split()]
     words += ["--block-cells", "100", "-o", "a.nc"]
-    how = {"env": environment, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT), **dated}
     for name in ("whole", "killed"):
         (tmp_path / name).mkdir()
-    assert subprocess.run(words, cwd=tmp_path / "whole", check=False, **how).returncode == 0
-    running = subprocess.Popen(words, cwd=tmp_path / "killed", **how)
+    assert python(*words, folder=tmp_path / "whole", environment=dated).returncode == 0
+    running = subprocess.Popen([sys.executable, *words], cwd=tmp_path / "killed", env=environment)
     while running.poll() is None and not list((tmp_path / "killed").glob("a.nc.run/blocks/*.block")):
         time.sleep(0.002)
     running.send_signal(signal.SIGKILL)
-    running.communicate()
+    running.wait()
     assert running.returncode == -signal.SIGKILL
     assert not (tmp_path / "killed" / "a.nc").exists()
-    done = subprocess.run(words, cwd=tmp_path / "killed", check=False, **how)
+    done = python(*words, folder=tmp_path / "killed", environment=dated)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "killed" / "a.nc").read_bytes() == (tmp_path / "whole" / "a.nc").read_bytes()
 

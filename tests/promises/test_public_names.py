@@ -2,17 +2,16 @@
 
 import inspect
 import json
-import os
 import re
-import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
+from processes import CHECKOUT, python
 
 import sweep
 
-CHECKOUT = Path(__file__).resolve().parents[2]
 LISTING = (CHECKOUT / "docs" / "names.md").read_text(encoding="utf-8")
 PROJECT = Path(__file__).parent / "user_project"
 (LISTED,) = re.findall(r"^```text\n(.*?)^```$", LISTING, flags=re.MULTILINE | re.DOTALL)
@@ -97,16 +96,14 @@ def test_every_public_name_says_what_it_is():
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
-    """Return the folder of a user's project, and an environment in which the built wheel is installed."""
+    """Return the folder of a user's project, and the one in which the built wheel is installed."""
     folder = tmp_path_factory.mktemp("project")
-    built = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder / "wheel"]
-    subprocess.run(built, cwd=CHECKOUT, capture_output=True, check=True)
+    python("-m", "hatchling", "build", "-t", "wheel", "-d", folder / "wheel", folder=CHECKOUT)
     (wheel,) = (folder / "wheel").glob("*.whl")
-    installed = folder / "installed"
-    subprocess.run([sys.executable, "-m", "zipfile", "-e", wheel, installed], check=True)
+    zipfile.ZipFile(wheel).extractall(folder / "installed")
     for each in PROJECT.glob("*.py"):
         (folder / each.name).write_bytes(each.read_bytes())
-    return folder, {**os.environ, "PYTHONPATH": str(installed)}
+    return folder, folder / "installed"
 
 
 def wrong_lines():
@@ -117,15 +114,8 @@ def wrong_lines():
 
 def checked(project, *command):
     """Run a type checker in the folder of the project."""
-    folder, environment = project
-    return subprocess.run(
-        [sys.executable, "-m", *command],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    folder, installed = project
+    return python("-m", *command, folder=folder, packages=installed)
 
 
 @pytest.mark.slow_lane
@@ -142,11 +132,11 @@ def test_mypy_sees_types_and_mistakes(project):
 @pytest.mark.slow_lane
 def test_pyright_sees_types_and_mistakes(project):
     """The same for the other type checker, whose strictest setting asks for the type of everything."""
-    folder, environment = project
+    folder, installed = project
     settings = {
         "typeCheckingMode": "strict",
         "include": ["analysis.py", "mistakes.py"],
-        "extraPaths": [environment["PYTHONPATH"]],
+        "extraPaths": [str(installed)],
         "failOnWarnings": False,
     }
     (folder / "pyrightconfig.json").write_text(json.dumps(settings), encoding="utf-8")

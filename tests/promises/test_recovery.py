@@ -8,37 +8,27 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
+from processes import CHECKOUT, python
 
 from sweep.errors import are
 
-CHECKOUT = Path(__file__).parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT), "SOURCE_DATE_EPOCH": "1700000000"}
+DATED = {"SOURCE_DATE_EPOCH": "1700000000"}
 WORDS = ["rolling", "roll_rate=2:4:100", "tilt=0.1deg:5deg:100", "--block-cells", "500", "-o", "a.nc"]
 
 
 def run(folder, *words, **how):
     """Run a command in a folder and return what came of it."""
-    command = [sys.executable, "-m", "sweep", *words]
-    return subprocess.run(
-        command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False, **how
-    )
+    return python("-m", "sweep", *words, folder=folder, environment=DATED, **how)
 
 
 @pytest.mark.compiled
 def test_kills_and_damages_change_no_byte(tmp_path):
     """The soak in short: whatever is killed or damaged, files are absent or equal to that of an undisturbed run."""
     soak = CHECKOUT / "scripts" / "fault_injection.py"
-    done = subprocess.run(
-        [sys.executable, soak, "--moments", "1", "--damages", "60", "--every", "4", "--cells", "0"],
-        cwd=tmp_path,
-        env=ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    few = ["--moments", "1", "--damages", "60", "--every", "4", "--cells", "0"]
+    done = python(soak, *few, folder=tmp_path, environment=DATED)
     assert done.returncode == 0, done.stdout + done.stderr
     kills = [int(found) for found in re.findall(r"(\d+) kills", done.stdout)]
     assert len(kills) == 6
@@ -97,14 +87,7 @@ def test_a_full_disk(small_disk, left):
     )
 
     def begun():
-        return subprocess.run(
-            [sys.executable, "-c", code, *WORDS],
-            cwd=small_disk,
-            env=ENVIRONMENT,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return python("-c", code, *WORDS, folder=small_disk, environment=DATED)
 
     ballast.write_bytes(bytes(2_090_000 - left))
     done = begun()
@@ -130,8 +113,9 @@ sweep.run_to_file(spec, "a.nc", block_cells=1000, command="x")
 @pytest.mark.compiled
 def test_an_interrupted_python_program(tmp_path):
     """Ctrl-C in a program that calls `run_to_file` ends it at once; finished blocks are kept, and it can go on."""
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     command = [sys.executable, "-c", _PROGRAM]
-    process = subprocess.Popen(command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     while len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) < 5:
         assert process.poll() is None
         time.sleep(0.01)
@@ -143,5 +127,5 @@ def test_an_interrupted_python_program(tmp_path):
     assert len(kept) >= 5
     assert all(path.suffix == ".block" for path in kept)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc.run"]
-    subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, check=True)
+    assert python("-c", _PROGRAM, folder=tmp_path).returncode == 0
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]

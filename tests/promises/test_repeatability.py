@@ -1,13 +1,10 @@
 """The promise: a cell's bits depend on the cell alone; not on threads, blocks, the grid around it, or the process."""
 
 import hashlib
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import CHECKOUT, python
 
 from sweep.model.disk.tables import VARIABLES
 from sweep.request.spec import SweepSpec
@@ -85,12 +82,5 @@ def test_another_process_has_the_same_bits():
     expected = hashlib.sha256(
         b"".join(atlas[name].values.tobytes() for name in sorted(atlas.variables))
     ).hexdigest()
-    found = subprocess.run(
-        [sys.executable, "-c", _DIGEST, spec.canonical(), "2"],
-        cwd=Path(__file__).parents[2],
-        env=os.environ | STRICT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    found = python("-c", _DIGEST, spec.canonical(), "2", folder=CHECKOUT, environment=STRICT)
     assert found.stdout.strip() == expected

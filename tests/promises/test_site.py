@@ -5,7 +5,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,10 +13,10 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from explorer_browser import find_browser, launched
+from processes import CHECKOUT, python
 
 pytestmark = pytest.mark.slow_lane
 
-CHECKOUT = Path(__file__).resolve().parents[2]
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
 NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_nb", "numpydoc", "ziamath", "ipykernel", "distributed")
 #: A page of which one cell prints what the other one would not reach.
@@ -56,8 +55,7 @@ def site(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
         pytest.skip(f"{', '.join(missing)} not installed: the dependency group docs of pyproject.toml")
 
     def build(out: Path) -> None:
-        words = [sys.executable, CHECKOUT / "scripts" / "build_site.py", out]
-        done = subprocess.run(words, cwd=out.parent, capture_output=True, text=True, check=False)
+        done = python(CHECKOUT / "scripts" / "build_site.py", out, folder=out.parent)
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{out / 'index.html'}\n"
 
@@ -226,26 +224,8 @@ def test_a_cell_that_raises_ends_the_build(tmp_path: Path) -> None:
     (tmp_path / "docs" / "tutorials").mkdir(parents=True)
     (tmp_path / "docs" / "index.md").write_text("# Site\n\n```{toctree}\ntutorials/page\n```\n")
     (tmp_path / "docs" / "tutorials" / "page.md").write_text(RAISES)
-    words = [
-        "-b",
-        "dummy",
-        "-W",
-        "-q",
-        "-c",
-        CHECKOUT / "docs",
-        "-d",
-        tmp_path / "kept",
-        tmp_path,
-        tmp_path / "out",
-    ]
+    words = ["-b", "dummy", "-W", "-q", "-c", CHECKOUT / "docs", "-d", tmp_path / "kept"]
     where = os.pathsep.join([str(CHECKOUT), str(CHECKOUT / "docs" / "_site")])
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", *words],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": where},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = python("-m", "sphinx", *words, tmp_path, tmp_path / "out", folder=tmp_path, packages=where)
     assert done.returncode != 0
     assert "assert 1 + 1 == 3" in done.stderr

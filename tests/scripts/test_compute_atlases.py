@@ -6,26 +6,22 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from compute_atlases import critical_table
+from processes import CHECKOUT, python
 
 import sweep
 from sweep.request.spec import SweepSpec
 
-CHECKOUT = Path(__file__).resolve().parents[2]
-SCRIPT = [sys.executable, str(CHECKOUT / "scripts" / "compute_atlases.py")]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+SCRIPT = CHECKOUT / "scripts" / "compute_atlases.py"
 
 
 def test_an_output_that_can_be_no_folder(tmp_path):
     """A file in the place of the folder is refused with 2, by its name, and left as it is."""
     name = "there.txt"
     (tmp_path / name).write_text("mine")
-    done = subprocess.run(
-        [*SCRIPT, "-o", name], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True
-    )
+    done = python(SCRIPT, "-o", name, folder=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"scripts/atlas: {name}: ")
     assert "folder" in done.stderr
@@ -36,7 +32,9 @@ def test_an_output_that_can_be_no_folder(tmp_path):
 @pytest.mark.compiled
 def test_a_key_press_stops_it(tmp_path):
     """Ctrl-C while an atlas is computed ends with 130 and the command that goes on; no atlas is half there."""
-    running = subprocess.Popen(SCRIPT, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    command = [sys.executable, SCRIPT]
+    running = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     out = tmp_path / "atlas-out"
     end = time.monotonic() + 60.0
     while not any(out.glob("*.nc.run/blocks")) and time.monotonic() < end:
