@@ -11,7 +11,7 @@ import argparse
 import numpy as np
 
 from sweep import SweepSpec
-from sweep.checks.allowed import Stated, allowed_of_cells
+from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import compute
 from sweep.model.quantity import Array
 

@@ -6,11 +6,11 @@ import numpy as np
 from figure_cli import figure_parser, run_script
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from steady_motions import marginal_curve
 
 import sweep
 from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
-from sweep.studies.steady import marginal_curve
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,13 +7,13 @@ import numpy as np
 from figure_cli import figure_parser, run_script
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
+from steady_motions import marginal_curve, with_coefficients
 
 import sweep
 from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.criterion import Amplification
-from sweep.studies.steady import marginal_curve, with_coefficients
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -197,7 +197,7 @@ class Eulerdisk:
             If an axis has no value, a value lies outside the atlas, a word is not known, or there is no such motion.
         """
         from sweep.atlas.nearest import nearest_cell
-        from sweep.motion.from_cell import cell_and_changes, request_of_cell
+        from sweep.motion.origin import cell_and_changes, request_of_cell
         from sweep.motion.trajectory import simulate
 
         spec = self.spec

@@ -8,8 +8,7 @@ import numpy as np
 
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.errors import RequestError, counted
-from sweep.model.endings import FAILED, MISSING
-from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.model.quantity import FAILED, MISSING, STABLE, UNSTABLE
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,8 +14,7 @@ from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import counted
 from sweep.model.description import CellCheck, Columns, Reference, Starts
-from sweep.model.endings import MISSING
-from sweep.model.quantity import Quantity, Truths
+from sweep.model.quantity import MISSING, Quantity, Truths
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_checks import MOST_STEPS
 

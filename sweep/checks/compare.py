@@ -1,7 +1,7 @@
 """The regression check: compare an atlas with a reference.
 
 Coordinates have to be those of the specs. Decisions (endings, verdicts) must be equal, measures must agree within what
-the two atlases state (`sweep.checks.allowed`), and a value that is missing in one must be missing in the other. In a
+the two atlases state (`sweep.checks.variables`), and a value that is missing in one must be missing in the other. In a
 borderline cell the last bit decides: such flips are counted apart. What a reference holds of its cells, the new atlas
 must hold; what only the new one holds is named, and no difference.
 """
@@ -16,9 +16,7 @@ import numpy as np
 from sweep.atlas.selection import require_atlas, settled
 from sweep.atlas.slices import slices_of
 from sweep.checks.alignment import Pair, align
-from sweep.checks.allowed import allowed, allowed_of_cells, read_limits
-from sweep.checks.borderline import Flips, flips, no_flips
-from sweep.checks.cell_pair import CellBlock, CellPair, Files
+from sweep.checks.cell_pair import CellBlock, CellPair, Files, Flips, flips, no_flips
 from sweep.checks.difference import Cell, Differences, Judged, other_bits
 from sweep.checks.variables import (
     CELL,
@@ -26,9 +24,12 @@ from sweep.checks.variables import (
     EDGE,
     FOREIGN,
     Variable,
+    allowed,
+    allowed_of_cells,
     cut_along,
     lacking,
     may_lack,
+    read_limits,
     variables,
 )
 from sweep.engine.grid import Span

@@ -16,11 +16,10 @@ from sweep.atlas import row_status
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.nearest import nearest_cell
-from sweep.checks.allowed import Stated, allowed_of_cells
+from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
-from sweep.model.endings import FAILED, MISSING, UNDISTURBED
-from sweep.model.quantity import ERROR_GAUGE, STEP_COUNT, UNSTABLE, Quantity
+from sweep.model.quantity import ERROR_GAUGE, FAILED, MISSING, STEP_COUNT, UNDISTURBED, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ import numpy as np
 
 from sweep.atlas.dataset import require
 from sweep.errors import counted, plain_text, printable
-from sweep.motion.kind import TIME
 from sweep.motion.sampling import end_of, kind_of, losses_of
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -136,7 +136,7 @@ def _save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
 
 def _say_impossible(dataset: "xr.Dataset") -> None:
     """Say when the disk would slip or lift off: what the file holds from then on is no motion of a real disk."""
-    from sweep.motion.rolling_limit import rolling_limit
+    from sweep.motion.contact import rolling_limit
 
     limit = rolling_limit(dataset)
     if limit.time < math.inf:
@@ -145,7 +145,7 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
-    from sweep.motion.preset import is_preset
+    from sweep.motion.origin import is_preset
     from sweep.motion.request import MotionRequest, check_names, split_motion_words
     from sweep.request.start_list import START
     from sweep.request.words import pairs
@@ -175,7 +175,7 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
 def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
     """Return the request for the motion of a preset; say if it is the wobble that nobody has asked for."""
     from sweep.model.disk.tables import WOBBLE
-    from sweep.motion.preset import request_of_preset
+    from sweep.motion.origin import request_of_preset
 
     request = request_of_preset(preset, given)
     if request.precession_rate == WOBBLE and "precession_rate" not in given:
@@ -189,7 +189,7 @@ def _request_of_cell(atlas: "xr.Dataset", given: Mapping[str, str]) -> tuple["Mo
     """Return the request for the motion of the nearest cell, and its values that are not those given."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.nearest import nearest_cell, other_values
-    from sweep.motion.from_cell import cell_and_changes, request_of_cell
+    from sweep.motion.origin import cell_and_changes, request_of_cell
 
     spec = spec_of(atlas)
     cell, changes = cell_and_changes(spec, given)

@@ -12,7 +12,7 @@ from sweep.model.lossy_disk.tables import (
     UNKNOWN,
     UNLIMITED,
 )
-from sweep.motion.lossy_tables import LOSSY_MOTION
+from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
 #: Lever arms over the radius between which a slider moves: a toy on its mirror has 4e-4.

@@ -34,10 +34,8 @@ from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
 from sweep.model.quantity import Array
 from sweep.motion import disk_path, lossy_path
-from sweep.motion.disk_tables import DISK_MOTION, TRAJECTORY
-from sweep.motion.lossy_tables import LAWS, LOSSY_MOTION
-from sweep.motion.request import MotionRequest
-from sweep.motion.start import start_of
+from sweep.motion.request import MotionRequest, start_of
+from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY
 from sweep.request.spec import SweepSpec
 
 #: Periods that a motion without losses is followed, the shortest and the longest time [s].

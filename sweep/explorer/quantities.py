@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.description import Columns
-from sweep.model.endings import FAILED, LOST
-from sweep.model.quantity import DECISION, Quantity
+from sweep.model.quantity import DECISION, FAILED, LOST, Quantity
 from sweep.request.spec import SweepSpec
 
 #: Kinds of motion: wells of the potential, and whether the motion crosses upright; or why it has neither.

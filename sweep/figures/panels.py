@@ -15,8 +15,7 @@ from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
 from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale
 from sweep.figures.shade import Shade, drawable, shade
-from sweep.model.endings import FAILED, MISSING
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Truths
+from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Truths
 from sweep.request.axes import Values
 from sweep.request.spec import SweepSpec
 

@@ -22,8 +22,7 @@ from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.figures.sizes import columns_of, inches, size_of
 from sweep.figures.texts import wrapped
-from sweep.model.endings import FAILED, MISSING
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
+from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import WORDS

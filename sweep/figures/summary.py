@@ -221,7 +221,7 @@ def _key(others: str) -> str:
 def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
     """Yield the lines of a motion: what it is, which disk and start, how long, and whether rolling is possible."""
     from sweep.figures.disk.captions import caption
-    from sweep.motion.rolling_limit import rolling_limit
+    from sweep.motion.contact import rolling_limit
 
     try:
         check_motion(dataset)

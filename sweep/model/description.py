@@ -15,9 +15,23 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError
-from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import Array, Input, Quantity, Substitute, Truths, Word
+from sweep.model.quantity import (
+    FAILED,
+    FINAL,
+    LOST,
+    MISSING,
+    OPEN,
+    UNDISTURBED,
+    Array,
+    Ending,
+    Endings,
+    Input,
+    Quantity,
+    Substitute,
+    Truths,
+    Word,
+)
 
 #: A model of another distribution finds all that it is made of here.
 __all__ = [

@@ -12,8 +12,8 @@ from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from sweep.errors import NoMotionError, RequestError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
-from sweep.motion.disk_tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
 from sweep.motion.request import MotionRequest
+from sweep.motion.tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
 from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.words import AUTOMATIC
 

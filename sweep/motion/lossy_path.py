@@ -13,8 +13,8 @@ from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
-from sweep.motion.lossy_tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
 from sweep.motion.request import MotionRequest
+from sweep.motion.tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
 from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.words import AUTOMATIC
 

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.motion.kind import TIME, MotionKind
-from sweep.motion.lossy_tables import LAWS
 from sweep.motion.request import REQUESTS, MotionRequest, TrajectorySpec
+from sweep.motion.tables import LAWS, TIME, MotionKind
 from sweep.request.words import AUTOMATIC
 
 if TYPE_CHECKING:

@@ -20,12 +20,9 @@ from sweep.atlas.cf_metadata import (
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion import disk_path, lossy_path
-from sweep.motion.disk_tables import DISK_MOTION
-from sweep.motion.kind import TIME, MotionKind
-from sweep.motion.lossy_tables import LOSSY_MOTION
-from sweep.motion.preset import request_of_preset
-from sweep.motion.request import MotionRequest, TrajectorySpec
-from sweep.motion.start import start_of
+from sweep.motion.origin import request_of_preset
+from sweep.motion.request import MotionRequest, TrajectorySpec, start_of
+from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, TIME, MotionKind
 from sweep.version import __version__
 
 if TYPE_CHECKING:

@@ -9,8 +9,19 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Request, Starts
-from sweep.model.endings import FINAL, LOST, OPEN, Endings
-from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
+from sweep.model.quantity import (
+    DECISION,
+    FINAL,
+    LOST,
+    OPEN,
+    STABLE,
+    UNDECIDED,
+    UNSTABLE,
+    Array,
+    Endings,
+    Quantity,
+    Truths,
+)
 from sweep.model.stated_error import stated_error
 from sweep.request.criterion_base import Criterion, Errors
 from sweep.request.values import read_number

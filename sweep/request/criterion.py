@@ -17,8 +17,19 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Request, Starts
-from sweep.model.endings import FINAL, LOST, OPEN, Endings
-from sweep.model.quantity import DECISION, STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
+from sweep.model.quantity import (
+    DECISION,
+    FINAL,
+    LOST,
+    OPEN,
+    STABLE,
+    UNDECIDED,
+    UNSTABLE,
+    Array,
+    Endings,
+    Quantity,
+    Truths,
+)
 from sweep.request.aloft import Aloft as Aloft
 from sweep.request.criterion_base import Criterion as Criterion
 from sweep.request.criterion_base import Errors

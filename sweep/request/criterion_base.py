@@ -10,8 +10,7 @@ import numpy.typing as npt
 from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Columns, Model, Request, Starts
-from sweep.model.endings import Endings
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import Array, Endings, Truths
 
 #: Variable -> how far its values may be off, in its unit.
 Errors = Callable[[str], Array | float]

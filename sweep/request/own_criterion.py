@@ -11,8 +11,19 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Request, Starts
-from sweep.model.endings import FINAL, LOST, OPEN, UNDISTURBED, Endings
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Array, Quantity, Truths
+from sweep.model.quantity import (
+    FINAL,
+    LOST,
+    OPEN,
+    STABLE,
+    UNDECIDED,
+    UNDISTURBED,
+    UNSTABLE,
+    Array,
+    Endings,
+    Quantity,
+    Truths,
+)
 from sweep.model.stated_error import stated_error
 from sweep.request import expression
 from sweep.request.criterion_base import Criterion, Errors

@@ -22,7 +22,7 @@ from sweep.errors import StoppedError, StorageError, are, counted
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
-from sweep.model.endings import FAILED
+from sweep.model.quantity import FAILED
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timetable
 from sweep.request.spec import SweepSpec

@@ -12,9 +12,8 @@ from comparing import CIRCLING, REFINED, SPEC, STEADY, found
 import sweep
 from sweep.atlas.completion import BOUNDARY
 from sweep.checks.alignment import align
-from sweep.checks.allowed import allowed
 from sweep.checks.compare import compare
-from sweep.checks.variables import FOREIGN, variables
+from sweep.checks.variables import FOREIGN, allowed, variables
 from sweep.errors import RequestError
 
 KINDS = {

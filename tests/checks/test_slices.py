@@ -5,8 +5,8 @@ import pytest
 
 import sweep
 from sweep.atlas import slices
+from sweep.checks.alignment import check_coordinates
 from sweep.checks.compare import compare
-from sweep.checks.coordinates import check_coordinates
 from sweep.checks.verify import findings, findings_of, verify, verify_to_file
 from sweep.errors import RequestError
 from sweep.files import cell_reader

@@ -16,7 +16,7 @@ from sweep.explorer.motion import motion, quantities, stored_motions, words_of
 from sweep.explorer.potential import potential_of
 from sweep.motion.disk_path import _TRAJECTORY
 from sweep.motion.request import LossyTrajectorySpec
-from sweep.motion.start import start_of as start_of_request
+from sweep.motion.request import start_of as start_of_request
 from sweep.request.spec import SweepSpec
 
 SPEC = SweepSpec.preset("rolling")

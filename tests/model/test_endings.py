@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sweep.errors import RequestError
-from sweep.model import description, endings
-from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings
+from sweep.model import description
+from sweep.model import quantity as endings
+from sweep.model.quantity import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings
 
 ENDINGS = Endings(
     Ending(0, "not_computed", "not integrated", MISSING),

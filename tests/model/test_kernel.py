@@ -18,7 +18,7 @@ from sweep.model import kernel
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel, cache_folder, check_cache, closure, code_hash
-from sweep.model.lossy_disk.variants import integrator
+from sweep.model.lossy_disk.model import integrator
 from sweep.notices import listen
 
 CHECKOUT = Path(kernels.__file__).parents[1]

@@ -24,7 +24,7 @@ from sweep.engine.compute import arithmetic_hash, compute
 from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.model import registry
-from sweep.motion.from_cell import cell_and_changes
+from sweep.motion.origin import cell_and_changes
 
 HERE = Path(__file__).parent
 CHECKOUT = HERE.parents[1]

@@ -8,7 +8,7 @@ import pytest
 import sweep
 from sweep.atlas.nearest import nearest_cell, other_values
 from sweep.errors import RequestError
-from sweep.motion.from_cell import cell_and_changes, request_of_cell
+from sweep.motion.origin import cell_and_changes, request_of_cell
 from sweep.motion.request import TrajectorySpec
 
 pytestmark = pytest.mark.compiled

@@ -8,8 +8,8 @@ from dataclasses import asdict, replace
 import pytest
 
 from sweep import RequestError, TrajectorySpec
-from sweep.motion.lossy_tables import LOSSY_INPUTS, LOSSY_TRAJECTORY, LOSSY_WORDS
 from sweep.motion.request import LossyTrajectorySpec, MotionRequest
+from sweep.motion.tables import LOSSY_INPUTS, LOSSY_TRAJECTORY, LOSSY_WORDS
 
 
 @pytest.mark.parametrize(

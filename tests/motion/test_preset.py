@@ -6,7 +6,7 @@ import pytest
 
 import sweep
 from sweep.errors import RequestError
-from sweep.motion.preset import is_preset, request_of_preset
+from sweep.motion.origin import is_preset, request_of_preset
 from sweep.motion.request import LossyTrajectorySpec, TrajectorySpec
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from kernels.disk import simd_stages, trajectory
 from sweep import RequestError, TrajectorySpec
-from sweep.motion.disk_tables import MOTION_INPUTS, MOTION_WORDS, TRAJECTORY
-from sweep.motion.kind import TIME
+from sweep.motion.tables import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
 from sweep.request.spec_checks import MOST_STEPS
 
 

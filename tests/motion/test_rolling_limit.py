@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import sweep
 from sweep.errors import RequestError
-from sweep.motion.rolling_limit import rolling_limit
+from sweep.motion.contact import rolling_limit
 
 pytestmark = pytest.mark.compiled
 

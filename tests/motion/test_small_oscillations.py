@@ -5,7 +5,7 @@ import pytest
 import referee
 from scipy.integrate import solve_ivp
 
-from sweep.motion.small_oscillations import linear_motion
+from sweep.motion.theory import linear_motion
 
 STARTS = {
     "rolling": (0.0, 1.0, 0.0, 3.0),

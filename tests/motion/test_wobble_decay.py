@@ -8,7 +8,7 @@ import pytest
 
 import sweep
 from sweep.model.lossy_disk import theory
-from sweep.motion.wobble_decay import flat_time, wobble_losses, wobbles
+from sweep.motion.theory import flat_time, wobble_losses, wobbles
 
 pytestmark = pytest.mark.compiled
 

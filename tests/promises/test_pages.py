@@ -19,7 +19,7 @@ from explorer_client import ask
 from matplotlib import pyplot
 
 from sweep.figures.disk.film_options import FilmOptions
-from sweep.motion.preset import is_preset, request_of_preset
+from sweep.motion.origin import is_preset, request_of_preset
 from sweep.motion.request import TrajectorySpec, split_motion_words
 from sweep.request.spec import SweepSpec
 

@@ -10,7 +10,7 @@ from sweep.atlas.nearest import nearest_cell
 from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
-from sweep.motion.preset import request_of_preset
+from sweep.motion.origin import request_of_preset
 from sweep.motion.request import TrajectorySpec
 from sweep.request.as_given import as_given, as_written, both_written, in_unit, rule_in
 from sweep.request.spec import SweepSpec

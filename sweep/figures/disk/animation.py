@@ -19,9 +19,9 @@ from sweep.figures.disk.view import dots_per_inch, view
 from sweep.figures.drawing import styled
 from sweep.files.publish import published
 from sweep.model.quantity import Array
-from sweep.motion.kind import TIME
-from sweep.motion.rolling_limit import rolling_limit
+from sweep.motion.contact import rolling_limit
 from sweep.motion.sampling import closely_sampled
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sweep.model.disk.tables import PARAMETERS
-from sweep.motion.kind import TIME
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,8 @@ import numpy as np
 from sweep.errors import counted
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.model.quantity import Array
-from sweep.motion.kind import TIME
 from sweep.motion.sampling import end_of, kind_of
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,8 +11,8 @@ from sweep.figures.disk.captions import caption, spell_length
 from sweep.figures.disk.film_files import WARNING
 from sweep.figures.disk.film_timing import Timing
 from sweep.figures.texts import fitted, wrapped
-from sweep.motion.kind import TIME
-from sweep.motion.rolling_limit import RollingLimit
+from sweep.motion.contact import RollingLimit
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,6 +1,6 @@
 """Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk.
 
-Where rolling without slipping is impossible (`sweep.motion.rolling_limit`) the figures are shaded.
+Where rolling without slipping is impossible (`sweep.motion.contact`) the figures are shaded.
 """
 
 import math
@@ -28,11 +28,10 @@ from sweep.figures.scales import thin_ticks
 from sweep.figures.texts import wrapped
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
-from sweep.motion.disk_tables import TRAJECTORY
-from sweep.motion.kind import TIME
-from sweep.motion.rolling_limit import RollingLimit, rolling_limit
+from sweep.motion.contact import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled
-from sweep.motion.small_oscillations import LinearMotion, linear_motion
+from sweep.motion.tables import TIME, TRAJECTORY
+from sweep.motion.theory import LinearMotion, linear_motion
 
 if TYPE_CHECKING:
     import xarray as xr

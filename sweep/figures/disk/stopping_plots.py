@@ -14,10 +14,9 @@ from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_abo
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
 from sweep.model.quantity import Array, Truths
-from sweep.motion.kind import TIME
-from sweep.motion.lossy_tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
-from sweep.motion.wobble_decay import WobbleLoss, flat_time, wobble_losses, wobbles
+from sweep.motion.tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY, TIME
+from sweep.motion.theory import WobbleLoss, flat_time, wobble_losses, wobbles
 
 if TYPE_CHECKING:
     import xarray as xr

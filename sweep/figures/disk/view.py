@@ -9,7 +9,7 @@ import numpy as np
 
 from sweep.figures.disk.disk_3d import Camera, Pose
 from sweep.model.quantity import Array
-from sweep.motion.kind import TIME
+from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
     import xarray as xr

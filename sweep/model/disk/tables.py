@@ -12,19 +12,26 @@ import numpy as np
 
 from kernels.disk import endings as code
 from kernels.disk import motion_arrays as motion
-from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.quantity import (
     AMPLIFIED,
     DECISION,
     DURATION,
     ERROR_GAUGE,
     EXTREME,
+    FAILED,
+    FINAL,
     GRID,
+    LOST,
+    MISSING,
+    OPEN,
     STABILITY,
     STEP,
     STEP_COUNT,
     TIMED,
+    UNDISTURBED,
     Array,
+    Ending,
+    Endings,
     Input,
     Quantity,
     Substitute,

@@ -1,6 +1,7 @@
-"""The disk with losses: the model of a request that has a word for one of them."""
+"""What a model with losses is: the names, tables and functions that the rest of the program asks for."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -8,15 +9,113 @@ import numpy as np
 import numpy.typing as npt
 
 from kernels.lossy_disk import arrays
+from sweep.errors import RequestError
 from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
 from sweep.model.lossy_disk import tables, theory
 from sweep.model.lossy_disk.audit import SampledAudit
-from sweep.model.lossy_disk.requirements import check_losses
-from sweep.model.lossy_disk.variants import integrator
+from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array
+
+
+def check_losses(values: Mapping[str, Any]) -> None:
+    """Refuse a law without what it needs, and what no law uses.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        Of every word of a request.
+
+    Raises
+    ------
+    RequestError
+    """
+    law, viscous = str(values["air_law"]), some(values["air_viscosity"])
+    if law == NO_AIR:
+        _refuse_unused_air(values)
+    elif not viscous:
+        raise RequestError(
+            f"air_law={law} needs the viscosity of the air: air_viscosity is 0.",
+            hint="Add air_viscosity=1.8e-5, in Pa s, that of air at room temperature.",
+            where="air_law",
+        )
+    if law == BILDSTEN and not some(values["air_density"]):
+        raise RequestError(
+            f"air_law={law} needs the density of the air: air_density is 0.",
+            hint="Add air_density=1.2, in kg m-3, that of air at room temperature.",
+            where="air_law",
+        )
+    if values["mass"] == UNKNOWN:
+        _check_no_mass(values, law)
+    _check_arms(values)
+
+
+def _refuse_unused_air(values: Mapping[str, Any]) -> None:
+    for name in ("air_viscosity", "air_density"):
+        if some(values[name]):
+            raise RequestError(
+                f"{name} is given, and no law uses it: air_law is {NO_AIR}.",
+                hint=f"Add air_law={MOFFATT} or air_law={BILDSTEN}, or say {name}=0.",
+                where=name,
+            )
+
+
+def _check_arms(values: Mapping[str, Any]) -> None:
+    """Refuse a lever arm as long as the radius: such a disk would not move at all."""
+    radius = _ends(values["radius"])[0]
+    for name in ARMS:
+        if _ends(values[name])[1] >= radius:
+            raise RequestError(
+                f"A lever arm must be shorter than the radius of the disk; got {name}={values[name]} "
+                f"radius={values['radius']}.",
+                hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
+                where=name,
+            )
+
+
+def _ends(value: Any) -> tuple[float, float]:
+    low, high = value.ends() if hasattr(value, "ends") else (value, value)
+    return float(low), float(high)
+
+
+def _check_no_mass(values: Mapping[str, Any], law: str) -> None:
+    needing = [name for name in ("contour_damping",) if some(values[name])]
+    needing += [f"air_law={law}"] if law != NO_AIR else []
+    if needing:
+        raise RequestError(
+            f"{' and '.join(needing)} {'need' if len(needing) > 1 else 'needs'} the mass of the disk: a torque that "
+            "does not grow with the weight slows a heavy disk less.",
+            hint="Add the mass, as in mass=0.4kg.",
+            where="mass",
+        )
+
+
+_MODULE = "kernels.lossy_disk.integrate"
+
+
+@lru_cache
+def integrator(
+    *, contour: bool, damping: bool, rolling: bool, pivoting: bool, air: str, slips: bool
+) -> Kernel:
+    """Return the kernel with some laws and no others, as `kernels.lossy_disk.integrate.variant` names it.
+
+    Parameters
+    ----------
+    contour, damping, rolling, pivoting : bool
+        Whether there is dry contour friction, viscous contour friction, rolling friction, and pivoting friction.
+    air : str
+        The law of the air.
+    slips : bool
+        Whether the friction that rolling needs is held against a friction coefficient.
+    """
+    # the kernels themselves, which would say the name, are not imported before they are used
+    rubbing = ("" if contour else "_viscous") if damping else ("_dry" if contour else "_bare")
+    drag = "" if air == NO_AIR else f"_{air}"
+    laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
+    return Kernel(_MODULE, "integrate" + "".join(laws), seconds=8.0)
+
 
 #: Kinds of a criterion whose first breach the kernels look for -> their numbers (`kernels.lossy_disk.arrays`).
 _LIMITED = {"departure": 1.0, "amplification": 2.0}

@@ -34,7 +34,7 @@ COMPARED = (
 )
 AGAIN, OTHER = "again_", "other_"
 
-_OTHER = "sweep.motion.smooth_loss:smooth_motion"
+_OTHER = "sweep.model.lossy_disk.dop853:smooth_motion"
 
 
 class Sample:

@@ -13,15 +13,22 @@ from typing import Any
 from kernels.lossy_disk import arrays
 from kernels.lossy_disk import endings as code
 from sweep.model.disk import tables as disk
-from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED, Ending, Endings
 from sweep.model.quantity import (
     DECISION,
     DURATION,
     ERROR_GAUGE,
+    FAILED,
+    FINAL,
     GRID,
+    LOST,
+    MISSING,
+    OPEN,
     STEP,
     STEP_COUNT,
+    UNDISTURBED,
     Array,
+    Ending,
+    Endings,
     Input,
     Quantity,
     Tolerance,

@@ -12,7 +12,7 @@ from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.disk.film_timing import timing
 from sweep.figures.disk.film_words import FilmWords
 from sweep.figures.disk.view import dots_per_inch
-from sweep.motion.rolling_limit import rolling_limit
+from sweep.motion.contact import rolling_limit
 
 pytestmark = pytest.mark.compiled
 

@@ -12,7 +12,7 @@ from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.figures.disk import stopping_cell, stopping_plots
 from sweep.figures.disk.loss_colours import COLOURS
-from sweep.motion.wobble_decay import flat_time
+from sweep.motion.theory import flat_time
 
 pytestmark = pytest.mark.compiled
 

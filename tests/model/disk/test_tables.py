@@ -18,8 +18,7 @@ from sweep.model.disk.tables import (
     UNTIMED,
     VARIABLES,
 )
-from sweep.model.endings import FAILED, FINAL, LOST, MISSING, OPEN, UNDISTURBED
-from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+from sweep.model.quantity import FAILED, FINAL, LOST, MISSING, OPEN, STABLE, UNDECIDED, UNDISTURBED, UNSTABLE
 
 INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
 

@@ -10,7 +10,8 @@ from kernels.lossy_disk import arrays, integrate
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
-from sweep.model.lossy_disk import tables, variants
+from sweep.model.lossy_disk import model as variants
+from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 

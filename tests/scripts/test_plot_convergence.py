@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from sweep.studies.convergence import convergence, extrapolated
+from plot_convergence import convergence, extrapolated
 
 
 def test_extrapolation_of_a_polynomial():

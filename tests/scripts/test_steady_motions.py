@@ -4,10 +4,10 @@ import kernel_runner
 import numpy as np
 import pytest
 import referee
+from steady_motions import measured_coefficients, with_coefficients
 
 import sweep
 from kernels.disk.steady import steady_precession_rates
-from sweep.studies.steady import measured_coefficients, with_coefficients
 
 
 def wandering(n, seed):

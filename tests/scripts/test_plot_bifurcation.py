@@ -1,13 +1,13 @@
 """Steady motions that share two constants, and the drift of the contact point, against other means."""
 
 import numpy as np
+import plot_bifurcation as bifurcation
 import pytest
 from matplotlib.path import Path as Outline
 from scipy.integrate import solve_ivp
 
 import sweep
 from sweep.model.disk.theory import carried_rates
-from sweep.studies import bifurcation
 
 #: A disk with small constants lies nearly flat [rad].
 _MOST = 1.5705

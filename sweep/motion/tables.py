@@ -1,0 +1,278 @@
+"""The words and the variables of one motion: of the disk without losses, and of the disk with losses."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from kernels.disk.endings import FELL, HORIZON
+from kernels.lossy_disk import endings as code
+from kernels.lossy_disk.arrays import LOSSES
+from sweep.model.description import Model
+from sweep.model.disk.model import DISK
+from sweep.model.disk.tables import PARAMETERS, SETTINGS, VARIABLES
+from sweep.model.lossy_disk import tables as lossy
+from sweep.model.lossy_disk.model import LOSSY_DISK
+from sweep.model.quantity import (
+    DECISION,
+    ERROR_GAUGE,
+    GRID,
+    Input,
+    Quantity,
+    Tolerance,
+    Word,
+    positive,
+    table,
+)
+
+#: The only dimension. Not called time: CF checkers require a calendar date for that name.
+TIME = Quantity("elapsed_time", "t", "s", "time since the start", GRID)
+
+
+@dataclass(frozen=True)
+class MotionKind:
+    """The motions of one model.
+
+    Attributes
+    ----------
+    model : Model
+    inputs : mapping of str to Input
+        The words of a request whose values are numbers: the parameters of the model first.
+    words : mapping of str to Word
+        Those whose values are text.
+    variables : mapping of str to Quantity
+        What the file holds; what has one value for each sample has the dimension elapsed_time.
+    fixed : tuple of str
+        Inputs that the file holds as scalar coordinates; the start is the first sample.
+    largest_tilt : str
+        The input that every tilt of a motion stays below.
+    ending_time : str
+        The variable with the moment [s] at which the motion came to its end before its duration.
+    endings : mapping of str to str
+        Flag of the variable ending -> what the disk did then, in words.
+    headline : str
+        The title of a motion without one.
+    summary : str
+        What the file holds, for its attributes.
+    kernels : str
+        The module of the compiled functions that integrate it.
+    figure : str
+        ``module:function`` that draws one motion.
+    stops : bool
+        Whether a motion comes to an end of its own: its samples are closer towards it, and a film that cannot show all
+        of a motion shows its end.
+    """
+
+    model: Model
+    inputs: Mapping[str, Input]
+    words: Mapping[str, Word]
+    variables: Mapping[str, Quantity]
+    fixed: tuple[str, ...]
+    largest_tilt: str
+    ending_time: str
+    endings: Mapping[str, str]
+    headline: str
+    summary: str
+    kernels: str
+    figure: str
+    stops: bool = False
+
+    @property
+    def rows(self) -> tuple[Input | Word, ...]:
+        """The rows of both tables of words."""
+        return (*self.inputs.values(), *self.words.values())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All words of a request."""
+        return (*self.inputs, *self.words, *self.model.substitutes)
+
+
+#: The methods of integration: the engine's own, and SciPy's for comparison.
+MOTION_METHODS = ("rk4", "dop853")
+
+ROLLS, SLIPS, LIFTS = 0, 1, 2
+
+_EXACT = VARIABLES["ending"].tolerance
+_STATE = Tolerance(1e-8, 1e-8, "the report's motions agree to this with an integrator of order 8")
+_FORCE = Tolerance(1e-6, 1e-6, "forces follow from the squares of rates and a second derivative")
+
+
+#: The words of a request for one motion whose values are numbers.
+MOTION_INPUTS: Mapping[str, Input] = table(
+    *PARAMETERS.values(),
+    Input("mass", "m", "kg", "mass of the disk", GRID, default=1.0, rule="mass > 0", allows=positive),
+    Input(
+        "friction", r"\mu", "1", "friction coefficient of disk and plane", GRID,
+        default=0.5, rule="friction > 0", allows=positive,
+    ),
+    replace(SETTINGS["duration"], long_name="time simulated", default=10.0),
+    Input(
+        "interval", r"\Delta t", "s", "time between samples at most", GRID,
+        default="auto", rule="interval > 0, or auto", allows=positive, words=("auto",),
+    ),
+    replace(SETTINGS["step"], long_name="longest time step"),
+    SETTINGS["fall_tilt"],
+)  # fmt: skip
+
+MOTION_WORDS: Mapping[str, Word] = table(
+    Word("title", "what the motion is, in one line", ""),
+    Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS),
+)
+
+# fmt: off
+#: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
+TRAJECTORY: Mapping[str, Quantity] = table(
+    Quantity("tilt", r"\theta", "rad", "tilt of the plane of the disk from the vertical", _STATE,
+             "0 = upright; positive towards (cos heading, sin heading)"),
+    Quantity("tilt_rate", r"\dot\theta", "rad s-1", "rate of the tilt", _STATE),
+    Quantity("precession_rate", r"\dot\psi", "rad s-1", "rate of the heading about the vertical", _STATE),
+    Quantity("roll_rate", r"\dot\phi", "rad s-1", "rate of roll about the axis of the disk, in the precessing frame",
+             _STATE),
+    Quantity("heading", r"\psi", "rad", "heading, counted on from 0", _STATE,
+             "the disk rolls towards (-sin heading, cos heading) while its roll rate is positive"),
+    Quantity("roll_angle", r"\phi", "rad", "roll angle about the axis of the disk, counted on from 0", _STATE),
+    Quantity("contact_x", "", "m", "x of the contact point on the plane", _STATE),
+    Quantity("contact_y", "", "m", "y of the contact point on the plane", _STATE),
+    Quantity("centre_x", "x_c", "m", "x of the centre of mass", _STATE),
+    Quantity("centre_y", "y_c", "m", "y of the centre of mass", _STATE),
+    Quantity("centre_z", "z_c", "m", "height of the centre of mass over the plane", _STATE),
+    Quantity("energy", "E", "J", "energy, kinetic and potential", _STATE),
+    Quantity("energy_drift", r"\Delta E/E", "1", "relative change of the energy since the start", ERROR_GAUGE,
+             "the exact motion conserves energy, so this is an error of the integration"),
+    Quantity("vertical_momentum", r"H\cdot e_3", "kg m2 s-1",
+             "vertical angular momentum about the contact point", _STATE,
+             "not conserved: the contact point moves, and not along the velocity of the centre"),
+    Quantity("vertical_momentum_rate", r"m R^2 \dot\phi\,\dot\theta\cos\theta", "kg m2 s-2",
+             "right-hand side of the balance law of the vertical momentum", _STATE,
+             "mass radius^2 roll_rate tilt_rate cos(tilt)"),
+    Quantity("vertical_momentum_residual", r"\delta H", "kg m2 s-1",
+             "change of the vertical momentum less the integral of its rate", ERROR_GAUGE,
+             "zero for the exact motion: the check of the balance law"),
+    Quantity("normal_force", "N", "N", "normal force of the plane on the disk", _FORCE),
+    Quantity("friction_across", r"\lambda_1", "N", "horizontal force across the track", _FORCE,
+             "towards (cos heading, sin heading); multiplier of the first constraint"),
+    Quantity("friction_along", r"\lambda_2", "N", "horizontal force along the track", _FORCE,
+             "towards (-sin heading, cos heading); multiplier of the second constraint"),
+    Quantity("friction_needed", r"\mu", "1", "friction coefficient needed to roll without slipping", _FORCE,
+             "horizontal over normal force; missing where the normal force is not positive"),
+    Quantity("contact", "", "1", "whether rolling without slipping is believable", _EXACT,
+             "the motion itself never slips: slips marks where it would need more than the friction coefficient, "
+             "lifts_off where the plane would have to pull",
+             "i1", {ROLLS: "rolls", SLIPS: "slips", LIFTS: "lifts_off"}),
+    Quantity("ending", "", "1", "how the integration ended", _EXACT,
+             "horizon: the duration was over; fell: the tilt reached fall_tilt",
+             "i1", {HORIZON: "horizon", FELL: "fell"}),
+    VARIABLES["fall_time"],
+)
+# fmt: on
+
+DISK_MOTION = MotionKind(
+    model=DISK,
+    inputs=MOTION_INPUTS,
+    words=MOTION_WORDS,
+    variables=TRAJECTORY,
+    # a parameter that the disk gets is one of the file too
+    fixed=(*(name for name in PARAMETERS if name not in TRAJECTORY), "mass", "friction"),
+    largest_tilt="fall_tilt",
+    ending_time="fall_time",
+    endings={"fell": "fell"},
+    headline="Motion of a rolling disk",
+    summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path "
+    "of the contact point, energy, vertical angular momentum with its balance law, and contact forces.",
+    kernels="kernels.disk.trajectory",
+    figure="sweep.figures.disk.motion_plots:figure",
+)
+
+
+_LOSSY_STATE = Tolerance(
+    1e-6, 1e-6, "a motion of a thousand turns keeps its energy to 1e-8, and its phase less well"
+)
+
+#: Bits of what dry friction holds.
+HELD_ROLL, HELD_TURN, HELD_TILT = 1, 2, 4
+
+#: Loss -> the parameter that it is proportional to, and its unit.
+COEFFICIENTS: Mapping[str, tuple[str, str]] = {
+    "rolling_loss": ("rolling_friction", "m"),
+    "pivoting_loss": ("pivoting_friction", "m"),
+    "contour_loss": ("contour_friction", "m"),
+    "damping_loss": ("contour_damping", "N m s"),
+}
+
+#: Loss -> what takes it, as part of a sentence.
+LAWS: Mapping[str, str] = {
+    "rolling_loss": "rolling friction",
+    "pivoting_loss": "pivoting friction",
+    "contour_loss": "contour friction",
+    "damping_loss": "viscous contour friction",
+    "air_loss": "the drag of air",
+}
+assert tuple(LAWS) == LOSSES
+
+#: The words of a request for one motion whose values are numbers.
+LOSSY_INPUTS: Mapping[str, Input] = table(
+    *lossy.PARAMETERS.values(),
+    replace(lossy.SETTINGS["duration"], long_name="longest time simulated: the motion may end before"),
+    MOTION_INPUTS["interval"],
+    replace(lossy.SETTINGS["step"], long_name="longest time step"),
+    lossy.SETTINGS["flat_tilt"],
+)
+
+LOSSY_WORDS: Mapping[str, Word] = table(
+    Word("title", "what the motion is, in one line", ""),
+    Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS[:1]),
+    lossy.OPTIONS["air_law"],
+)
+
+#: What means the same in a motion without losses; phases are less well known after many turns.
+_SAME = (
+    "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
+    "centre_x", "centre_y", "centre_z", "energy",
+)  # fmt: skip
+_FORCES = ("normal_force", "friction_across", "friction_along", "friction_needed")
+
+
+def _loss(name: str) -> Quantity:
+    return Quantity(
+        name, f"W_{{{name[:4]}}}", "J", f"energy that {LAWS[name]} has taken since the start", _LOSSY_STATE
+    )
+
+
+# fmt: off
+LOSSY_TRAJECTORY: Mapping[str, Quantity] = table(
+    *(replace(TRAJECTORY[name], tolerance=_LOSSY_STATE) for name in _SAME),
+    Quantity("inclination", "a", "rad", "angle between the disk and the plane", _LOSSY_STATE,
+             "90 deg - |tilt|: 0 = flat"),
+    *map(_loss, LOSSES),
+    Quantity("energy_imbalance", r"\delta E", "1", "change of energy and losses together since the start over m g R",
+             ERROR_GAUGE, "the losses of the exact motion are what its energy lacks, so this is an error"),
+    *(TRAJECTORY[name] for name in _FORCES),
+    Quantity("held", "", "1", "what dry friction holds", DECISION,
+             "sum of 1: contour friction holds the roll rate at the rim, 2: pivoting friction holds the turn about the "
+             "vertical, 4: rolling friction holds tilt and roll; 0 where all slides", "i1"),
+    Quantity("ending", "", "1", "how the motion ended", DECISION,
+             "flat: the tilt reached flat_tilt; rest: held by dry friction, for ever; horizon: the duration was over; "
+             "lift_off: the normal force vanished; slip: rolling needed more than the friction coefficient", "i1",
+             {code.FLAT: "flat", code.REST: "rest", code.HORIZON: "horizon", code.LIFT_OFF: "lift_off",
+              code.SLIP: "slip"}),
+    Quantity("end_time", "t_f", "s", "time until the motion came to its end", _LOSSY_STATE,
+             "missing where the duration was over first: ending is horizon"),
+)
+# fmt: on
+
+LOSSY_MOTION = MotionKind(
+    model=LOSSY_DISK,
+    inputs=LOSSY_INPUTS,
+    words=LOSSY_WORDS,
+    variables=LOSSY_TRAJECTORY,
+    fixed=(*(name for name in lossy.PARAMETERS if name not in TRAJECTORY),),
+    largest_tilt="flat_tilt",
+    ending_time="end_time",
+    endings={"flat": "flat", "rest": "came to rest", "lift off": "lifted off", "slip": "slipped"},
+    headline="Motion of a disk that loses energy",
+    summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane and loses energy to "
+    "friction and air: tilt and rates, path of the contact point, energy and what each law of loss has taken, and "
+    "contact forces.",
+    kernels="kernels.lossy_disk.trajectory",
+    figure="sweep.figures.disk.stopping_plots:figure",
+    stops=True,
+)
