@@ -65,8 +65,8 @@ def contact_in_time(
         forward = _until_turn(simulate(_request(spec, start, time)))
         ways = [forward]
         if start["tilt_rate"] != 0.0 and _turned(forward):
-            elapsed = float(forward["elapsed_time"][-1])
-            rest = time if stored["ending"] != HORIZON else time - 2.0 * elapsed
+            # a motion that time ended has gone back through its start in what was left
+            rest = time if stored["ending"] != HORIZON else time - 2.0 * _turning_time(forward)
             back = {**start, **{name: -start[name] for name in _STATE[1:]}}
             if rest > 0.0:
                 ways.append(_until_turn(simulate(_request(spec, back, rest))))
@@ -101,6 +101,13 @@ def _request(
 def _turned(motion: "xr.Dataset") -> bool:
     rates = motion["tilt_rate"].values
     return bool(rates[-1] * rates[np.flatnonzero(rates)[0]] < 0.0) if rates.any() else False
+
+
+def _turning_time(motion: "xr.Dataset") -> float:
+    """Return when [s] a motion turns, between its last two samples."""
+    times, rates = motion["elapsed_time"].values, motion["tilt_rate"].values
+    share = rates[-2] / (rates[-2] - rates[-1])
+    return float(times[-2] + share * (times[-1] - times[-2]))
 
 
 def _until_turn(motion: "xr.Dataset") -> "xr.Dataset":
