@@ -2,7 +2,6 @@
 
 import json
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
 
 import pytest
 from explorer_client import ROLLING, ask, post
@@ -10,7 +9,6 @@ from explorer_client import ROLLING, ask, post
 import sweep
 from sweep.explorer import lines, point, turns, window, window_files
 from sweep.explorer.explorer import explore
-from sweep.explorer.one_reader import OneReader
 from sweep.explorer.turns import SupersededError
 
 PLACE = {"x": 2.5, "y": 0.02}
@@ -62,20 +60,3 @@ def test_a_file_is_read_in_turns_and_not_after_it_is_closed(file):
         assert found.result()[1]["stored"].all()
     with pytest.raises(SupersededError), stored._reading():
         pytest.fail("A file that is closed was read.")
-
-
-def test_every_read_of_an_atlas_takes_a_turn(file):
-    """One of a whole variable, and one of a part."""
-    taken = []
-
-    @contextmanager
-    def turn():
-        taken.append(1)
-        yield
-
-    with sweep.open_atlas(file) as atlas:
-        reader = OneReader(atlas, turn)
-        assert reader["peak_tilt"].values.size == 30
-        first = len(taken)
-        assert reader.variables["peak_tilt"][0].size
-        assert (first, len(taken)) == (1, 2)
