@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sweep.atlas.row_status import (
+from sweep.atlas.row_edges import (
     FOUND,
     MORE_THAN_ONE,
     OTHER_EDGE_ONLY,
@@ -27,7 +27,7 @@ def bracket(rows, edge):
 
 
 def status(rows, edge):
-    """Code of `sweep.atlas.row_status` of each row, from the changes of verdict between its decided cells."""
+    """Code of `sweep.atlas.row_edges` of each row, from the changes of verdict between its decided cells."""
     if edge == "lower":
         rows = rows[..., ::-1]
     n = rows.shape[-1]

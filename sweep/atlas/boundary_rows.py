@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, spec_of
-from sweep.atlas.row_status import ROW_STATUS
+from sweep.atlas.row_edges import ROW_STATUS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,9 +1,7 @@
-"""The boundary of stability that a grid of verdicts has: of its rows, and of its curves, one slice after the other."""
+"""The boundary of stability that a grid of verdicts has: of its rows, and of its curves."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,44 +10,32 @@ import numpy.typing as npt
 from sweep.atlas.boundary import Brackets, Seen, bisected, rows_along, unseen
 from sweep.atlas.cf_metadata import EDGES, curve_declarations, edge_declarations
 from sweep.atlas.curves import Curves
-from sweep.atlas.row_search import NOWHERE, Places, RowSearch, Verdicts
-from sweep.atlas.scratch import Scratch
+from sweep.atlas.row_edges import NOWHERE, Places, RowEdges, Verdicts
 from sweep.atlas.slices import SlicedVariables, slices_of
-from sweep.engine.grid import Span, blocks, starts_of
+from sweep.engine.grid import Span, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import STABLE, UNSTABLE, Array
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
-#: Cells that are read at a time: verdicts of a megabyte. Chunks at the ends of such a span may be inflated twice.
-READ_CELLS = 2**20
-
-#: Returns the verdicts (`sweep.model.quantity`) of any span of the cells in C order, as int8, shape (len(span),).
-Read = Callable[[Span], Verdicts]
-
 _Parts = Iterator[list[npt.NDArray[Any]]]
 
 
 class BoundarySearch:
-    """The boundary of a grid, from the verdicts of its cells, of which it holds those of a slice of the rows.
+    """The boundary of a grid, from the verdicts of its cells.
 
     Parameters
     ----------
     spec : SweepSpec
-    read : callable
-        Gives the verdicts. Those of a cell are asked for once for each control among the axes, a second time for each
-        that has a lower edge, and once or twice more for the curves.
+    stability : array of int8, shape of the grid
+        The verdicts of all cells (`sweep.model.quantity`).
     seen : callable, optional
         Called now and then with the share of the work that is done, from 0 to 1.
-    folder : Path, optional
-        Where the points of long curves are kept while they are joined, 33 bytes each; the system's folder for temporary
-        files if not given. A process that is killed leaves nothing there.
     """
 
-    def __init__(self, spec: SweepSpec, read: Read, seen: Seen = unseen, folder: Path | None = None) -> None:
-        self._spec, self._read, self._seen, self._folder = spec, read, seen, folder
-        controls = spec.model.controls(spec.axes)
-        self._rows = [_Rows(spec, axis, read) for axis in controls]
+    def __init__(self, spec: SweepSpec, stability: Verdicts, seen: Seen = unseen) -> None:
+        self._spec, self._stability, self._seen = spec, stability, seen
+        self._rows = [_Rows(spec, axis, stability) for axis in spec.model.controls(spec.axes)]
         self._has_curves = spec.boundary_width is not None and len(spec.axes) > 1
         self._done, self._total = 0, len(EDGES) * sum(rows.count for rows in self._rows)
 
@@ -86,24 +72,23 @@ class BoundarySearch:
         self._seen((self._done + share * rows) / self._total / (2.0 if self._has_curves else 1.0))
 
     def _curves(self) -> Iterator[SlicedVariables]:
-        with Scratch(self._folder) as scratch:
-            lines = Curves(self._spec, self._read, scratch, lambda: self._seen(0.5))
-            # the classic model of netCDF allows no dimension of length 0, except an unlimited one
-            if lines.count:
-                of_curves, of_points = curve_declarations(self._spec)
-                yield SlicedVariables(of_curves, (lines.count,), self._lengths(lines))
-                yield SlicedVariables(of_points, (lines.points,), self._points(lines))
-
-    def _lengths(self, lines: Curves) -> _Parts:
-        for span, _ in slices_of((lines.count,)):
-            yield list(lines.lengths(span))
+        lines = Curves(self._spec, self._stability)
+        self._seen(0.5)
+        # the classic model of netCDF allows no dimension of length 0, except an unlimited one
+        if lines.counts.size:
+            of_curves, of_points = curve_declarations(self._spec)
+            count, points = lines.counts.size, lines.cells.size
+            lengths = ([lines.counts[part], lines.closed[part]] for _, (part,) in slices_of((count,)))
+            yield SlicedVariables(of_curves, (count,), lengths)
+            yield SlicedVariables(of_points, (points,), self._points(lines))
 
     def _points(self, lines: Curves) -> _Parts:
         assert self._spec.boundary_width is not None
-        for span, _ in slices_of((lines.points,)):
+        count = lines.cells.size
+        for span, _ in slices_of((count,)):
 
             def seen(share: float, span: Span = span) -> None:
-                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / lines.points)
+                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / count)
 
             points = lines.measured(span, self._spec.boundary_width, seen)
             yield [part for axis in self._spec.axes for part in points.along(axis)]
@@ -112,22 +97,22 @@ class BoundarySearch:
 class _Rows:
     """The rows along one control: all cells along it, the other axes fixed; counted in C order of the other axes."""
 
-    def __init__(self, spec: SweepSpec, axis: str, read: Read) -> None:
-        self._spec, self._read, self.axis = spec, read, axis
+    def __init__(self, spec: SweepSpec, axis: str, stability: Verdicts) -> None:
+        self._spec, self.axis = spec, axis
         self._along = rows_along(spec, axis)
         self.shape, self.count = self._along.shape, self._along.size
-        #: Whether theory or the cells have a lower edge in the rows of which values were made.
-        self.have_lower = False
-        self._last: tuple[Span, RowSearch] | None = None
+        self._edges = RowEdges.of(stability, spec.axes.index(axis))
+        #: Whether theory has a lower edge in the rows of which values were made, or the cells have one anywhere.
+        self.have_lower = bool((self._edges.bracket("lower")[0] != NOWHERE).any())
 
     def values(self, edge: str, span: Span, seen: Seen) -> list[npt.NDArray[Any]]:
         """Return measured place, half-width, line of prediction, critical line and status of an edge in some rows."""
-        rows, starts = self._searched(span), starts_of(self._along, span)
+        starts, part = starts_of(self._along, span), slice(span.start, span.stop)
         lines = self._spec.model.lines(self._spec, self.axis, starts)
-        every = Span(0, rows.rows)
-        self.have_lower |= "lower" in lines or bool((rows.bracket("lower", every)[0] != NOWHERE).any())
+        self.have_lower |= "lower" in lines
         inside, outside = (
-            _values(getattr(self._spec, self.axis), places) for places in rows.bracket(edge, every)
+            _values(getattr(self._spec, self.axis), places.reshape(-1)[part])
+            for places in self._edges.bracket(edge)
         )
         if (width := self._spec.boundary_width) is not None:
             inside, outside = _narrowed(self._spec, self.axis, starts, inside, outside, width, seen)
@@ -139,41 +124,8 @@ class _Rows:
             0.5 * np.abs(outside - inside),
             predicted,
             critical,
-            rows.status(edge, every),
+            self._edges.status(edge).reshape(-1)[part],
         ]
-
-    def _searched(self, span: Span) -> RowSearch:
-        """Return what the cells of some rows say of their edges; kept until other rows are asked for."""
-        if self._last is None or self._last[0] != span:
-            self._last = (span, self._search(span))
-        return self._last[1]
-
-    def _search(self, span: Span) -> RowSearch:
-        shape, number = self._spec.shape, self._spec.axes.index(self.axis)
-        count, inner = shape[number], math.prod(shape[number + 1 :])
-        plane, column = divmod(span.start, inner)
-        if len(span) < inner:
-            # the rows begin on one line of cells and go through all lines of its plane
-            search = RowSearch((1, count, len(span)), 1)
-            begins = range(plane * count * inner + column, (plane + 1) * count * inner, inner)
-            cells = (Span(begin, begin + len(span)) for begin in begins)
-        else:
-            search = RowSearch((len(span) // inner, count, inner), 1)
-            begin = span.start * count
-            cells = (
-                Span(begin + each.start, begin + each.stop) for each in blocks(len(span) * count, READ_CELLS)
-            )
-        at = 0
-        for each in cells:
-            search.add(at, self._read(each))
-            at += len(each)
-        return search
-
-
-def in_memory(stability: Verdicts) -> Read:
-    """Return a function that gives the verdicts of a grid in memory."""
-    flat = stability.reshape(-1)
-    return lambda span: flat[span.start : span.stop]
 
 
 def _values(axis: Range | Values, places: Places) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sweep.atlas.row_status import ROW_STATUS
+from sweep.atlas.row_edges import ROW_STATUS
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError
 from sweep.model.description import Model

@@ -1,9 +1,8 @@
 """The boundary of stability as curves: several, closed or not, through the planes of a grid."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,15 +10,21 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary import AT_ONCE, Brackets, Seen, bisected, unseen, verdicts
 from sweep.atlas.cf_metadata import CURVES, POINTS
-from sweep.atlas.chains import chains
-from sweep.atlas.neighbours import Ints, Read, joined_pairs, parts_of
-from sweep.atlas.scratch import Scratch
+from sweep.atlas.row_edges import Verdicts
 from sweep.engine.grid import Span, blocks, starts_at
 from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: No point.
+NOWHERE = -1
+
+#: The two kinds of points: between neighbours along the last axis but one, and along the last.
+_DOWN, _ACROSS = range(2)
+
+Ints = npt.NDArray[np.int64]
 
 
 class Curves:
@@ -32,46 +37,178 @@ class Curves:
     ----------
     spec : SweepSpec
         Of two axes or more; the curves lie in the planes of the last two.
-    read : callable
-        Gives the verdicts of any span of the cells.
-    scratch : Scratch
-        Where the points are kept.
-    seen : callable, optional
-        Called now and then while they are joined.
+    stability : array of int8, shape of the grid
+        The verdicts of its cells.
+
+    Attributes
+    ----------
+    counts, closed : arrays, shape (curves,)
+        How many points each curve has, and whether the last of them leads back to the first; the open curves come
+        first. Both sorts are in the order of the points that they begin with: an open one with the first of its ends, a
+        loop with the first of its points.
+    cells : array of int64, shape (points,)
+        Flat index of the first of the two cells of each point, curve after curve.
+    along_last : array of bool, shape (points,)
+        Whether these are neighbours along the last axis, not along the last but one.
+    codes : array of int8, shape (points,)
+        Verdict of the first of them.
 
     Notes
     -----
-    Marching squares. Of a square whose corners alternate, the verdict at its middle says which corners belong together;
-    it is integrated like a cell. A curve ends at the border of the grid and at undecided cells.
-
-    In memory is what `sweep.atlas.neighbours.joined_pairs` and `sweep.atlas.chains.Chains` hold of the points, whatever
-    the grid. All of them are in the scratch: 33 bytes each.
+    Marching squares. Two sides of a square with unlike ends are joined; of a square whose corners alternate, the
+    verdict at its middle says which belong together; it is integrated like a cell. A curve ends at the border of the
+    grid and at undecided cells.
     """
 
-    def __init__(
-        self, spec: SweepSpec, read: Read, scratch: Scratch, seen: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, spec: SweepSpec, stability: Verdicts) -> None:
         self._spec = spec
-        chained = chains(scratch, joined_pairs(spec.shape, read, partial(_middle_verdicts, spec)), seen)
-        self._places, self._counts, self._closed = chained.places, chained.counts, chained.closed
-        #: Number of curves, and of the points of all.
-        self.count, self.points = len(self._counts), len(self._places)
-
-    def lengths(self, span: Span) -> tuple[npt.NDArray[np.int64], Truths]:
-        """Return how many points some curves have, and whether the last of them leads back to the first.
-
-        The open curves come first.
-        """
-        return self._counts.read(span.start, span.stop), self._closed.read(span.start, span.stop) != 0
+        planes = stability.reshape(-1, *spec.shape[-2:])
+        cells, links = _all_joined(spec, planes)
+        order, lengths, loops = _chains(links)
+        self.counts, self.closed = np.array(lengths, np.int64), np.array(loops, bool)
+        kind = np.array([number & 1 for number in order], np.int64)
+        at = np.array([number >> 1 for number in order], np.int64)
+        self.along_last: Truths = kind == _ACROSS
+        self.cells = np.empty(at.size, np.int64)
+        for each in (_DOWN, _ACROSS):
+            self.cells[kind == each] = cells[each][at[kind == each]]
+        self.codes = planes.reshape(-1)[self.cells].astype(np.int8)
 
     def measured(self, span: Span, width: float, seen: Seen = unseen) -> "Points":
         """Return some points, each bisected between its two cells to a bracket of some width [SI unit of its axis].
 
         `seen` is called with the share that is done.
         """
-        cells, codes, along_last = parts_of(self._places.read(span.start, span.stop))
-        near, far = _bracket(self._spec, cells, along_last, codes, width, seen)
+        part = slice(span.start, span.stop)
+        cells, along_last = self.cells[part], self.along_last[part]
+        near, far = _bracket(self._spec, cells, along_last, self.codes[part], width, seen)
         return Points(self._spec, cells, along_last, 0.5 * (near + far), 0.5 * np.abs(far - near))
+
+
+@dataclass(frozen=True)
+class _Links:
+    """The two points that each point is joined to, in the square before it and in that after it.
+
+    A link is twice the number of the other point, which is itself twice its number among those of its kind plus that
+    kind, plus 1 where the link crosses a saddle; `NOWHERE` where there is none.
+    """
+
+    before: Ints
+    after: Ints
+
+
+def _all_joined(spec: SweepSpec, planes: Verdicts) -> tuple[tuple[Ints, Ints], tuple[_Links, _Links]]:
+    """Return of both kinds of points the first cells, and what they are joined to, through all planes."""
+    found, counts = list[tuple[tuple[Ints, Ints], tuple[_Links, _Links]]](), [0, 0]
+    for number, plane in enumerate(planes):
+        found.append(_joined(spec, plane, number * plane.size, (counts[_DOWN], counts[_ACROSS])))
+        counts = [count + cells.size for count, cells in zip(counts, found[-1][0], strict=True)]
+    cells = tuple(np.concatenate([part[0][kind] for part in found]) for kind in (_DOWN, _ACROSS))
+    links = tuple(
+        _Links(
+            np.concatenate([part[1][kind].before for part in found]),
+            np.concatenate([part[1][kind].after for part in found]),
+        )
+        for kind in (_DOWN, _ACROSS)
+    )
+    return (cells[_DOWN], cells[_ACROSS]), (links[_DOWN], links[_ACROSS])
+
+
+def _joined(
+    spec: SweepSpec, plane: Verdicts, first: int, numbers: tuple[int, int]
+) -> tuple[tuple[Ints, Ints], tuple[_Links, _Links]]:
+    """Return the points of one plane, whose first cell and first numbers are given, as `_all_joined` does."""
+    line = plane.shape[1]
+    down, across = _unlike(plane[:-1], plane[1:]), _unlike(plane[:, :-1], plane[:, 1:])
+    cells = tuple(row * line + column for row, column in (np.nonzero(down), np.nonzero(across)))
+    row, column = np.nonzero(down[:, :-1] | down[:, 1:] | across[:-1] | across[1:])
+    corner = row * line + column
+    # the sides of each square that points lie on: left, low, right, high
+    sides = np.stack(
+        [
+            _numbers(cells[kind], corner + beyond, kind, numbers[kind])
+            for kind, beyond in ((_DOWN, 0), (_ACROSS, 0), (_DOWN, 1), (_ACROSS, line))
+        ]
+    )
+    links = _links_of_sides(spec, sides, corner + first, plane[row, column])
+    left, low, right, high = sides
+    to_left, to_low, to_right, to_high = links
+    joined = []
+    for kind, (begin, to_begin, end, to_end) in enumerate(
+        ((right, to_right, left, to_left), (high, to_high, low, to_low))
+    ):
+        before, after = (np.full(cells[kind].size, NOWHERE, np.int64) for _ in range(2))
+        for into, side, link in ((before, begin, to_begin), (after, end, to_end)):
+            there = side != NOWHERE
+            into[(side[there] >> 2) - numbers[kind]] = link[there]
+        joined.append(_Links(before, after))
+    return (cells[_DOWN] + first, cells[_ACROSS] + first), (joined[_DOWN], joined[_ACROSS])
+
+
+def _unlike(one: Verdicts, other: Verdicts) -> Truths:
+    """Return where of two verdicts one is stable and the other unstable."""
+    # the codes are bits: no two others differ so
+    return np.asarray((one ^ other) == STABLE ^ UNSTABLE)
+
+
+def _numbers(cells: Ints, wanted: Ints, kind: int, first: int) -> Ints:
+    """Return links to the points that begin at some cells; `NOWHERE` where none does."""
+    at = np.searchsorted(cells, wanted)
+    there = np.append(cells, NOWHERE)[at] == wanted
+    return np.where(there, (at + first) << 2 | kind << 1, NOWHERE)
+
+
+def _links_of_sides(spec: SweepSpec, sides: Ints, corners: Ints, codes: Verdicts) -> Ints:
+    """Return what the sides of squares are joined to, shape (4, squares)."""
+    is_there = sides != NOWHERE
+    crossed = is_there.sum(0)
+    # of two sides each is joined to what is left of their sum
+    links = np.where(is_there & (crossed == 2), np.where(is_there, sides, 0).sum(0) - sides, NOWHERE)
+    (saddle,) = np.nonzero(crossed == 4)
+    if saddle.size:
+        left, low, right, high = sides[:, saddle] | 1
+        as_corner = _middle_verdicts(spec, corners[saddle]) == codes[saddle]
+        # joined to the middle, the first corner and the one opposite leave the two others cut off
+        links[:, saddle] = np.where(as_corner, (high, right, low, left), (low, left, high, right))
+    return np.asarray(links)
+
+
+def _chains(links: tuple[_Links, _Links]) -> tuple[list[int], list[int], list[bool]]:
+    """Follow all points: their numbers chain after chain, the lengths of the chains, and which are loops."""
+    joined = tuple((each.before.tolist(), each.after.tolist()) for each in links)
+    passed = tuple(bytearray(len(before)) for before, _ in joined)
+    order, lengths, loops = list[int](), list[int](), list[bool]()
+
+    def follow(start: int, came: int, is_loop: bool) -> None:
+        """Follow the points from one on, not toward the one that it came from, to an end or to the start."""
+        here, begin = start, len(order)
+        while here not in (NOWHERE, start) or len(order) == begin:
+            kind, at = here & 1, here >> 1
+            passed[kind][at] = 1
+            order.append(here)
+            before, after = (each[at] >> 1 for each in joined[kind])
+            here, came = after if before == came else before, here
+        lengths.append(len(order) - begin)
+        loops.append(is_loop)
+
+    for number in _ends(links):
+        if not passed[number & 1][number >> 1]:
+            follow(number, NOWHERE, False)
+    # the first point of a loop is of the first kind: a loop turns at both ends of its first line
+    before, after = joined[_DOWN]
+    at = 0
+    while (at := passed[_DOWN].find(0, at)) >= 0:
+        # backward, but not through a saddle if that can be avoided
+        forward = before[at] & 1 and not after[at] & 1
+        follow(at << 1 | _DOWN, before[at] >> 1 if forward else NOWHERE, True)
+    return order, lengths, loops
+
+
+def _ends(links: tuple[_Links, _Links]) -> Iterator[int]:
+    """Yield the numbers of the points that are joined to one other at most."""
+    for kind, each in enumerate(links):
+        (at,) = np.nonzero((each.before == NOWHERE) | (each.after == NOWHERE))
+        yield from (at << 1 | kind).tolist()
 
 
 @dataclass(frozen=True)

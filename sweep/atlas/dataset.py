@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import Seen, unseen
-from sweep.atlas.boundary_search import BoundarySearch, in_memory
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     EDGES,
@@ -17,8 +17,7 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
     status_name,
 )
-from sweep.atlas.row_search import row_status
-from sweep.atlas.row_status import ROW_STATUS, ROW_UNDECIDED
+from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED, RowEdges, legal
 from sweep.atlas.slices import coordinates, whole
 from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
@@ -157,7 +156,7 @@ def in_order(variable: "xr.DataArray | xr.Variable", dims: Sequence[Any]) -> npt
 
 
 def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
-    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_search.row_status`).
+    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_edges.RowEdges.status`).
 
     In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
 
@@ -177,7 +176,8 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
                 where=place_of(dataset),
             )
         return stored.astype(np.int8)
-    return row_status(in_order(dataset["stability"], (*dataset[measured].dims, axis)), edge)
+    verdicts = legal(in_order(dataset["stability"], (*dataset[measured].dims, axis)))
+    return RowEdges.of(verdicts, verdicts.ndim - 1).status(edge)
 
 
 def boundaries(
@@ -187,7 +187,7 @@ def boundaries(
 
     One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
     """
-    return whole(BoundarySearch(spec, in_memory(stability), seen).variables())
+    return whole(BoundarySearch(spec, stability, seen).variables())
 
 
 def edge_variables(

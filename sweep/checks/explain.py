@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.atlas import row_status
+from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.nearest import nearest_cell
@@ -271,7 +271,7 @@ def _lines(
             yield f"boundary    {side} {measured:.6g} {units} +- {halfwidth:.2g} as measured{row}; {here}"
         else:
             status = edge_status(dataset, axis, edge)[tuple(map(place.__getitem__, others))]
-            reason = row_status.name(int(status), edge)
+            reason = row_edges.name(int(status), edge)
             yield f"boundary    none was measured{row} ({side}): {reason}; {here}"
         if not np.isfinite([predicted, critical]).any():
             yield f"            theory has no line{row}"

@@ -18,7 +18,7 @@ from sweep.atlas.cf_metadata import (
     start_declarations,
 )
 from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
-from sweep.atlas.row_search import legal
+from sweep.atlas.row_edges import legal
 from sweep.atlas.selection import require_atlas, settled
 from sweep.atlas.slices import coordinates, whole
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
@@ -366,7 +366,7 @@ class _Audit:
     def statements(self) -> list[Statement]:
         """Return what is found of each variable and attribute, once all cells were taken."""
         spec, dataset, reader = self._spec, self._dataset, self._reader
-        search = BoundarySearch(spec, lambda span: legal(reader.read("stability", span)))
+        search = BoundarySearch(spec, legal(reader.read("stability", Span(0, spec.size))).reshape(spec.shape))
         boundary = list(boundary_statements(spec, dataset, search.variables(), self._cells.repeated))
         return [
             *coordinate_statements(spec, dataset),

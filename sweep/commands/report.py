@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweep.atlas import row_status, share
+from sweep.atlas import row_edges, share
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.errors import counted, plain_text
@@ -101,7 +101,7 @@ def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> 
     heads = [_head(spec, name) for name in others]
     yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3], "row"])
     stacked = [dataset[name].values.reshape(-1) for name in names]
-    reasons = [row_status.name(code) for code in edge_status(dataset, axis, edge).reshape(-1).tolist()]
+    reasons = [row_edges.name(code) for code in edge_status(dataset, axis, edge).reshape(-1).tolist()]
     places = np.indices(dataset[names[0]].shape).reshape(len(others), len(reasons)).T
     for reason, place, *values in zip(reasons, places, *stacked, strict=True):
         at = [
@@ -246,7 +246,7 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
         units = spec.model.parameters[axis].units
-        lines = row_status.in_words(edge_status(dataset, axis, edge), axis)
+        lines = row_edges.in_words(edge_status(dataset, axis, edge), axis)
         if count:
             lines.insert(
                 0,

@@ -199,13 +199,12 @@ def plan(
         block_cells = block_cells or estimate.suitable_block(found.rate, estimate.least_cells(threads))
     show("\n".join(describe(request, output, found, block_cells, used, there)))
     _warn(request)
-    scratch = estimate.scratch_bytes(request)
     try:
         if found is None:
-            bound = estimate.journal_bytes(request, request.size) + scratch + estimate.file_bytes(request)
+            bound = estimate.journal_bytes(request, request.size) + estimate.file_bytes(request)
             estimate.check_room(output, bound)
         else:
-            estimate.check_room(output, found.journal_bytes(request) + scratch + found.file_bytes(request))
+            estimate.check_room(output, found.journal_bytes(request) + found.file_bytes(request))
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None

@@ -8,7 +8,7 @@ import numpy as np
 from sweep.atlas.boundary_rows import boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.atlas.row_status import ROW_STATUS
+from sweep.atlas.row_edges import ROW_STATUS
 from sweep.atlas.share import unstable_share
 from sweep.errors import plain_text
 from sweep.model.quantity import Quantity

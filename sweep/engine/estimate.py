@@ -33,19 +33,15 @@ _STAGES_BYTES = 500
 #: Bytes of a row of an edge in a file: four numbers and a code.
 _EDGE_BYTES = 33
 
-#: Rows along a control whose boundary is found at a time (`sweep.atlas.slices`), and bytes of each with its starts.
-_ROWS_AT_ONCE, _ROW_BYTES = 2**16, 800
+#: Bytes of memory of a row while its edge is sought; rows whose lines are made at a time (`sweep.atlas.slices`), and
+#: bytes of each.
+_ROW_BYTES, _ROWS_AT_ONCE, _STARTS_BYTES = 40, 2**16, 800
 
 #: Bytes of a value of a start of a table.
 _START_BYTES = 8
 
-#: Points of the curves of a refined boundary that are held while they are joined, at most (`sweep.atlas.chains`), and
-#: bytes of each; squares that are joined at a time (`sweep.atlas.neighbours`), and bytes of each.
-_POINTS_HELD, _POINT_BYTES = 2**22, 30
-_SQUARES_AT_ONCE, _SQUARE_BYTES = 2**17, 400
-
-#: Points up to which they need no disk while they are joined, and bytes that each of more takes there.
-_POINTS_WITHOUT_DISK, _JOINED_BYTES = 2**18, 33
+#: Bytes of memory of a cell and of a point of the curves of a refined boundary while they are joined.
+_PLANE_BYTES, _POINT_BYTES = 3, 160
 
 #: Bytes of a point along one axis in a file: its place and its half-width.
 _STORED_BYTES = 16
@@ -83,12 +79,6 @@ def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
     return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows + points
 
 
-def scratch_bytes(spec: SweepSpec) -> float:
-    """Return the bytes on disk of the points of curves while they are joined, which the finished file leaves free."""
-    points = curve_points(spec)
-    return _JOINED_BYTES * points if points > _POINTS_WITHOUT_DISK else 0.0
-
-
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
     """Return the resident bytes of a run at their largest."""
     stages = _STAGES_BYTES * min(block_cells, spec.size)
@@ -96,15 +86,12 @@ def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
 
 
 def boundary_bytes(spec: SweepSpec) -> float:
-    """Return the bytes that the search for the boundary holds at most (`sweep.atlas.boundary_search`)."""
+    """Return the bytes that the search for the boundary holds at most: the verdicts, its rows and its curves."""
     rows = [spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes)]
-    return _ROW_BYTES * min(max(rows, default=0), _ROWS_AT_ONCE) + curve_bytes(spec)
-
-
-def curve_bytes(spec: SweepSpec) -> float:
-    """Return the bytes that the curves of a refined boundary take in memory while they are joined."""
+    most = max(rows, default=0)
+    held = _ROW_BYTES * most + _STARTS_BYTES * min(most, _ROWS_AT_ONCE)
     points = curve_points(spec)
-    return _POINT_BYTES * min(points, _POINTS_HELD) + _SQUARE_BYTES * min(points, _SQUARES_AT_ONCE)
+    return spec.size + held + _PLANE_BYTES * spec.size * bool(points) + _POINT_BYTES * points
 
 
 def curve_points(spec: SweepSpec) -> int:

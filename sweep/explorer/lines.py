@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from sweep.atlas.curves import Curves
-from sweep.atlas.scratch import Scratch
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, whole
 from sweep.explorer.stored import Stored
@@ -65,16 +64,17 @@ def measured(view: View) -> list[list[list[float]]]:
     if any(axis is None for axis in axes.values()):
         return []
     spec = view.live.replace(**axes, axes=names)
-    with KERNELS, Scratch() as scratch:
+    with KERNELS:
         verdicts = compute(spec, whole(spec), verdicts_only=True)["stability"]
-        curves = Curves(spec, lambda span: verdicts[span.start : span.stop], scratch)
-        if not curves.count:
+        curves = Curves(spec, verdicts.reshape(spec.shape))
+        if not curves.counts.size:
             return []
-        counts, closed = curves.lengths(Span(0, curves.count))
-        points = curves.measured(Span(0, curves.points), bracket_width(view))
+        points = curves.measured(Span(0, curves.cells.size), bracket_width(view))
         x, y = (points.along(side.name)[0] for side in (view.x, view.y))
     found = []
-    for part, is_closed in zip(np.split(np.arange(x.size), np.cumsum(counts)[:-1]), closed, strict=True):
+    for part, is_closed in zip(
+        np.split(np.arange(x.size), np.cumsum(curves.counts)[:-1]), curves.closed, strict=True
+    ):
         whole_curve = [*part, part[0]] if is_closed else part
         found.append(np.stack((x[whole_curve], y[whole_curve])).T.tolist())
     return found

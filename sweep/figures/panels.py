@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.dataset import edge_status, in_order, require, spec_named
-from sweep.atlas.row_status import in_words
+from sweep.atlas.row_edges import in_words
 from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
 from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale

@@ -18,7 +18,6 @@ import numpy as np
 import numpy.typing as npt
 from isal.isal_zlib import crc32
 
-from sweep.atlas.boundary_search import Read
 from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
 from sweep.atlas.slices import SlicedVariables, coordinates, slices_of
 from sweep.engine.compute import Block
@@ -100,11 +99,6 @@ class AtlasWriter:
                 for declared in self._cells:
                     self._declare(file, declared, self._chunk)
 
-    @property
-    def folder(self) -> Path:
-        """The folder of the file."""
-        return self._path.parent
-
     def write_cells(
         self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
     ) -> Iterator[Block]:
@@ -138,18 +132,18 @@ class AtlasWriter:
                 self._write_chunk(file, chunk)
                 yield chunk.block
 
-    def write_boundary(self, boundary: Callable[[Read], Iterable[SlicedVariables]]) -> None:
+    def write_boundary(self, boundary: Callable[[npt.NDArray[np.int8]], Iterable[SlicedVariables]]) -> None:
         """Write the variables of the boundary, with the dimensions that only they have.
 
         Parameters
         ----------
         boundary : callable
-            Returns these variables; it is given a function that returns the stored verdicts of any span of the cells.
+            Returns these variables; it is given the stored verdicts of all cells, of the shape of the grid.
         """
         with self._opened("a") as file:
             stability = file["stability"]
             stability.set_auto_maskandscale(False)
-            for variables in boundary(lambda span: _flat(stability, span)):
+            for variables in boundary(np.asarray(stability[...])):
                 for name, count in zip(variables.declared[0].dims, variables.shape, strict=True):
                     if name not in file.dimensions:
                         file.createDimension(name, count)
@@ -257,31 +251,6 @@ def _checksum(variable: Any, shape: tuple[int, ...]) -> int:
     for _, places in slices_of(shape):
         found = crc32(np.asarray(variable[places], order="C"), found)
     return found
-
-
-def _flat(variable: Any, span: Span) -> npt.NDArray[Any]:
-    """Read a span of the cells, in C order, from a variable of a file."""
-    return np.concatenate([np.asarray(variable[part]).reshape(-1) for part in _parts(variable.shape, span)])
-
-
-def _parts(shape: tuple[int, ...], span: Span) -> Iterator[tuple[slice, ...]]:
-    """Cut a span of cells into boxes of the grid, in C order."""
-    if not shape:
-        yield ()
-        return
-    inner = math.prod(shape[1:])
-    at = span.start
-    while at < span.stop:
-        place, begin = divmod(at, inner)
-        lines = (span.stop - at) // inner
-        if lines and not begin:
-            yield (slice(place, place + lines), *(slice(0, n) for n in shape[1:]))
-            at += lines * inner
-            continue
-        end = min(inner, begin + span.stop - at)
-        for rest in _parts(shape[1:], Span(begin, end)):
-            yield (slice(place, place + 1), *rest)
-        at += end - begin
 
 
 def _wrong_attributes(found: Any, attributes: Mapping[str, Any], name: str) -> Iterator[str]:

@@ -82,13 +82,6 @@ def refusals(
 
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
-    scratch = getattr(problem, "filename", None)
-    if (
-        scratch is not None
-        and os.path.isdir(scratch)
-        and os.stat(scratch).st_dev != os.stat(path.parent).st_dev
-    ):
-        return _refused_beside(problem, Path(scratch), kept)
     free = shutil.disk_usage(path.parent).free
     # netCDF and HDF5 do not always tell the number of the system's error
     code = getattr(problem, "errno", None) or _probe(path.parent, int(needed))
@@ -113,17 +106,6 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
         f"{wrong}: {problem}; {free / 1e6:.0f} MB are free" + (f", {kept}." if kept else "."),
         hint=f"{hint}, and run the same command again." if kept else f"{hint}.",
         where=str(path),
-    )
-
-
-def _refused_beside(problem: Exception, folder: Path, kept: str) -> StorageError:
-    """Return the error of a folder of temporary files, which may be on another disk than the file."""
-    free = shutil.disk_usage(folder).free
-    return StorageError(
-        f"A temporary file could not be written: {problem}; {free / 1e6:.0f} MB are free there"
-        + (f", {kept}." if kept else "."),
-        hint="Free some space there, or let TMPDIR name a folder with more of it, and run the same command again.",
-        where=str(folder),
     )
 
 

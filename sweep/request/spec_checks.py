@@ -9,8 +9,8 @@ from sweep.model.description import Request
 from sweep.model.quantity import DURATION, STEP
 from sweep.request.as_given import words_given
 
-#: Beyond this no disk holds the atlas.
-_MOST_CELLS = 2**40
+#: Cells of a grid at most: their verdicts, a byte each, are in memory while the boundary is sought.
+_MOST_CELLS = 10**9
 #: Most steps of a cell: more take many seconds for each cell, and the kernels give such a cell up.
 MOST_STEPS = 10**8
 
@@ -66,7 +66,7 @@ def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
 
 
 def check_size(counts: Sequence[int]) -> None:
-    """Refuse a grid of more cells than any disk holds."""
+    """Refuse a grid of more cells than the search for its boundary takes."""
     if math.prod(counts) > _MOST_CELLS:
         raise RequestError(
             f"A grid has at most {_MOST_CELLS} cells; got {' x '.join(map(str, counts))} = {math.prod(counts)}.",

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from sweep.atlas.boundary_search import BoundarySearch, in_memory
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import compute, derive_block, measure_block
@@ -138,8 +138,6 @@ def describe(
         taken = duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
-    scratch = estimate.scratch_bytes(spec)
-    passing = "the journal and to join the curves, which goes" if scratch else "the journal, which goes"
     free = estimate.free_bytes(path)
     room = f"{estimate.size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
@@ -147,7 +145,7 @@ def describe(
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {expected}",
         f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}",
-        f"disk     {about} {estimate.size(journal + scratch)} for {passing} at the end, and {about} "
+        f"disk     {about} {estimate.size(journal)} for the journal, which goes at the end, and {about} "
         f"{estimate.size(file)} for the file; {room} in {path.parent.resolve()}",
     ]
 
@@ -169,15 +167,14 @@ def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
     ------
     RequestError
     """
-    scratch = estimate.scratch_bytes(spec)
-    most = estimate.journal_bytes(spec, cells) + scratch + estimate.file_bytes(spec)
+    most = estimate.journal_bytes(spec, cells) + estimate.file_bytes(spec)
     try:
         estimate.check_room(path, most)
     except RequestError:
         if spec.size < _FEW:
             raise
         _, journal, file = _keeping(spec, _RATE_UNKNOWN)
-        known = journal * cells + scratch + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
+        known = journal * cells + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
         estimate.check_room(path, min(most, known))
 
 
@@ -221,9 +218,9 @@ def _search_seconds(spec: SweepSpec, rate: float, clock: Callable[[], float] = t
 
 
 def _seconds(sample: SweepSpec, clock: Callable[[], float]) -> float:
-    read = in_memory(np.asarray(compute(sample, whole(sample))["stability"]))
+    stability = np.asarray(compute(sample, whole(sample))["stability"]).reshape(sample.shape)
     began = clock()
-    for variables in BoundarySearch(sample, read).variables():
+    for variables in BoundarySearch(sample, stability).variables():
         for _ in variables.each():
             pass
     return clock() - began

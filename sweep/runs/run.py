@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch, Read
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
 from sweep.atlas.slices import SlicedVariables
@@ -199,9 +199,7 @@ def run_to_file(
 
         def bytes_to_write() -> float:
             left = spec.size - journal.cells(journal.held())
-            return (
-                estimate.journal_bytes(spec, left) + estimate.scratch_bytes(spec) + estimate.file_bytes(spec)
-            )
+            return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
         # a new run has been checked before it was begun; a run that goes on needs room for the rest
         check_room(path, spec, spec.size - journal.cells(journal.held()))
@@ -343,8 +341,8 @@ def write_atlas(
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
 
-    def boundary(read: Read) -> Iterator[SlicedVariables]:
-        return BoundarySearch(spec, read, lambda share: seen(share * bisected), writer.folder).variables()
+    def boundary(stability: npt.NDArray[np.int8]) -> Iterator[SlicedVariables]:
+        return BoundarySearch(spec, stability, lambda share: seen(share * bisected)).variables()
 
     writer.write_boundary(boundary)
     timetable.begin(CHECKING)

@@ -1,12 +1,10 @@
 """The variables of a boundary: their values by hand, and slice by slice."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 
-from sweep.atlas import boundary_search, slices
-from sweep.atlas.boundary_search import BoundarySearch, in_memory
+from sweep.atlas import slices
+from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.dataset import boundaries
 from sweep.engine.compute import compute
 from sweep.engine.grid import whole
@@ -73,7 +71,6 @@ def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
     monkeypatch.setattr(slices, "SLICE_VALUES", at_once)
-    monkeypatch.setattr(boundary_search, "READ_CELLS", at_once + 2)
     found = variables(spec, stability)
     assert list(found) == list(expected)
     for each in found:
@@ -88,42 +85,8 @@ def test_it_says_how_far_it_is():
     )
     stability = np.asarray(compute(spec, whole(spec))["stability"])
     heard = []
-    for each in BoundarySearch(spec, in_memory(stability), heard.append).variables():
+    for each in BoundarySearch(spec, stability.reshape(spec.shape), heard.append).variables():
         each.whole()
     assert heard == sorted(heard)
     assert (heard[0], heard[-1]) == (0.0, 1.0)
     assert len(heard) > 50
-
-
-#: Axes of 6e6 cells in 2e4 rows of 300, and of 300 planes of which each is a line of 2e4 cells.
-ORDERS = {
-    "rows are contiguous": {"tilt": "0.1deg:4deg:20000", "roll_rate": "1:4:300"},
-    "rows are strided": {
-        "roll_rate": "1:4:300", "alpha": "0.5:1:10", "gravity": "1:9:20", "tilt": "0.1deg:4deg:100",
-    },
-    "rows are long": {"tilt": "0.1deg:4deg:20", "roll_rate": "1:4:300000"},
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_the_memory_grows_neither_with_the_cells_nor_with_the_rows(order, monkeypatch):
-    """Of 6e6 cells and up to 2e4 rows what is held is that of a slice; each cell is read once for the one control."""
-    monkeypatch.setattr(slices, "SLICE_VALUES", 2**9)
-    monkeypatch.setattr(boundary_search, "READ_CELLS", 2**13)
-    monkeypatch.setattr("sweep.atlas.row_search._AT_ONCE", 2**13)
-    spec, read = SweepSpec(**ORDERS[order]), []
-
-    def verdicts_of(span):
-        read.append(len(span))
-        return np.where(np.arange(span.start, span.stop) < spec.size // 2, UNSTABLE, STABLE).astype(np.int8)
-
-    tracemalloc.start()
-    for variables in BoundarySearch(spec, verdicts_of).variables():
-        assert variables.shape == tuple(len(getattr(spec, name)) for name in spec.axes if name != "roll_rate")
-        for _, _, values in variables.each():
-            assert max(each.size for each in values) <= 2**9
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert sum(read) == spec.size
-    # the values of an axis that is not long are made again for each slice
-    assert peak < 2e6 + 3 * 8 * 300000 * (order == "rows are long")

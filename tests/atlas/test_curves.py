@@ -5,17 +5,21 @@ An atlas that holds its boundary as curves, too, is drawn, compared and exported
 
 import subprocess
 import sys
+from unittest import mock
 
+import boundary_referee as referee
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 
 import sweep
 from sweep.atlas import boundary, slices
-from sweep.atlas.boundary_search import in_memory
+from sweep.atlas import curves as curve_module
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.curves import Curves
-from sweep.atlas.scratch import Scratch
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
 from sweep.engine.grid import Span
@@ -29,8 +33,8 @@ class Drawn:
     """Curves with all their points, bisected to a width."""
 
     def __init__(self, lines, width):
-        self.counts, self.closed = lines.lengths(Span(0, lines.count))
-        self.points = lines.measured(Span(0, lines.points), width)
+        self.counts, self.closed = lines.counts, lines.closed
+        self.points = lines.measured(Span(0, lines.cells.size), width)
         self.halfwidths = self.points.halfwidths
 
     def places(self, axis):
@@ -44,8 +48,7 @@ class Drawn:
 
 def curves_of(spec, stability, width):
     """Return the curves of a grid in memory."""
-    with Scratch() as scratch:
-        return Drawn(Curves(spec, in_memory(stability), scratch), width)
+    return Drawn(Curves(spec, stability), width)
 
 
 @pytest.fixture
@@ -168,6 +171,75 @@ def test_the_command_refines_a_file(tmp_path):
     refused = subprocess.run([*command, "0"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert refused.returncode == 2
     assert "width above 0" in refused.stderr
+
+
+AXES = ("gravity", "alpha", "tilt", "roll_rate")
+
+
+@st.composite
+def grids(draw):
+    """A grid of two to four axes: noise, or one of few undecided cells and many squares with alternating corners."""
+    shape = draw(array_shapes(min_dims=2, max_dims=4, max_side=6))
+    codes = draw(
+        st.sampled_from(((UNDECIDED, STABLE, UNSTABLE), (STABLE, UNSTABLE), (STABLE, STABLE, UNSTABLE)))
+    )
+    return draw(arrays(np.int8, shape, elements=st.sampled_from(codes)))
+
+
+#: A loop around one cell, which begins beside a saddle: it is followed away from that.
+BESIDE_SADDLE = np.array([[1, 2, 1, 1], [1, 1, 2, 1], [1, 1, 1, 1]], np.int8)
+
+
+def judged(spec, starts):
+    """A verdict at any start, without integration: stable and unstable lie close together."""
+    waves = np.sin(97.0 * starts["tilt"] + 31.0 * starts["roll_rate"] + starts["alpha"] + starts["gravity"])
+    return np.where(waves > 0.0, UNSTABLE, STABLE).astype(np.int8)
+
+
+@given(grids(), st.integers(1, 40))
+@example(BESIDE_SADDLE, 40)
+@example(3 - BESIDE_SADDLE, 40)
+def test_curves_of_any_grid(grid, at_once):
+    """Curves have the points, in the order, that the sides of all squares of the whole grid give.
+
+    However few points are measured at a time.
+    """
+    values = [
+        np.linspace(0.1 * number + 0.1, 0.1 * number + 0.9, count) for number, count in enumerate(grid.shape)
+    ]
+    names = AXES[-grid.ndim :]
+    spec = sweep.SweepSpec(**dict(zip(names, map(np.ndarray.tolist, values), strict=True)))
+    coordinates = np.meshgrid(*values, indexing="ij")
+
+    def like_corner(place):
+        far = (*place[:-2], place[-2] + 1, place[-1] + 1)
+        middle = {
+            name: 0.5 * (each[place] + each[far]) for name, each in zip(names, coordinates, strict=True)
+        }
+        return judged(spec, {"alpha": spec.alpha, "gravity": spec.gravity} | middle) == grid[place]
+
+    with (
+        mock.patch.object(boundary, "judged", judged),
+        mock.patch.object(boundary, "AT_ONCE", at_once),
+        mock.patch.object(curve_module, "AT_ONCE", at_once),
+    ):
+        found = Curves(spec, grid)
+        count = found.cells.size
+        spans = [Span(at, min(at + at_once, count)) for at in range(0, count, at_once)]
+        # wider than any bracket: the middles stay those of the grid
+        points = [found.measured(span, 10.0) for span in spans]
+    expected, closed = referee.chains(grid, like_corner)
+    assert found.counts.tolist() == [len(chain) for chain in expected]
+    assert found.closed.tolist() == closed
+    order = np.array([point for chain in expected for point in chain], int)
+    down, across = referee.pairs(grid)
+    here = np.concatenate((down, across))[order]
+    after = here + np.where(order < down.size, grid.shape[-1], 1)
+    for name, each in zip(names, coordinates, strict=True):
+        one, other = each.reshape(-1)[here], each.reshape(-1)[after]
+        places, widths = ([v for each in points for v in each.along(name)[k].tolist()] for k in (0, 1))
+        assert places == (0.5 * (one + other)).tolist()
+        assert widths == (0.5 * np.abs(other - one)).tolist()
 
 
 SPECS = {

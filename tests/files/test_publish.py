@@ -29,23 +29,6 @@ def test_an_error_without_a_number_is_probed(tmp_path, monkeypatch):
         raise OSError("HDF5: unable to extend file")
 
 
-def test_a_full_disk_of_temporary_files_is_named(tmp_path):
-    """The free space of the disk of the file would say nothing."""
-    other = next((each for each in ("/dev/shm", "/proc") if os.path.isdir(each)), None)
-    if other is None or os.stat(other).st_dev == os.stat(tmp_path).st_dev:
-        pytest.skip("one file system")
-    with (
-        pytest.raises(StorageError, match=r"temporary file .* free there") as caught,
-        refusals(tmp_path / "a"),
-    ):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), other)
-    assert caught.value.where == other
-    assert "TMPDIR" in caught.value.hint
-    with pytest.raises(StorageError, match="no room left for the file") as caught, refusals(tmp_path / "a"):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(tmp_path))
-    assert caught.value.where == str(tmp_path / "a")
-
-
 def test_other_errors_of_the_program_pass():
     """A defect keeps its own exception: only errors of the file system and of netCDF are told as such."""
     with pytest.raises(RuntimeError, match="a defect"), refusals(None):

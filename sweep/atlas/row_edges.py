@@ -1,0 +1,189 @@
+"""The edges of the unstable band in every row of a grid of verdicts, and why a row has one or none."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.errors import counted
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Truths
+
+#: No place in a row.
+NOWHERE = -1
+
+#: The codes of what a row of verdicts says of an edge.
+ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT, FOUND, MORE_THAN_ONE, OTHER_EDGE_ONLY = range(6)
+
+#: Each code with its name, as the file declares it.
+ROW_STATUS: Mapping[int, str] = MappingProxyType(
+    {
+        ROW_UNDECIDED: "undecided",
+        STABLE_THROUGHOUT: "stable_throughout",
+        UNSTABLE_THROUGHOUT: "unstable_throughout",
+        FOUND: "found",
+        MORE_THAN_ONE: "more_than_one_edge",
+        OTHER_EDGE_ONLY: "other_edge_only",
+    }
+)
+
+#: Cells whose rows are looked at together: their verdicts and truths fit the cache of a processor.
+_AT_ONCE = 2**18
+
+Verdicts = npt.NDArray[np.integer]
+Places = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class RowEdges:
+    """What the verdicts of every row say of its edges; a row is all cells along one axis, the other axes fixed.
+
+    Parameters
+    ----------
+    stable_before, first_unstable, last_unstable, stable_after : arrays of int, shape of the rows
+        Places in a row: the first and the last unstable cell, the last stable cell before the first one, and the first
+        stable cell after the last one; `NOWHERE` where there is none, or where the row has no unstable cell.
+    is_split, has_undecided : arrays of bool, shape of the rows
+        Where stable cells lie between unstable ones, and where a cell is undecided.
+    """
+
+    stable_before: Places
+    first_unstable: Places
+    last_unstable: Places
+    stable_after: Places
+    is_split: Truths
+    has_undecided: Truths
+
+    @classmethod
+    def of(cls, verdicts: Verdicts, axis: int) -> "RowEdges":
+        """Return the edges of the rows of a grid along one of its axes.
+
+        Parameters
+        ----------
+        verdicts : array of int8
+            Codes of `sweep.model.quantity`.
+        axis : int
+        """
+        shape = verdicts.shape
+        lines = np.moveaxis(verdicts.reshape(math.prod(shape[:axis]), shape[axis], -1), 1, 2)
+        planes, inner, length = lines.shape
+        places = [np.full((planes, inner), NOWHERE, np.intp) for _ in range(4)]
+        truths = [np.zeros((planes, inner), bool) for _ in range(2)]
+        columns = max(1, _AT_ONCE // length)
+        step = max(1, columns // inner)
+        for plane in range(0, planes, step):
+            for column in range(0, inner, columns):
+                part = np.s_[plane : plane + step, column : column + columns]
+                found = _edges(np.ascontiguousarray(lines[part]))
+                for into, values in zip((*places, *truths), found, strict=True):
+                    into[part] = values
+        rest = shape[:axis] + shape[axis + 1 :]
+        return cls(*(each.reshape(rest) for each in (*places, *truths)))
+
+    def bracket(self, edge: str) -> tuple[Places, Places]:
+        """Return the places of the two cells between which an edge lies.
+
+        Parameters
+        ----------
+        edge : {"upper", "lower"}
+            Stable above it, or below.
+
+        Returns
+        -------
+        (unstable, stable) : arrays of int, shape of the rows
+            The last unstable cell and the first stable one after it, for the lower edge the first unstable cell and the
+            last stable one before it; `NOWHERE` in both where a row has no such pair.
+        """
+        if edge == "upper":
+            unstable, stable = self.last_unstable, self.stable_after
+        else:
+            unstable, stable = self.first_unstable, self.stable_before
+        return np.where(stable == NOWHERE, NOWHERE, unstable), stable
+
+    def status(self, edge: str) -> npt.NDArray[np.int8]:
+        """Return for each row whether it has an edge, and if not, why.
+
+        Parameters
+        ----------
+        edge : {"upper", "lower"}
+
+        Returns
+        -------
+        array of int8, shape of the rows
+            A code of `ROW_STATUS`. Undecided cells are left out of the sequence of verdicts.
+            ``found``: the verdict changes once in the direction of this edge, and the row ends on its stable side.
+            ``more_than_one_edge``: it changes so more than once, or changes back: the value stored is that of the
+            outermost edge, and there is none where the row ends on the unstable side. Rows without such a change are
+            ``undecided`` if a cell is, ``stable_throughout``, ``unstable_throughout``, or have the ``other_edge_only``.
+        """
+        begins, ends = self.stable_before != NOWHERE, self.stable_after != NOWHERE
+        here = ends if edge == "upper" else begins
+        stable_throughout = self.first_unstable == NOWHERE
+        conditions = (self.is_split, here, self.has_undecided, stable_throughout, ~(begins | ends))
+        codes = (MORE_THAN_ONE, FOUND, ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT)
+        return np.asarray(np.select(conditions, codes, OTHER_EDGE_ONLY), np.int8)
+
+
+def _edges(verdicts: Verdicts) -> tuple[Places, Places, Places, Places, Truths, Truths]:
+    """Return the fields of `RowEdges` of rows along the last axis."""
+    unstable, stable = verdicts == UNSTABLE, verdicts == STABLE
+    first, last = _first(unstable), _last(unstable)
+    place, any_unstable = np.arange(verdicts.shape[-1]), (first != NOWHERE)[..., None]
+    before = stable & any_unstable & (place < first[..., None])
+    after = stable & any_unstable & (place > last[..., None])
+    between = (stable & any_unstable & ~before & ~after).any(-1)
+    return _last(before), first, last, _first(after), between, ~(unstable | stable).all(-1)
+
+
+def _first(truths: Truths) -> Places:
+    """Return the first place along the last axis that is true; `NOWHERE` if none is."""
+    return np.where(truths.any(-1), truths.argmax(-1), NOWHERE)
+
+
+def _last(truths: Truths) -> Places:
+    """Return the last place along the last axis that is true; `NOWHERE` if none is."""
+    return np.where(truths.any(-1), truths.shape[-1] - 1 - truths[..., ::-1].argmax(-1), NOWHERE)
+
+
+def legal(verdicts: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
+    """Return verdicts as codes: what is neither stable nor unstable is undecided."""
+    known = (verdicts == STABLE) | (verdicts == UNSTABLE)
+    return np.where(known, verdicts, UNDECIDED).astype(np.int8, copy=False)
+
+
+def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "") -> list[str]:
+    """Return in one line or two why rows have no boundary, or more than one; nothing if each has one.
+
+    Parameters
+    ----------
+    status : array of int, any shape
+        Codes of `ROW_STATUS`.
+    axis : str
+        The parameter along which the rows lie.
+    edge : {"", "upper", "lower"}
+        The edge that the codes belong to, where it is to be named.
+    """
+    counts = {code: int((status == code).sum()) for code in ROW_STATUS}
+    several, found = counts.pop(MORE_THAN_ONE), counts.pop(FOUND)
+    missing = {name(code, edge): count for code, count in counts.items() if count}
+    without, lines = status.size - several - found, []
+    what = f"{edge} edge" if edge else "boundary"
+    if without:
+        where = "" if without == status.size else f" in {counted(without, 'row', status.size)} along {axis}"
+        reasons = (
+            list(missing) if len(missing) == 1 else [f"{count} {word}" for word, count in missing.items()]
+        )
+        lines.append(f"no {what}{where}: {', '.join(reasons)}")
+    if several:
+        where = "" if several == status.size else f" in {counted(several, 'row', status.size)} along {axis}"
+        lines.append(f"more than one {edge} edge{where}".replace("  ", " "))
+    return lines
+
+
+def name(code: int, edge: str = "") -> str:
+    """Return the name of a code, in words; of an edge that is named, the other one is named too."""
+    words = ROW_STATUS[code].replace("_", " ")
+    return words.replace("other", {"upper": "lower", "lower": "upper"}.get(edge, "other"))

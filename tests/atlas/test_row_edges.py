@@ -1,0 +1,168 @@
+"""The edges of rows, and why a row has a boundary or none, held against formulas and readings of rows as text."""
+
+import itertools
+import re
+
+import boundary_referee as referee
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+import sweep
+from sweep.atlas import row_edges
+from sweep.atlas.dataset import edge_status
+from sweep.atlas.row_edges import FOUND, ROW_STATUS, RowEdges, in_words, legal
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
+
+#: Verdicts written as they look along an axis: stable, unstable, undecided.
+_CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
+
+EDGES = ("upper", "lower")
+
+#: A start at 10 deg is beyond the 5 deg that the criterion allows.
+ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg,1deg,10deg")
+
+
+def as_rows(texts):
+    """Return verdicts from one text for each row."""
+    return np.array([[_CODES[letter] for letter in text] for text in texts], np.int8)
+
+
+def status(rows, edge="upper"):
+    """Return the names of the status of rows along the last axis."""
+    return [ROW_STATUS[code] for code in RowEdges.of(rows, rows.ndim - 1).status(edge).reshape(-1).tolist()]
+
+
+def test_brackets_by_hand():
+    """The bracket runs from the outermost unstable cell to the next stable one; undecided cells widen it."""
+    cases = [
+        ("uuuss", (2, 3), (-1, -1)),
+        ("ssuuu", (-1, -1), (2, 1)),
+        ("suus", (2, 3), (1, 0)),
+        ("us", (0, 1), (-1, -1)),
+        ("su", (-1, -1), (1, 0)),
+        ("uu??ss", (1, 4), (-1, -1)),
+        ("s??u?s", (3, 5), (3, 0)),
+        ("ususs", (2, 3), (-1, -1)),
+        ("uuu", (-1, -1), (-1, -1)),
+        ("sss", (-1, -1), (-1, -1)),
+        ("???", (-1, -1), (-1, -1)),
+        ("u???", (-1, -1), (-1, -1)),
+        ("?s", (-1, -1), (-1, -1)),
+        ("u", (-1, -1), (-1, -1)),
+    ]
+    for row, *expected in cases:
+        edges = RowEdges.of(as_rows([row]), 1)
+        brackets = [tuple(int(each[0]) for each in edges.bracket(edge)) for edge in EDGES]
+        assert brackets == expected, row
+
+
+grids = array_shapes(min_dims=1, max_dims=4, max_side=6).flatmap(
+    lambda shape: arrays(np.int8, shape, elements=st.sampled_from([UNDECIDED, STABLE, UNSTABLE]))
+)
+
+
+@given(grids, st.integers(1, 50))
+def test_any_grid(grid, at_once):
+    """Along every axis, however many cells are looked at together, brackets and status are the referee's."""
+    kept, row_edges._AT_ONCE = row_edges._AT_ONCE, at_once
+    try:
+        for axis in range(grid.ndim):
+            rows, edges = np.moveaxis(grid, axis, -1), RowEdges.of(grid, axis)
+            for edge in EDGES:
+                for found, expected in zip(
+                    (*edges.bracket(edge), edges.status(edge)),
+                    (*referee.bracket(rows, edge), referee.status(rows, edge)),
+                    strict=True,
+                ):
+                    np.testing.assert_array_equal(found, expected, f"{edge} edge along {axis}")
+    finally:
+        row_edges._AT_ONCE = kept
+
+
+def by_text(text):
+    """Return the name of the status of the upper edge, from the row as text."""
+    decided = re.sub(r"(.)\1+", r"\1", text.replace("?", ""))
+    changes = decided.count("us")
+    if changes:
+        return "found" if changes == 1 and decided.endswith("s") else "more_than_one_edge"
+    if "?" in text:
+        return "undecided"
+    return {"s": "stable_throughout", "u": "unstable_throughout"}.get(decided, "other_edge_only")
+
+
+def test_every_row_of_a_few_cells():
+    """All rows of up to seven verdicts have the status that their text has, for the lower edge read backward."""
+    for length in range(1, 8):
+        texts = ["".join(letters) for letters in itertools.product("su?", repeat=length)]
+        rows = as_rows(texts)
+        assert status(rows) == [by_text(text) for text in texts]
+        assert status(rows, "lower") == [by_text(text[::-1]) for text in texts]
+
+
+def test_what_is_no_verdict_is_undecided():
+    """A damaged code, and NaN where a reader has masked a cell, count as undecided."""
+    rows = as_rows(["u?ss", "??ss", "s?us"])
+    assert status(rows) == ["found", "undecided", "found"]
+    for strange in (7, -1, np.nan):
+        np.testing.assert_array_equal(legal(np.where(rows == UNDECIDED, strange, rows)), rows)
+
+
+def test_an_atlas_says_why_a_row_has_no_boundary():
+    """Found at small tilts, unstable throughout at 10 deg; the flag stands beside the boundary and is linked to it."""
+    for way in ("grid", "refined:1e-6"):
+        atlas = sweep.run(ROLLING.replace(boundary=way))
+        flag = atlas["boundary_roll_rate_status"]
+        assert [ROW_STATUS[code] for code in flag.values.tolist()] == [
+            "found",
+            "found",
+            "unstable_throughout",
+        ]
+        assert np.array_equal(np.isfinite(atlas["boundary_roll_rate"]), flag == FOUND)
+        assert flag.attrs["flag_meanings"].split() == list(ROW_STATUS.values())
+        assert flag.attrs["flag_values"].tolist() == list(ROW_STATUS)
+        assert flag.attrs["standard_name"] == "status_flag"
+        assert "_FillValue" not in {**flag.attrs, **flag.encoding} or flag.encoding["_FillValue"] is None
+        assert (
+            atlas["boundary_roll_rate"].attrs["ancillary_variables"].split()[1] == "boundary_roll_rate_status"
+        )
+
+
+def test_it_follows_from_the_verdicts_of_an_older_file():
+    """Without the variable the same codes come from the verdicts, whatever the order of the dimensions."""
+    spec = ROLLING.replace(alpha="0.5,1")
+    atlas = sweep.run(spec)
+    older = atlas.drop_vars("boundary_roll_rate_status").transpose("alpha", "roll_rate", "tilt")
+    assert np.array_equal(
+        edge_status(older, "roll_rate", "upper").T, atlas["boundary_roll_rate_status"].values
+    )
+
+
+def test_the_reasons_in_words():
+    """A single reason needs no count, several have one each; a boundary that was found needs no words."""
+    cases = [
+        ([3, 3], []),
+        ([2], ["no boundary: unstable throughout"]),
+        ([1, 1, 1], ["no boundary: stable throughout"]),
+        ([3, 1, 1], ["no boundary in 2 of 3 rows along roll_rate: stable throughout"]),
+        ([3, 0, 2, 2], ["no boundary in 3 of 4 rows along roll_rate: 1 undecided, 2 unstable throughout"]),
+        (
+            [3, 4, 5],
+            [
+                "no boundary in 1 of 3 rows along roll_rate: other edge only",
+                "more than one edge in 1 of 3 rows along roll_rate",
+            ],
+        ),
+        ([4], ["more than one edge"]),
+    ]
+    for codes, words in cases:
+        assert in_words(np.array(codes, np.int8), "roll_rate") == words, codes
+
+
+def test_the_reasons_of_a_named_edge():
+    """Where an atlas has two edges, each is called by its name."""
+    assert in_words(np.array([3, 5], np.int8), "roll_rate", "upper") == [
+        "no upper edge in 1 of 2 rows along roll_rate: lower edge only"
+    ]
+    assert in_words(np.array([4], np.int8), "roll_rate", edge="lower") == ["more than one lower edge"]
