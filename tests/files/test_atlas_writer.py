@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import array_shapes
 
 from sweep.atlas import slices
 from sweep.atlas.boundary_search import BoundarySearch
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import Span
 from sweep.files import chunk_filter
-from sweep.files.atlas_writer import AtlasWriter, _flat, regroup
+from sweep.files.atlas_writer import AtlasWriter, regroup
 from sweep.files.raw_chunks import RawChunks
 from sweep.request.spec import SweepSpec
 
@@ -39,7 +38,7 @@ def written(tmp_path, small_chunks):
     writer = AtlasWriter(tmp_path / "a.nc", SPEC, {"title": "x"}, 2)
     for _ in writer.write_cells(run_blocks(SPEC)):
         pass
-    writer.write_boundary(lambda read: BoundarySearch(SPEC, read).variables())
+    writer.write_boundary(lambda stability: BoundarySearch(SPEC, stability).variables())
     return writer, tmp_path / "a.nc"
 
 
@@ -147,7 +146,7 @@ def finished(path, spec):
     writer = AtlasWriter(path, spec, {"title": "x"})
     for _ in writer.write_cells(run_blocks(spec)):
         pass
-    writer.write_boundary(lambda read: BoundarySearch(spec, read).variables())
+    writer.write_boundary(lambda stability: BoundarySearch(spec, stability).variables())
     return writer
 
 
@@ -184,15 +183,6 @@ def test_small_slices_change_no_value_and_every_one_is_checked(tmp_path, monkeyp
             file.set_auto_maskandscale(False)
             file[each][last] = before
     writer.check()
-
-
-@given(st.data(), array_shapes(min_dims=1, max_dims=4, max_side=5))
-def test_any_span_of_the_cells_is_read_back(data, shape):
-    """A span of the cells in C order is cut into boxes that hold these cells, each once, in order."""
-    cells = np.arange(np.prod(shape)).reshape(shape)
-    start = data.draw(st.integers(0, cells.size - 1))
-    stop = data.draw(st.integers(start + 1, cells.size))
-    assert _flat(cells, Span(start, stop)).tolist() == list(range(start, stop))
 
 
 @pytest.mark.parametrize(
