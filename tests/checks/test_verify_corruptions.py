@@ -17,7 +17,6 @@ from sweep.atlas.completion import BOUNDARY
 from sweep.atlas.dataset import assemble, empty_columns
 from sweep.checks.verify import _checked, findings, verify
 from sweep.engine.compute import run_blocks
-from sweep.engine.grid import Span
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 
@@ -121,9 +120,9 @@ _KEPT = {}
 
 
 class _Search(BoundarySearch):
-    def __init__(self, spec, read):
-        super().__init__(spec, read)
-        self._key = spec.canonical() + read(Span(0, spec.size)).tobytes().hex()
+    def __init__(self, spec, stability):
+        super().__init__(spec, stability)
+        self._key = spec.canonical() + stability.tobytes().hex()
 
     def variables(self):
         if self._key not in _KEPT:
