@@ -32,7 +32,6 @@ def atlas():
 def small_slices(monkeypatch):
     """Let a slice hold five values, here four, and let seven cells be read at a time."""
     monkeypatch.setattr(slices, "SLICE_VALUES", 5)
-    monkeypatch.setattr("sweep.atlas.boundary_search.READ_CELLS", 7)
 
 
 def test_the_audit_finds_the_same(atlas, monkeypatch, request):

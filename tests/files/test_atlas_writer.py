@@ -156,7 +156,6 @@ def test_small_slices_change_no_value_and_every_one_is_checked(tmp_path, monkeyp
     spec = SLICED[name]
     finished(tmp_path / "whole.nc", spec).check()
     monkeypatch.setattr(slices, "SLICE_VALUES", 5)
-    monkeypatch.setattr("sweep.atlas.boundary_search.READ_CELLS", 7)
     path = tmp_path / "sliced.nc"
     writer = finished(path, spec)
     writer.check()
