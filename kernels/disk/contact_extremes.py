@@ -11,21 +11,11 @@ import math
 
 import numpy as np
 
+from kernels.disk import motion_arrays as motion_row
 from kernels.disk import tilt_series as at
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.endings import BOUNDED, FELL, HORIZON
 from kernels.disk.equations import inertia, scaled_state
-from kernels.disk.motion_arrays import (
-    CONTACT_FRICTION_NEEDED,
-    CONTACT_LEAST_NORMAL_FORCE,
-    EXTENT_TILT_ERROR,
-    EXTENT_TILT_MAX,
-    EXTENT_TILT_MIN,
-    LIFTS_OFF,
-    NO_MOTION,
-    PRESSES,
-    UNRESOLVED_FORCES,
-)
 from kernels.disk.polynomial_roots import (
     AMBIGUOUS,
     MOST_ROOTS,
@@ -33,20 +23,6 @@ from kernels.disk.polynomial_roots import (
     roots,
     value_and_slope,
     value_at,
-)
-from kernels.disk.tilt_series import (
-    AXIAL,
-    DIAMETRAL,
-    FRICTION_SLOPE,
-    FRICTION_SQUARED,
-    KINETIC,
-    KINETIC_PER_STRETCH,
-    NORMAL,
-    NORMAL_SLOPE,
-    PANEL,
-    SEC,
-    TAN,
-    TERMS,
 )
 from kernels.jit import kernel
 from kernels.native.entry import parallel
@@ -83,10 +59,10 @@ _TURNS, _EXACT, _STOPS = range(3)
 @kernel
 def _rounding_errors(series, end, kept):
     """Bound of the rounding errors of the forces on a panel up to `end`."""
-    kept[_AXIAL_SIZE] = max(kept[_AXIAL_SIZE], largest_value(series, AXIAL, end))
-    kept[_DIAMETRAL_SIZE] = max(kept[_DIAMETRAL_SIZE], largest_value(series, DIAMETRAL, end))
-    kept[_KINETIC_SIZE] = max(kept[_KINETIC_SIZE], largest_value(series, KINETIC, end))
-    tan, sec = largest_value(series, TAN, end), largest_value(series, SEC, end)
+    kept[_AXIAL_SIZE] = max(kept[_AXIAL_SIZE], largest_value(series, at.AXIAL, end))
+    kept[_DIAMETRAL_SIZE] = max(kept[_DIAMETRAL_SIZE], largest_value(series, at.DIAMETRAL, end))
+    kept[_KINETIC_SIZE] = max(kept[_KINETIC_SIZE], largest_value(series, at.KINETIC, end))
+    tan, sec = largest_value(series, at.TAN, end), largest_value(series, at.SEC, end)
     spins = kept[_AXIAL_SIZE] + tan * kept[_DIAMETRAL_SIZE]
     size = 1.0 + 2.0 * kept[_KINETIC_SIZE] + 3.0 * kept[_DIAMETRAL_SIZE] * sec * spins
     return _ROUNDING * (2.0 + kept[_PANELS]) * size
@@ -95,7 +71,7 @@ def _rounding_errors(series, end, kept):
 @kernel
 def _look(series, t, apart, rounding, kept):
     """Take the forces at t into account, where t is known to within `apart`."""
-    normal, slope = value_and_slope(series, NORMAL, t)
+    normal, slope = value_and_slope(series, at.NORMAL, t)
     error = rounding + abs(slope) * apart
     kept[_LEAST] = min(kept[_LEAST], normal)
     kept[_LEAST_LOW] = min(kept[_LEAST_LOW], normal - error)
@@ -103,7 +79,7 @@ def _look(series, t, apart, rounding, kept):
     if not normal > error:
         kept[_MOST_HIGH] = math.inf
         return
-    squared, slope = value_and_slope(series, FRICTION_SQUARED, t)
+    squared, slope = value_and_slope(series, at.FRICTION_SQUARED, t)
     horizontal = math.sqrt(max(0.0, squared))
     beyond = rounding + math.sqrt(max(0.0, squared) + abs(slope) * apart) - horizontal
     needed = horizontal / normal
@@ -119,18 +95,18 @@ def _search_panel(series, end, apart, found, kept):
     rounding = _rounding_errors(series, end, kept)
     _look(series, 0.0, 0.0, rounding, kept)
     _look(series, end, apart, rounding, kept)
-    count = roots(series, NORMAL_SLOPE, end, rounding, found)
+    count = roots(series, at.NORMAL_SLOPE, end, rounding, found)
     if count == AMBIGUOUS:
         kept[_LEAST_LOW] = -math.inf
         return
-    least = min(value_at(series, NORMAL, 0.0), value_at(series, NORMAL, end))
+    least = min(value_at(series, at.NORMAL, 0.0), value_at(series, at.NORMAL, end))
     for i in range(count):
         _look(series, found[i], 0.0, rounding, kept)
-        least = min(least, value_at(series, NORMAL, found[i]))
+        least = min(least, value_at(series, at.NORMAL, found[i]))
     if not least > rounding:
         return
     # what is left out of the square of the coefficient is 1e-14 at most
-    count = roots(series, FRICTION_SLOPE, end, 1e-14 * least * least * least, found)
+    count = roots(series, at.FRICTION_SLOPE, end, 1e-14 * least * least * least, found)
     if count == AMBIGUOUS:
         kept[_MOST_HIGH] = math.inf
     for i in range(count):
@@ -140,13 +116,13 @@ def _search_panel(series, end, apart, found, kept):
 @kernel
 def _turning_point(series, at_rest, length, found):
     """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
-    row = KINETIC
+    row = at.KINETIC
     if at_rest:
         # the start is a root
-        row = KINETIC_PER_STRETCH
-        for k in range(TERMS - 1):
-            series[row, k] = series[KINETIC, k + 1]
-        series[row, TERMS - 1] = 0.0
+        row = at.KINETIC_PER_STRETCH
+        for k in range(at.TERMS - 1):
+            series[row, k] = series[at.KINETIC, k + 1]
+        series[row, at.TERMS - 1] = 0.0
         if not series[row, 0] > 0.0:
             return 0.0
     count = roots(series, row, length, 0.0, found)
@@ -163,15 +139,19 @@ def _first_length(series, at_rest):
     tell from two.
     """
     first = 1 if at_rest else 0
-    value, slope, bend = series[KINETIC, first], series[KINETIC, first + 1], series[KINETIC, first + 2]
+    value, slope, bend = (
+        series[at.KINETIC, first],
+        series[at.KINETIC, first + 1],
+        series[at.KINETIC, first + 2],
+    )
     whole = slope * slope - 4.0 * bend * value
-    way = PANEL
+    way = at.PANEL
     if slope < 0.0 and value > 0.0 and whole >= 0.0:
         way = 2.0 * value / (math.sqrt(whole) - slope)
     elif bend < 0.0 and value > 0.0:
         way = 0.5 * (slope + math.sqrt(whole)) / -bend
-    if not 0.0 < 2.0 * way < PANEL:
-        return PANEL
+    if not 0.0 < 2.0 * way < at.PANEL:
+        return at.PANEL
     return 2.0 ** math.ceil(math.log2(2.0 * way))
 
 
@@ -182,7 +162,7 @@ def _end_on_panel(series, turn, left, length, ends, error):
     `turn` is the first turning point, `left` where the cell says that the way ends, both in the stretched tilt, `error`
     the estimated error of the cell [rad].
     """
-    stretch = value_at(series, SEC, min(max(left, 0.0), length))
+    stretch = value_at(series, at.SEC, min(max(left, 0.0), length))
     reach = (_REACH * error + _SMALLEST_REACH) * stretch
     if turn < left - reach or turn < 0.0:
         return -1.0, 0.0
@@ -201,8 +181,8 @@ def _uncertainty(series, end, kept):
     """How far off, in the stretched tilt, rounding can have moved a root of the kinetic energy."""
     if end == 0.0:
         return 0.0
-    kinetic = max(largest_value(series, KINETIC, end), kept[_KINETIC_SIZE])
-    return _ROUNDING * (2.0 + kept[_PANELS]) * kinetic / abs(value_and_slope(series, KINETIC, end)[1])
+    kinetic = max(largest_value(series, at.KINETIC, end), kept[_KINETIC_SIZE])
+    return _ROUNDING * (2.0 + kept[_PANELS]) * kinetic / abs(value_and_slope(series, at.KINETIC, end)[1])
 
 
 @kernel
@@ -210,7 +190,7 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
     """Search the way from a scaled start to where its tilt is greatest, `way` away; whether that fits the start."""
     at.set_out(series, state, constants)
     kept[_AXIAL_SIZE] = kept[_DIAMETRAL_SIZE] = kept[_KINETIC_SIZE] = kept[_PANELS] = 0.0
-    at_rest, left, length = series[KINETIC, 0] == 0.0, way, PANEL
+    at_rest, left, length = series[at.KINETIC, 0] == 0.0, way, at.PANEL
     for panel in range(_MOST_PANELS):
         at.expand_motion(series, constants)
         at.expand_forces(series, constants, alpha)
@@ -230,7 +210,7 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
             return True
         at.go_on(series, length)
         kept[_PANELS] += 1.0
-        left, length = left - length, PANEL
+        left, length = left - length, at.PANEL
     return False
 
 
@@ -271,17 +251,17 @@ def _judge(kept):
     least, most = kept[_LEAST], kept[_MOST]
     error = max(least - kept[_LEAST_LOW], kept[_LEAST_HIGH] - least)
     if not error <= _KNOWN * (1.0 + abs(least)):
-        return math.nan, math.nan, UNRESOLVED_FORCES
+        return math.nan, math.nan, motion_row.UNRESOLVED_FORCES
     if kept[_LEAST_HIGH] <= 0.0:
-        return least, math.nan, LIFTS_OFF
+        return least, math.nan, motion_row.LIFTS_OFF
     error = max(most - kept[_MOST_LOW], kept[_MOST_HIGH] - most)
     if not (kept[_LEAST_LOW] > 0.0 and error <= _KNOWN * (1.0 + most)):
-        return least, math.nan, UNRESOLVED_FORCES
-    return least, most, PRESSES
+        return least, math.nan, motion_row.UNRESOLVED_FORCES
+    return least, most, motion_row.PRESSES
 
 
 def _memory_of_thread(*_):
-    return np.empty((at.ROWS, TERMS)), np.empty(MOST_ROOTS), np.empty(_KEPT)
+    return np.empty((at.ROWS, at.TERMS)), np.empty(MOST_ROOTS), np.empty(_KEPT)
 
 
 @parallel(
@@ -329,19 +309,22 @@ def contact_extremes(start, stop, starts, extents, endings, fall_tilt, extremes,
     nothing is known.
     """
     for cell in range(start, stop):
-        least, greatest = extents[EXTENT_TILT_MIN, cell], extents[EXTENT_TILT_MAX, cell]
-        normal, friction, state = math.nan, math.nan, NO_MOTION
+        least, greatest = extents[motion_row.EXTENT_TILT_MIN, cell], extents[motion_row.EXTENT_TILT_MAX, cell]
+        normal, friction, state = math.nan, math.nan, motion_row.NO_MOTION
         if least <= greatest:
             own = starts[:, cell]
             unit = math.sqrt(own[RADIUS] / own[GRAVITY])
             scaled = scaled_state(own[TILT], own[TILT_RATE], own[PRECESSION_RATE], own[ROLL_RATE], unit)
             series[:], kept[:] = 0.0, 0.0
             kept[:_MOST] = math.inf
-            state = UNRESOLVED_FORCES
+            state = motion_row.UNRESOLVED_FORCES
             if _search(
-                own, scaled, least, greatest, extents[EXTENT_TILT_ERROR, cell], endings[cell], fall_tilt,
-                series, found, kept,
+                own, scaled, least, greatest, extents[motion_row.EXTENT_TILT_ERROR, cell], endings[cell],
+                fall_tilt, series, found, kept,
             ):  # fmt: skip
                 normal, friction, state = _judge(kept)
-        extremes[CONTACT_LEAST_NORMAL_FORCE, cell], extremes[CONTACT_FRICTION_NEEDED, cell] = normal, friction
+        (
+            extremes[motion_row.CONTACT_LEAST_NORMAL_FORCE, cell],
+            extremes[motion_row.CONTACT_FRICTION_NEEDED, cell],
+        ) = normal, friction
         states[cell] = state

@@ -10,25 +10,8 @@ A nutation is symmetric in time about each of its turning points, so the two leg
 
 import math
 
+from kernels.disk import arrays as row
 from kernels.disk import layout as at
-from kernels.disk.arrays import (
-    ALPHA,
-    ENDING,
-    ENERGY_DRIFT,
-    FALL_TIME,
-    GRAVITY,
-    NUTATION_PERIOD,
-    PRECESSION_RATE,
-    RADIUS,
-    REFINEMENTS,
-    ROLL_RATE,
-    STEPS,
-    TILT,
-    TILT_ERROR,
-    TILT_MAX,
-    TILT_MIN,
-    TILT_RATE,
-)
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.error_estimate import MOST_LOSS, drift, estimated_error, uncertain_energy
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
@@ -72,15 +55,15 @@ def _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, grav
 def _write(
     cell, ending, least, greatest, fall_time, period, drift, error, steps, refinements, measures, counts
 ):
-    measures[TILT_MIN, cell] = least
-    measures[TILT_MAX, cell] = greatest
-    measures[FALL_TIME, cell] = fall_time
-    measures[NUTATION_PERIOD, cell] = period
-    measures[ENERGY_DRIFT, cell] = drift
-    measures[TILT_ERROR, cell] = error
-    counts[ENDING, cell] = ending
-    counts[STEPS, cell] = steps
-    counts[REFINEMENTS, cell] = refinements
+    measures[row.TILT_MIN, cell] = least
+    measures[row.TILT_MAX, cell] = greatest
+    measures[row.FALL_TIME, cell] = fall_time
+    measures[row.NUTATION_PERIOD, cell] = period
+    measures[row.ENERGY_DRIFT, cell] = drift
+    measures[row.TILT_ERROR, cell] = error
+    counts[row.ENDING, cell] = ending
+    counts[row.STEPS, cell] = steps
+    counts[row.REFINEMENTS, cell] = refinements
 
 
 @inlined
@@ -99,9 +82,9 @@ def _store_start(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit,
 @simd
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Put a start into a lane, in SI units; an impossible one and one beyond fall_tilt are written at once."""
-    tilt, tilt_rate = starts[TILT, cell], starts[TILT_RATE, cell]
-    precession_rate, roll_rate = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
-    alpha, radius, gravity = starts[ALPHA, cell], starts[RADIUS, cell], starts[GRAVITY, cell]
+    tilt, tilt_rate = starts[row.TILT, cell], starts[row.TILT_RATE, cell]
+    precession_rate, roll_rate = starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
+    alpha, radius, gravity = starts[row.ALPHA, cell], starts[row.RADIUS, cell], starts[row.GRAVITY, cell]
     if _impossible(tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity):
         _write_at_once(cell, INVALID, math.nan, math.nan, math.nan, measures, counts)
         fill_idle(lane, lanes)

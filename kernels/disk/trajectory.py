@@ -6,28 +6,11 @@ angle and path are integrals over the state; Simpson's rule over the three state
 
 import math
 
+from kernels.disk import motion_arrays as motion_row
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.contact import contact_forces, friction_needed, suitable_step, vertical_momentum
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
 from kernels.disk.equations import energy, energy_change, inertia, scaled_state
-from kernels.disk.motion_arrays import (
-    CONTACT_X,
-    CONTACT_Y,
-    DERIVED_ENERGY,
-    DERIVED_ENERGY_DRIFT,
-    DERIVED_FRICTION_ACROSS,
-    DERIVED_FRICTION_ALONG,
-    DERIVED_FRICTION_NEEDED,
-    DERIVED_NORMAL_FORCE,
-    DERIVED_VERTICAL_MOMENTUM,
-    DERIVED_VERTICAL_MOMENTUM_RATE,
-    HEADING,
-    MOMENTUM_GAINED,
-    ROLL_ANGLE,
-    TRAJECTORY_FALL_TILT,
-    TRAJECTORY_RELATIVE_STEP,
-    TRAJECTORY_STEP,
-)
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.jit import kernel
 from kernels.native.entry import entry
@@ -92,11 +75,11 @@ def _record(samples, i, state, place, unit, radius):
     samples[TILT_RATE, i] = w / unit
     samples[PRECESSION_RATE, i] = o / (C * unit)
     samples[ROLL_RATE, i] = (s - o * T) / unit
-    samples[HEADING, i] = heading
-    samples[ROLL_ANGLE, i] = angle
-    samples[CONTACT_X, i] = radius * x
-    samples[CONTACT_Y, i] = radius * y
-    samples[MOMENTUM_GAINED, i] = radius * radius / unit * gained
+    samples[motion_row.HEADING, i] = heading
+    samples[motion_row.ROLL_ANGLE, i] = angle
+    samples[motion_row.CONTACT_X, i] = radius * x
+    samples[motion_row.CONTACT_Y, i] = radius * y
+    samples[motion_row.MOMENTUM_GAINED, i] = radius * radius / unit * gained
 
 
 @kernel
@@ -132,8 +115,11 @@ def trajectory(start, settings, times, samples):
     unit, radius = math.sqrt(start[RADIUS] / start[GRAVITY]), start[RADIUS]
     constants = inertia(start[ALPHA])
     state = scaled_state(start[TILT], start[TILT_RATE], start[PRECESSION_RATE], start[ROLL_RATE], unit)
-    given_step, relative_step = settings[TRAJECTORY_STEP], settings[TRAJECTORY_RELATIVE_STEP]
-    fall_tilt = settings[TRAJECTORY_FALL_TILT]
+    given_step, relative_step = (
+        settings[motion_row.TRAJECTORY_STEP],
+        settings[motion_row.TRAJECTORY_RELATIVE_STEP],
+    )
+    fall_tilt = settings[motion_row.TRAJECTORY_FALL_TILT]
     place = (0.0, 0.0, 0.0, 0.0, 0.0)
     _record(samples, 0, state, place, unit, radius)
     steps = 0
@@ -157,7 +143,11 @@ def trajectory(start, settings, times, samples):
                 middle = step(state, constants, 0.5 * h)
                 after = step(middle, constants, 0.5 * h)
                 _record(samples, i, after, _carry(place, state, middle, after, h), unit, radius)
-                ending = FELL if math.isfinite(samples[TILT, i] + samples[MOMENTUM_GAINED, i]) else UNRESOLVED
+                ending = (
+                    FELL
+                    if math.isfinite(samples[TILT, i] + samples[motion_row.MOMENTUM_GAINED, i])
+                    else UNRESOLVED
+                )
                 return ending, i + 1, times[i] - unit * (left - h), steps
             place = _carry(place, state, middle, after, h)
             state = after
@@ -184,13 +174,16 @@ def derived(start, states, results):
     for i in range(states.shape[1]):
         state = _scaled_column(states, i, unit)
         S, C, _, w, o, s = state
-        results[DERIVED_ENERGY, i] = energy(S, C, w, o, s, alpha)
+        results[motion_row.DERIVED_ENERGY, i] = energy(S, C, w, o, s, alpha)
         change = energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha)
-        results[DERIVED_ENERGY_DRIFT, i] = change / whole
+        results[motion_row.DERIVED_ENERGY_DRIFT, i] = change / whole
         momentum, rate = vertical_momentum(state, alpha)
-        results[DERIVED_VERTICAL_MOMENTUM, i] = radius * radius / unit * momentum
-        results[DERIVED_VERTICAL_MOMENTUM_RATE, i] = radius * radius / (unit * unit) * rate
+        results[motion_row.DERIVED_VERTICAL_MOMENTUM, i] = radius * radius / unit * momentum
+        results[motion_row.DERIVED_VERTICAL_MOMENTUM_RATE, i] = radius * radius / (unit * unit) * rate
         normal, across, along = contact_forces(state, constants, alpha)
-        results[DERIVED_NORMAL_FORCE, i] = normal
-        results[DERIVED_FRICTION_ACROSS, i], results[DERIVED_FRICTION_ALONG, i] = across, along
-        results[DERIVED_FRICTION_NEEDED, i] = friction_needed(normal, across, along)
+        results[motion_row.DERIVED_NORMAL_FORCE, i] = normal
+        results[motion_row.DERIVED_FRICTION_ACROSS, i], results[motion_row.DERIVED_FRICTION_ALONG, i] = (
+            across,
+            along,
+        )
+        results[motion_row.DERIVED_FRICTION_NEEDED, i] = friction_needed(normal, across, along)

@@ -10,46 +10,8 @@ the disk slides again, when the lane takes it over.
 import math
 
 from kernels.jit import inlined, kernel, simd
+from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk import layout as at
-from kernels.lossy_disk.arrays import (
-    AIR_DENSITY,
-    AIR_LOSS,
-    AIR_VISCOSITY,
-    ALPHA,
-    BREACH_TIME,
-    CONTOUR_DAMPING,
-    CONTOUR_FRICTION,
-    CONTOUR_LOSS,
-    DAMPING_LOSS,
-    END_TILT,
-    END_TIME,
-    ENDING,
-    ENERGY_IMBALANCE,
-    FRICTION,
-    GRAVITY,
-    HEADING_ERROR,
-    HEADING_TURNED,
-    MASS,
-    NO_AIR,
-    PATH_ERROR,
-    PATH_LENGTH,
-    PIVOTING_FRICTION,
-    PIVOTING_LOSS,
-    PRECESSION_RATE,
-    RADIUS,
-    REFINEMENTS,
-    ROLL_RATE,
-    ROLLING_FRICTION,
-    ROLLING_LOSS,
-    STEPS,
-    SWITCHES,
-    TILT,
-    TILT_ERROR,
-    TILT_MAX,
-    TILT_MIN,
-    TILT_RATE,
-    TIME_ERROR,
-)
 from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.error_estimate import late_errors, stated_errors
@@ -93,28 +55,28 @@ def _not_negative(x):
 @kernel
 def _possible(cell, starts, run):
     """Whether the numbers of a start are those of a disk."""
-    tilt, alpha = starts[TILT, cell], starts[ALPHA, cell]
-    radius, gravity, mass = starts[RADIUS, cell], starts[GRAVITY, cell], starts[MASS, cell]
+    tilt, alpha = starts[row.TILT, cell], starts[row.ALPHA, cell]
+    radius, gravity, mass = starts[row.RADIUS, cell], starts[row.GRAVITY, cell], starts[row.MASS, cell]
     finite = (
-        math.isfinite(starts[TILT_RATE, cell])
-        and math.isfinite(starts[PRECESSION_RATE, cell])
-        and math.isfinite(starts[ROLL_RATE, cell])
+        math.isfinite(starts[row.TILT_RATE, cell])
+        and math.isfinite(starts[row.PRECESSION_RATE, cell])
+        and math.isfinite(starts[row.ROLL_RATE, cell])
     )
     arms = (
-        0.0 <= starts[ROLLING_FRICTION, cell] < radius
-        and 0.0 <= starts[PIVOTING_FRICTION, cell] < radius
-        and 0.0 <= starts[CONTOUR_FRICTION, cell] < radius
+        0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
+        and 0.0 <= starts[row.PIVOTING_FRICTION, cell] < radius
+        and 0.0 <= starts[row.CONTOUR_FRICTION, cell] < radius
     )
     damping, viscosity, density = (
-        starts[CONTOUR_DAMPING, cell],
-        starts[AIR_VISCOSITY, cell],
-        starts[AIR_DENSITY, cell],
+        starts[row.CONTOUR_DAMPING, cell],
+        starts[row.AIR_VISCOSITY, cell],
+        starts[row.AIR_DENSITY, cell],
     )
-    air = run.air_law == NO_AIR or (_not_negative(viscosity) and _not_negative(density))
+    air = run.air_law == row.NO_AIR or (_not_negative(viscosity) and _not_negative(density))
     # a law of forces that are not proportional to the weight needs the mass
-    heavy = (damping == 0.0 and run.air_law == NO_AIR) or 0.0 < mass < math.inf
+    heavy = (damping == 0.0 and run.air_law == row.NO_AIR) or 0.0 < mass < math.inf
     size = 0.0 < alpha <= 1.0 and 0.0 < radius < math.inf and 0.0 < gravity < math.inf
-    allowed = _not_negative(damping) and starts[FRICTION, cell] >= 0.0
+    allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0
     return abs(tilt) < 0.5 * math.pi and finite and size and arms and air and heavy and allowed
 
 
@@ -125,20 +87,20 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
     turned, path, rolled, pivoted, rubbed, damped, blown = ledger
     imbalance, tilt_error, time_error, heading_error, path_error = errors
     steps, refinements, switches = taken
-    measures[TILT_MIN, cell], measures[TILT_MAX, cell] = least, greatest
-    measures[END_TIME, cell], measures[END_TILT, cell] = end_time, end_tilt
-    measures[HEADING_TURNED, cell], measures[PATH_LENGTH, cell] = turned, path
-    measures[ROLLING_LOSS, cell], measures[PIVOTING_LOSS, cell] = rolled, pivoted
-    measures[CONTOUR_LOSS, cell], measures[DAMPING_LOSS, cell], measures[AIR_LOSS, cell] = (
+    measures[row.TILT_MIN, cell], measures[row.TILT_MAX, cell] = least, greatest
+    measures[row.END_TIME, cell], measures[row.END_TILT, cell] = end_time, end_tilt
+    measures[row.HEADING_TURNED, cell], measures[row.PATH_LENGTH, cell] = turned, path
+    measures[row.ROLLING_LOSS, cell], measures[row.PIVOTING_LOSS, cell] = rolled, pivoted
+    measures[row.CONTOUR_LOSS, cell], measures[row.DAMPING_LOSS, cell], measures[row.AIR_LOSS, cell] = (
         rubbed,
         damped,
         blown,
     )
-    measures[BREACH_TIME, cell], measures[ENERGY_IMBALANCE, cell] = breach_time, imbalance
-    measures[TILT_ERROR, cell], measures[TIME_ERROR, cell] = tilt_error, time_error
-    measures[HEADING_ERROR, cell], measures[PATH_ERROR, cell] = heading_error, path_error
-    counts[ENDING, cell], counts[STEPS, cell] = ending, int(steps)
-    counts[REFINEMENTS, cell], counts[SWITCHES, cell] = int(refinements), int(switches)
+    measures[row.BREACH_TIME, cell], measures[row.ENERGY_IMBALANCE, cell] = breach_time, imbalance
+    measures[row.TILT_ERROR, cell], measures[row.TIME_ERROR, cell] = tilt_error, time_error
+    measures[row.HEADING_ERROR, cell], measures[row.PATH_ERROR, cell] = heading_error, path_error
+    counts[row.ENDING, cell], counts[row.STEPS, cell] = ending, int(steps)
+    counts[row.REFINEMENTS, cell], counts[row.SWITCHES, cell] = int(refinements), int(switches)
 
 
 @kernel
@@ -208,7 +170,7 @@ def _criterion(tilt, scaled_rate, alpha, run):
 @kernel
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
-    tilt, tilt_rate = starts[TILT, cell], starts[TILT_RATE, cell]
+    tilt, tilt_rate = starts[row.TILT, cell], starts[row.TILT_RATE, cell]
     ending, time = MOVING, math.nan
     if not _possible(cell, starts, run):
         ending, tilt = INVALID, math.nan
@@ -220,18 +182,22 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         _write_at_once(cell, ending, tilt, time, measures, counts)
         fill_idle(lane, lanes)
         return False
-    radius, gravity, alpha = starts[RADIUS, cell], starts[GRAVITY, cell], starts[ALPHA, cell]
+    radius, gravity, alpha = starts[row.RADIUS, cell], starts[row.GRAVITY, cell], starts[row.ALPHA, cell]
     unit = math.sqrt(radius / gravity)
     losses = scaled_losses(
-        (starts[ROLLING_FRICTION, cell], starts[PIVOTING_FRICTION, cell], starts[CONTOUR_FRICTION, cell]),
-        starts[CONTOUR_DAMPING, cell],
-        (starts[AIR_VISCOSITY, cell], starts[AIR_DENSITY, cell]),
-        (starts[MASS, cell], radius, gravity),
+        (
+            starts[row.ROLLING_FRICTION, cell],
+            starts[row.PIVOTING_FRICTION, cell],
+            starts[row.CONTOUR_FRICTION, cell],
+        ),
+        starts[row.CONTOUR_DAMPING, cell],
+        (starts[row.AIR_VISCOSITY, cell], starts[row.AIR_DENSITY, cell]),
+        (starts[row.MASS, cell], radius, gravity),
         run.air_law,
     )
-    state = tilt, tilt_rate, starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
+    state = tilt, tilt_rate, starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
     criterion = _criterion(tilt, unit * tilt_rate, alpha, run)
-    _store_start(lane, state, (alpha, radius, unit), losses, starts[FRICTION, cell], criterion, lanes)
+    _store_start(lane, state, (alpha, radius, unit), losses, starts[row.FRICTION, cell], criterion, lanes)
     return True
 
 

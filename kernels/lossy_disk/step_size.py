@@ -4,16 +4,7 @@ import math
 from typing import NamedTuple
 
 from kernels.jit import kernel, simd
-from kernels.lossy_disk.arrays import (
-    AIR_LAW,
-    DURATION,
-    FLAT_TILT,
-    FROM_START,
-    LIMIT,
-    LIMITED,
-    STEP,
-    TOLERANCE,
-)
+from kernels.lossy_disk import arrays as row
 
 #: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
@@ -46,11 +37,11 @@ def prepared_settings(settings):
 
     The global error is of fourth order, hence the fourth root of the tolerance.
     """
-    relative_step = RELATIVE_STEP * math.sqrt(math.sqrt(settings[TOLERANCE] * 1.0e8))
+    relative_step = RELATIVE_STEP * math.sqrt(math.sqrt(settings[row.TOLERANCE] * 1.0e8))
     return RunSettings(
-        settings[DURATION], settings[STEP], settings[FLAT_TILT], settings[TOLERANCE],
-        settings[LIMITED], settings[LIMIT], settings[FROM_START], settings[AIR_LAW],
-        math.cos(settings[FLAT_TILT]), relative_step,
+        settings[row.DURATION], settings[row.STEP], settings[row.FLAT_TILT], settings[row.TOLERANCE],
+        settings[row.LIMITED], settings[row.LIMIT], settings[row.FROM_START], settings[row.AIR_LAW],
+        math.cos(settings[row.FLAT_TILT]), relative_step,
     )  # fmt: skip
 
 

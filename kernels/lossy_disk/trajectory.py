@@ -9,40 +9,7 @@ import math
 
 from kernels.disk.equations import scaled_state
 from kernels.jit import kernel
-from kernels.lossy_disk.arrays import (
-    AIR_DENSITY,
-    AIR_VISCOSITY,
-    ALPHA,
-    CONTOUR_DAMPING,
-    CONTOUR_FRICTION,
-    FRICTION,
-    GRAVITY,
-    MASS,
-    PIVOTING_FRICTION,
-    PRECESSION_RATE,
-    RADIUS,
-    ROLL_RATE,
-    ROLLING_FRICTION,
-    SAMPLE_AIR_LOSS,
-    SAMPLE_CONTACT_X,
-    SAMPLE_CONTACT_Y,
-    SAMPLE_CONTOUR_LOSS,
-    SAMPLE_DAMPING_LOSS,
-    SAMPLE_FRICTION_ACROSS,
-    SAMPLE_FRICTION_ALONG,
-    SAMPLE_HEADING,
-    SAMPLE_HELD,
-    SAMPLE_NORMAL_FORCE,
-    SAMPLE_PIVOTING_LOSS,
-    SAMPLE_ROLL_ANGLE,
-    SAMPLE_ROLLING_LOSS,
-    TILT,
-    TILT_RATE,
-    TRAJECTORY_AIR_LAW,
-    TRAJECTORY_FLAT_TILT,
-    TRAJECTORY_RELATIVE_STEP,
-    TRAJECTORY_STEP,
-)
+from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk.contact import all_held, contact_forces
 from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, UNRESOLVED
@@ -73,30 +40,30 @@ _MOST_STEPS = 1.0e8
 def scaled_start(start, unit):
     """State (S, C, K, w, o, p) of a start (`kernels.lossy_disk.arrays.PARAMETERS`); `unit` is sqrt(R/g) in s."""
     S, C, _, w, o, s = scaled_state(
-        start[TILT], start[TILT_RATE], start[PRECESSION_RATE], start[ROLL_RATE], unit
+        start[row.TILT], start[row.TILT_RATE], start[row.PRECESSION_RATE], start[row.ROLL_RATE], unit
     )
-    return S, C, 1.0 / C, w, o, (1.0 + start[ALPHA]) * s
+    return S, C, 1.0 / C, w, o, (1.0 + start[row.ALPHA]) * s
 
 
 @kernel
 def case_of(start, settings):
     """`Case` of a start and of the settings of a single motion, without a criterion."""
     losses = scaled_losses(
-        (start[ROLLING_FRICTION], start[PIVOTING_FRICTION], start[CONTOUR_FRICTION]),
-        start[CONTOUR_DAMPING],
-        (start[AIR_VISCOSITY], start[AIR_DENSITY]),
-        (start[MASS], start[RADIUS], start[GRAVITY]),
-        settings[TRAJECTORY_AIR_LAW],
+        (start[row.ROLLING_FRICTION], start[row.PIVOTING_FRICTION], start[row.CONTOUR_FRICTION]),
+        start[row.CONTOUR_DAMPING],
+        (start[row.AIR_VISCOSITY], start[row.AIR_DENSITY]),
+        (start[row.MASS], start[row.RADIUS], start[row.GRAVITY]),
+        settings[row.TRAJECTORY_AIR_LAW],
     )
-    unit, longest = math.sqrt(start[RADIUS] / start[GRAVITY]), settings[TRAJECTORY_STEP]
-    relative = settings[TRAJECTORY_RELATIVE_STEP]
+    unit, longest = math.sqrt(start[row.RADIUS] / start[row.GRAVITY]), settings[row.TRAJECTORY_STEP]
+    relative = settings[row.TRAJECTORY_RELATIVE_STEP]
     return Case(
-        inertia(start[ALPHA]),
+        inertia(start[row.ALPHA]),
         losses,
-        settings[TRAJECTORY_FLAT_TILT],
-        math.cos(settings[TRAJECTORY_FLAT_TILT]),
-        start[FRICTION],
-        start[TILT],
+        settings[row.TRAJECTORY_FLAT_TILT],
+        math.cos(settings[row.TRAJECTORY_FLAT_TILT]),
+        start[row.FRICTION],
+        start[row.TILT],
         relative if relative > 0.0 else _SHARE * RELATIVE_STEP,
         longest / unit if longest > 0.0 else math.inf,
     )
@@ -130,23 +97,23 @@ def _held(senses):
 def _record(samples, i, motion, place, case, unit, radius):
     S, _, w, f, v = motion.state
     angle, x, y = place
-    samples[TILT, i] = tilt_of(motion.state)
-    samples[TILT_RATE, i] = w / unit
-    samples[PRECESSION_RATE, i] = (v - f * S) / unit
-    samples[ROLL_RATE, i] = f / unit
-    samples[SAMPLE_HEADING, i] = motion.ledger[0]
-    samples[SAMPLE_ROLL_ANGLE, i] = angle
-    samples[SAMPLE_CONTACT_X, i] = radius * x
-    samples[SAMPLE_CONTACT_Y, i] = radius * y
-    samples[SAMPLE_ROLLING_LOSS, i] = motion.ledger[2]
-    samples[SAMPLE_PIVOTING_LOSS, i] = motion.ledger[3]
-    samples[SAMPLE_CONTOUR_LOSS, i] = motion.ledger[4]
-    samples[SAMPLE_DAMPING_LOSS, i] = motion.ledger[5]
-    samples[SAMPLE_AIR_LOSS, i] = motion.ledger[6]
+    samples[row.TILT, i] = tilt_of(motion.state)
+    samples[row.TILT_RATE, i] = w / unit
+    samples[row.PRECESSION_RATE, i] = (v - f * S) / unit
+    samples[row.ROLL_RATE, i] = f / unit
+    samples[row.SAMPLE_HEADING, i] = motion.ledger[0]
+    samples[row.SAMPLE_ROLL_ANGLE, i] = angle
+    samples[row.SAMPLE_CONTACT_X, i] = radius * x
+    samples[row.SAMPLE_CONTACT_Y, i] = radius * y
+    samples[row.SAMPLE_ROLLING_LOSS, i] = motion.ledger[2]
+    samples[row.SAMPLE_PIVOTING_LOSS, i] = motion.ledger[3]
+    samples[row.SAMPLE_CONTOUR_LOSS, i] = motion.ledger[4]
+    samples[row.SAMPLE_DAMPING_LOSS, i] = motion.ledger[5]
+    samples[row.SAMPLE_AIR_LOSS, i] = motion.ledger[6]
     across, along, forces = contact_forces(motion.state, motion.senses, case.inertia, case.losses)
-    samples[SAMPLE_NORMAL_FORCE, i] = forces.normal
-    samples[SAMPLE_FRICTION_ACROSS, i], samples[SAMPLE_FRICTION_ALONG, i] = across, along
-    samples[SAMPLE_HELD, i] = _held(motion.senses)
+    samples[row.SAMPLE_NORMAL_FORCE, i] = forces.normal
+    samples[row.SAMPLE_FRICTION_ACROSS, i], samples[row.SAMPLE_FRICTION_ALONG, i] = across, along
+    samples[row.SAMPLE_HELD, i] = _held(motion.senses)
 
 
 @entry(
@@ -170,7 +137,7 @@ def trajectory(start, settings, times, samples):
         A code of `kernels.lossy_disk.endings`; how many columns were written; the time [s] of the last one, which is
         that of the ending; the steps made. A disk that has come to rest or that friction holds for ever fills no more.
     """
-    unit, radius = math.sqrt(start[RADIUS] / start[GRAVITY]), start[RADIUS]
+    unit, radius = math.sqrt(start[row.RADIUS] / start[row.GRAVITY]), start[row.RADIUS]
     case, state = case_of(start, settings), scaled_start(start, unit)
     motion, event = begun(state, case, math.inf)
     tilt, place, ending = tilt_of(state), (0.0, 0.0, 0.0), ending_of(event)
@@ -189,7 +156,9 @@ def trajectory(start, settings, times, samples):
             if ending != MOVING:
                 _record(samples, i, motion, place, case, unit, radius)
                 if ending == FLAT:
-                    samples[TILT, i] = math.copysign(settings[TRAJECTORY_FLAT_TILT], samples[TILT, i])
+                    samples[row.TILT, i] = math.copysign(
+                        settings[row.TRAJECTORY_FLAT_TILT], samples[row.TILT, i]
+                    )
                 return ending, i + 1, unit * motion.time, int(record.steps)
         _record(samples, i, motion, place, case, unit, radius)
     return HORIZON, len(times), times[-1], int(record.steps)

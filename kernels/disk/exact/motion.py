@@ -6,15 +6,7 @@ The scalar side of the reduction, once per cell. `motions` holds a row per motio
 import math
 
 from kernels.disk.endings import BOUNDED, FELL, STEADY, UNRESOLVED
-from kernels.disk.exact.arrays import (
-    EXACT_ENDING,
-    EXACT_NUTATION_PERIOD,
-    EXACT_SEPARATRIX,
-    EXACT_TILT_ERROR,
-    EXACT_TILT_MAX,
-    EXACT_TILT_MIN,
-    EXACT_WELLS,
-)
+from kernels.disk.exact import arrays as exact_row
 from kernels.disk.exact.far_turning_points import BEYOND, OFF_TABLE
 from kernels.jit import inlined, kernel
 
@@ -37,13 +29,13 @@ OSCILLATES, RESTS, ON_SEPARATRIX, NOT_FINITE = 0.0, 1.0, 2.0, 3.0
 
 @inlined
 def _write(cell, ending, wells, least, greatest, height, error, measures, counts):
-    measures[EXACT_TILT_MIN, cell] = least
-    measures[EXACT_TILT_MAX, cell] = greatest
-    measures[EXACT_NUTATION_PERIOD, cell] = math.nan
-    measures[EXACT_SEPARATRIX, cell] = height
-    measures[EXACT_TILT_ERROR, cell] = error
-    counts[EXACT_ENDING, cell] = ending
-    counts[EXACT_WELLS, cell] = wells
+    measures[exact_row.EXACT_TILT_MIN, cell] = least
+    measures[exact_row.EXACT_TILT_MAX, cell] = greatest
+    measures[exact_row.EXACT_NUTATION_PERIOD, cell] = math.nan
+    measures[exact_row.EXACT_SEPARATRIX, cell] = height
+    measures[exact_row.EXACT_TILT_ERROR, cell] = error
+    counts[exact_row.EXACT_ENDING, cell] = ending
+    counts[exact_row.EXACT_WELLS, cell] = wells
 
 
 @inlined

@@ -10,17 +10,9 @@ import numpy as np
 
 from kernels.disk.arrays import GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.endings import FELL, INVALID, NOT_COMPUTED, UNRESOLVED
+from kernels.disk.exact import arrays as exact_row
 from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
-from kernels.disk.exact.arrays import (
-    EXACT_ENDING,
-    EXACT_NUTATION_PERIOD,
-    EXACT_SEPARATRIX,
-    EXACT_TILT_ERROR,
-    EXACT_TILT_MAX,
-    EXACT_TILT_MIN,
-    EXACT_WELLS,
-)
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
 from kernels.jit import kernel
@@ -94,10 +86,12 @@ def _stretched_tilts(block):
 @kernel
 def _write_at_once(cell, ending, tilt, measures, counts):
     fell = ending == FELL
-    measures[EXACT_TILT_MIN, cell] = measures[EXACT_TILT_MAX, cell] = tilt if fell else math.nan
-    measures[EXACT_NUTATION_PERIOD, cell] = measures[EXACT_SEPARATRIX, cell] = math.nan
-    measures[EXACT_TILT_ERROR, cell] = 0.0 if fell else math.nan
-    counts[EXACT_ENDING, cell], counts[EXACT_WELLS, cell] = ending, 0
+    measures[exact_row.EXACT_TILT_MIN, cell] = measures[exact_row.EXACT_TILT_MAX, cell] = (
+        tilt if fell else math.nan
+    )
+    measures[exact_row.EXACT_NUTATION_PERIOD, cell] = measures[exact_row.EXACT_SEPARATRIX, cell] = math.nan
+    measures[exact_row.EXACT_TILT_ERROR, cell] = 0.0 if fell else math.nan
+    counts[exact_row.EXACT_ENDING, cell], counts[exact_row.EXACT_WELLS, cell] = ending, 0
 
 
 @kernel
