@@ -12,6 +12,7 @@ Parts
 """
 
 from numba import njit, types
+from numba.core.cgutils import alloca_once
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
@@ -29,6 +30,10 @@ class _Lower(Lower):
         super().setup_function(fndesc)
         # llvmlite knows attributes without a value only, and its own `add` refuses others
         set.add(self.function.attributes, f'"prefer-vector-width"="{vector_bits()}"')
+
+    def alloca_lltype(self, name, lltype, datamodel=None):
+        # without what Numba tells a debugger of each variable
+        return alloca_once(self.builder, lltype, name=name, zfill=False)
 
 
 class _PartLibrary(JITCodeLibrary):
