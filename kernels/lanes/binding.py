@@ -4,15 +4,15 @@ The schedule calls a model's functions as globals. For each model it is copied, 
 that use such a global, and the copies see the model's functions under these names. A copy bears the name of its model,
 too: Numba names machine code after the function and a number that counts in each process.
 
-A variant of a model has other `parts`: they take the place of functions wherever a function of the model calls them. So
-each variant is an entry point of its own, which computes nothing that it does not need.
+A variant of a model has `flags`, which take the place of globals of the model's functions: the compiler leaves out what
+follows ``if FLAG:``. So each variant is an entry point of its own, which computes nothing that it does not need.
 """
 
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
 _FUNCTIONS = tuple(
-    name for name in interface.LaneModel._fields if name not in ("name", "layout", "coasts", "parts")
+    name for name in interface.LaneModel._fields if name not in ("name", "layout", "further_steps", "flags")
 )
 
 
@@ -29,24 +29,28 @@ def bind(model):
         `kernels.lanes.schedule.integrate`, which calls the functions of the model.
     """
     replaced = replacements(model)
-    found = rebound(schedule.integrate, replaced, lambda *given: _recompiled(model, *given), {})
+    found = rebound(
+        schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model, *given), {}
+    )
     return found.copied(found.py_func, copied(model, schedule.memory_of_thread, replaced))
 
 
 def replacements(model):
-    """What takes the place of names of `kernels.lanes.interface` (str), and of functions, in a model: a dict."""
-    numbers = {name: getattr(model.layout, name) for name in _LAYOUT} | {"COASTS": model.coasts}
-    return numbers | {name: getattr(model, name) for name in _FUNCTIONS} | dict(model.parts)
+    """What takes the place of the names of `kernels.lanes.interface` in a model: a dict."""
+    numbers = {name: getattr(model.layout, name) for name in _LAYOUT} | {"FURTHER_STEPS": model.further_steps}
+    return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
 
 
-def rebound(kernel, replaced, recompiled, made):
-    """Return a copy of a kernel, and of the kernels that it calls, in which names and functions are replaced.
+def rebound(kernel, replaced, flags, recompiled, made):
+    """Return a copy of a kernel, and of the kernels that it calls, in which globals are replaced.
 
     Parameters
     ----------
     kernel : compiled function
     replaced : dict
-        Name -> what it stands for, in functions of `kernels.lanes`; function -> the one that takes its place anywhere.
+        Name -> what it stands for, in functions of `kernels.lanes`.
+    flags : mapping
+        Name -> what it stands for, in all functions.
     recompiled : callable
         Called with a kernel and the globals that differ for its copy; returns what takes its place.
     made : dict, written
@@ -58,14 +62,13 @@ def rebound(kernel, replaced, recompiled, made):
     """
     source = plain(kernel)
     if source not in made:
-        names = replaced if source.__module__.startswith("kernels.lanes.") else {}
+        names = {**flags, **(replaced if source.__module__.startswith("kernels.lanes.") else {})}
         different = {}
         for name in source.__code__.co_names:
             given = source.__globals__.get(name)
             found = names.get(name, given)
             if _is_kernel(found):
-                found = replaced.get(found, found)
-                found = rebound(found, replaced, recompiled, made)
+                found = rebound(found, replaced, flags, recompiled, made)
             if found is not given:
                 different[name] = found
         made[source] = recompiled(kernel, different)

@@ -28,7 +28,7 @@ from kernels.lanes.interface import (
 THREADS = 64
 
 #: Stages of a model that only `kernels.lanes.schedule` calls.
-_CPU_ONLY = ("coast", "go_on")
+_CPU_ONLY = ("further_step", "go_on")
 
 
 def _begin(cell, starts, run, own, measures, counts):
@@ -97,7 +97,9 @@ def bind(model):
                 f"The model {model.name!r} cannot run on a CUDA device: it has a stage {name!r}, which a device does "
                 "not call. Run it on the CPU."
             )
-    kernel = rebound(_integrate, replacements(model), lambda *given: _recompiled(model, *given), {})
+    kernel = rebound(
+        _integrate, replacements(model), model.flags or {}, lambda *given: _recompiled(model, *given), {}
+    )
 
     def integrate(starts, settings, measures, counts):
         n = starts.shape[1]

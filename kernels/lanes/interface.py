@@ -52,8 +52,8 @@ STEPS: Any = None
 #: Numbers of LANES cells of a block.
 SIZE: Any = None
 
-#: One number for each call of `coast` after one of `advance`, which is told it.
-COASTS: Any = None
+#: One number for each call of `further_step` after one of `advance`, which is told it.
+FURTHER_STEPS: Any = None
 
 
 def prepared_settings(settings):
@@ -120,10 +120,10 @@ def advance(lane, run, lanes):
 
 
 @simd
-def coast(lane, number, run, lanes):
+def further_step(lane, number, run, lanes):
     """Make another step of a lane after `advance`, without looking for events (vector); a model may have none.
 
-    `number` is that of COASTS.
+    `number` is that of FURTHER_STEPS.
 
     It runs for a lane with an event too, which has to rest.
     """
@@ -176,10 +176,11 @@ class LaneModel(NamedTuple):
         Unlike that of any other model: the machine code of the copies of the machinery is named after it.
     layout : module
         Has STEPPING, RETURNED, STEPS and SIZE.
-    coasts : float64[:]
-        COASTS.
-    parts : tuple of pairs of functions, optional
-        Functions that the model's functions call, each with the one that takes its place in this variant of the model.
+    further_steps : float64[:]
+        FURTHER_STEPS.
+    flags : dict of str to bool or None
+        Values that globals of the model's functions have in this variant of the model. What ``if FLAG:`` leaves out is
+        not compiled.
     """
 
     name: str
@@ -193,7 +194,7 @@ class LaneModel(NamedTuple):
     advance: Any
     land: Any
     finish_leg: Any
-    coast: Any = coast
-    coasts: Any = np.zeros(0)
+    further_step: Any = further_step
+    further_steps: Any = np.zeros(0)
     go_on: Any = go_on
-    parts: tuple[tuple[Any, Any], ...] = ()
+    flags: Any = None

@@ -18,15 +18,15 @@ import numpy as np
 
 from kernels.jit import kernel, simd
 from kernels.lanes.interface import (
-    COASTS,
+    FURTHER_STEPS,
     RETURNED,
     SIZE,
     STEPPING,
     STEPS,
     advance,
-    coast,
     fill_idle,
     finish_leg,
+    further_step,
     go_on,
     land,
     needs_integration,
@@ -70,9 +70,9 @@ def _advance_all(run, lanes):
     for lane in range(LANES):
         # one masked instruction; shifting a bit to its place would take five
         going |= 0 if advance(lane, run, lanes) else _WORDS[lane]
-    for n in range(COASTS.size):
+    for n in range(FURTHER_STEPS.size):
         for lane in range(LANES):
-            coast(lane, COASTS[n], run, lanes)
+            further_step(lane, FURTHER_STEPS[n], run, lanes)
     return _ALL & ~going
 
 

@@ -19,11 +19,9 @@ notice of the coefficients of a law that it leaves out, and reports no loss to i
 are zero in all cells, as `sweep.model.lossy_disk.model` does by `variant`.
 """
 
-from typing import Any
-
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.lossy_disk import lane_step, layout, loss_laws, simd_stages, step_control, step_size
+from kernels.lossy_disk import layout, simd_stages, step_control, step_size
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
 
@@ -40,75 +38,14 @@ LANE_MODEL = LaneModel(
     advance=simd_stages.advance,
     land=simd_stages.land,
     finish_leg=finish_leg,
-    coast=simd_stages.coast,
-    coasts=simd_stages.BOOLE,
+    further_step=simd_stages.further_step,
+    further_steps=simd_stages.BOOLE,
     go_on=step_control.go_on,
 )
 
-_DRY = (
-    (loss_laws.rub_force, loss_laws.dry_rub_force),
-    (simd_stages.keep_damped, simd_stages.keep_nothing),
-)
-_VISCOUS = (
-    (loss_laws.dry_force, loss_laws.no_dry_force),
-    (simd_stages.goes_on_sliding, simd_stages.goes_on_rolling_along),
-    (loss_laws.rub_force, loss_laws.viscous_rub_force),
-    (simd_stages.keep_rubbed, simd_stages.keep_nothing),
-)
-_BARE = (
-    (loss_laws.dry_force, loss_laws.no_dry_force),
-    (simd_stages.goes_on_sliding, simd_stages.goes_on_rolling_along),
-    (loss_laws.rub_force, loss_laws.no_rub_force),
-    (simd_stages.keep_rubbed, simd_stages.keep_nothing),
-    (simd_stages.keep_damped, simd_stages.keep_nothing),
-)
-_WITHOUT_ROLLING = (
-    (loss_laws.horizontal_rate, loss_laws.no_horizontal_rate),
-    (loss_laws.horizontal_rate_near, loss_laws.no_horizontal_rate_near),
-    (loss_laws.rolling_friction, loss_laws.no_rolling_friction),
-    (loss_laws.rolling_friction_near, loss_laws.no_rolling_friction_near),
-    (step_size.hurry_by_rolling_friction, step_size.no_hurry_by_rolling_friction),
-    (simd_stages.goes_on_rolling, simd_stages.always_goes_on_rolling),
-    (simd_stages.keep_rolled, simd_stages.keep_nothing),
-    (simd_stages.keep_rate, simd_stages.keep_nothing),
-)
-_ROLLING = ((lane_step.tangent, lane_step.corrected_tangent),)
-_WITHOUT_PIVOTING = (
-    (loss_laws.pivoting_force, loss_laws.no_pivoting_force),
-    (loss_laws.pivoting_friction, loss_laws.no_pivoting_friction),
-    (lane_step.with_pivoting, lane_step.without_pivoting),
-    (simd_stages.goes_on_turning, simd_stages.always_goes_on_turning),
-    (simd_stages.keep_pivoted, simd_stages.keep_nothing),
-)
-_WITHOUT_AIR = (
-    (loss_laws.drag, loss_laws.no_drag),
-    (loss_laws.drag_near, loss_laws.no_drag_near),
-    (simd_stages.keep_root, simd_stages.keep_nothing),
-    (loss_laws.viscosity, loss_laws.no_viscosity),
-    (simd_stages.keep_blown, simd_stages.keep_nothing),
-)
-_MOFFATT = (
-    (loss_laws.drag, loss_laws.film_drag),
-    (loss_laws.drag_near, loss_laws.film_drag_near),
-    (simd_stages.keep_root, simd_stages.keep_nothing),
-    (loss_laws.viscosity, loss_laws.film_viscosity),
-)
-_BILDSTEN = (
-    (loss_laws.drag, loss_laws.layer_drag),
-    (loss_laws.drag_near, loss_laws.layer_drag_near),
-    (loss_laws.viscosity, loss_laws.layer_viscosity),
-    (lane_step.tangent, lane_step.corrected_tangent),
-)
-_WITHOUT_SLIP = ((simd_stages.grips, simd_stages.always_grips),)
-
-# What each part of a variant's name stands for, group by group
-_GROUPS: tuple[dict[str, tuple[Any, ...]], ...] = (
-    {"": (), "_dry": _DRY, "_viscous": _VISCOUS, "_bare": _BARE},
-    {"": _WITHOUT_ROLLING, "_rolling": _ROLLING},
-    {"": _WITHOUT_PIVOTING, "_pivoting": ()},
-    {"": _WITHOUT_AIR, "_moffatt": _MOFFATT, "_bildsten": _BILDSTEN},
-    {"": _WITHOUT_SLIP, "_slipping": ()},
-)
+# What each part of a variant's name says: whether there is contour friction, dry and viscous; a film of air and a layer
+_CONTOUR = {"": (True, True), "_dry": (True, False), "_viscous": (False, True), "_bare": (False, False)}
+_AIR = {"": (False, False), "_moffatt": (True, False), "_bildsten": (False, True)}
 _AIR_NAMES = {NO_AIR: "", MOFFATT: "_moffatt", BILDSTEN: "_bildsten"}
 
 
@@ -134,22 +71,23 @@ def variant(contour, damping, rolling, pivoting, air_law, slips):
     )
 
 
-def _variants(groups):
-    """Return the parts of all variants by the ends of their names."""
-    if not groups:
-        return {"": ()}
-    others = _variants(groups[1:])
-    return {name + end: parts + more for name, parts in groups[0].items() for end, more in others.items()}
-
-
-def _without_viscosity(end):
-    """Return the parts of a variant, by the end of its name, in which no force on the roll rate grows with it."""
-    rigid = end.startswith(("_dry", "_bare")) and not any(air in end for air in ("_moffatt", "_bildsten"))
-    return ((step_size.hurry_by_viscosity, step_size.no_hurry_by_viscosity),) if rigid else ()
-
-
-#: Name of each variant -> its parts.
-VARIANTS = {"integrate" + end: parts + _without_viscosity(end) for end, parts in _variants(_GROUPS).items()}
+#: Name of each variant -> its flags, by the names of `kernels.lossy_disk.loss_laws`.
+VARIANTS = {
+    f"integrate{contour}{rolling}{pivoting}{air}{slipping}": {
+        "DRY": _CONTOUR[contour][0],
+        "VISCOUS": _CONTOUR[contour][1],
+        "ROLLING": bool(rolling),
+        "PIVOTING": bool(pivoting),
+        "FILM": _AIR[air][0],
+        "LAYER": _AIR[air][1],
+        "SLIPPING": bool(slipping),
+    }
+    for contour in _CONTOUR
+    for rolling in ("", "_rolling")
+    for pivoting in ("", "_pivoting")
+    for air in _AIR
+    for slipping in ("", "_slipping")
+}
 
 
 def __getattr__(name):
@@ -157,6 +95,6 @@ def __getattr__(name):
     if name not in VARIANTS:
         # an AttributeError, as for any module
         return getattr(None, name)
-    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), parts=VARIANTS[name])
+    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), flags=VARIANTS[name])
     made = globals()[name] = bind(model)
     return made

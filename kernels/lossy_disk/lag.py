@@ -180,7 +180,7 @@ def _larger(most, change):
 
 
 @kernel
-def astray(state, alpha, late, relative_step, flat):
+def drift_off_path(state, alpha, late, relative_step, flat):
     """How much tilt, heading and path change within a time, before and after a state.
 
     Parameters

@@ -15,6 +15,9 @@ from typing import NamedTuple
 
 from kernels.jit import simd
 from kernels.lossy_disk.loss_laws import (
+    LAYER,
+    PIVOTING,
+    ROLLING,
     Losses,
     drag,
     drag_near,
@@ -110,14 +113,10 @@ def _pull_near(state, before, sense, inertia, losses, weight):
 @simd
 def with_pivoting(rates, state, held, i_spin):
     """Return o and p with the push `held` about the vertical."""
+    if not PIVOTING:
+        return rates
     o, p = rates
     return o + state[1] * held, p + i_spin * (state[0] * held)
-
-
-@simd
-def without_pivoting(rates, state, held, i_spin):
-    """`with_pivoting` of a disk without pivoting friction."""
-    return rates
 
 
 @simd
@@ -147,17 +146,14 @@ def _summed(first, second, third, start):
 
 @simd
 def tangent(S, C, T, half):
-    """Tangent of the tilt at the end of a step, where T is it but for an error of the step."""
-    return S / C
+    """Tangent of the tilt at the end of a step, where T is it but for an error of the step.
 
-
-@simd
-def corrected_tangent(S, C, T, half):
-    """`tangent` where roots and quotients already take most of the time: by one of Newton's corrections.
-
-    With a step of zero a lane keeps its bits.
+    Where roots and quotients already take most of the time one of Newton's corrections finds it: with a step of zero a
+    lane keeps its bits.
     """
-    return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
+    if ROLLING or LAYER:
+        return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
+    return S / C
 
 
 @simd

@@ -17,7 +17,7 @@ from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRE
 from kernels.lossy_disk.error_estimate import late_errors, stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
-from kernels.lossy_disk.lag import astray, lag
+from kernels.lossy_disk.lag import drift_off_path, lag
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import changes, step
 from kernels.lossy_disk.simd_stages import (
@@ -291,7 +291,7 @@ def _errors(motion, ending, least, greatest, lane, run, lanes):
     late = lag(last, alpha, motion.time, imbalance, relative_step, run.cos_flat_tilt)
     # an event comes later, in the same place
     moving = late.time if ending == HORIZON else 0.0
-    change = astray(last, alpha, moving, relative_step, run.cos_flat_tilt)
+    change = drift_off_path(last, alpha, moving, relative_step, run.cos_flat_tilt)
     turned, path, _, _, _, _, _ = motion.ledger
     way = abs(turned) + path + motion.time
     return late_errors(errors, ending, late, change, greatest - least, motion.time, way)

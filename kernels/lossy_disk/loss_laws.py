@@ -6,8 +6,8 @@ of the centre of mass: n = 1 - (w' S + w^2 C). Viscous friction and drag do not 
 Here dry friction slides: it acts against the signs that the motion had when its mode began. What happens where a rate
 vanishes is decided in `kernels.lossy_disk.dry_friction`.
 
-The functions with an alternative (`rolling_friction` and `no_rolling_friction`, ...) are parts of a variant of the
-integrator: what a request has no law for is not computed (`kernels.lossy_disk.integrate`).
+What a variant of the integrator has no law for is not computed: its flags are False there
+(`kernels.lossy_disk.integrate`), and the compiler leaves out what follows from them.
 """
 
 import math
@@ -15,6 +15,10 @@ from typing import NamedTuple
 
 from kernels.jit import kernel, simd
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
+
+#: Whether there is dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag,
+#: and a friction coefficient. What follows one motion knows all laws.
+DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, SLIPPING = 7 * (True,)
 
 #: A force that is not there: to add it is left out by the compiler, but x + 0.0 is computed, as x may be -0.0.
 NOTHING = -0.0
@@ -110,43 +114,27 @@ def normal_force(load, torque):
 @simd
 def dry_force(f, sense, load, torque, losses):
     """Force that the roll rate f, of the sign `sense`, loses to dry contour friction."""
+    if not DRY:
+        return 0.0
     most = losses.contour * sense
     return -(most * load.i_tilt * load.S) * torque + most * load.level
 
 
 @simd
-def no_dry_force(f, sense, load, torque, losses):
-    """`dry_force` without dry contour friction."""
-    return 0.0
-
-
-@simd
 def rub_force(f, dry, losses):
     """Force that the roll rate f loses to dry contour friction, `dry`, and viscous."""
-    return dry + losses.damping * f
-
-
-@simd
-def viscous_rub_force(f, dry, losses):
-    """`rub_force` without dry contour friction."""
-    return losses.damping * f
-
-
-@simd
-def no_rub_force(f, dry, losses):
-    """`rub_force` without contour friction."""
-    return NOTHING
-
-
-@simd
-def dry_rub_force(f, dry, losses):
-    """`rub_force` without viscous contour friction."""
-    return dry
+    if DRY and VISCOUS:
+        return dry + losses.damping * f
+    if VISCOUS:
+        return losses.damping * f
+    return dry if DRY else NOTHING
 
 
 @simd
 def horizontal_rate(motion):
     """Return the square of the horizontal turning rate (w, C f) of a motion (C, w, f), the rate and its reciprocal."""
+    if not ROLLING:
+        return 0.0, 0.0, 0.0
     C, w, f = motion
     across = C * f
     # what is added keeps a quotient finite
@@ -164,6 +152,8 @@ def horizontal_rate_near(motion, inverse):
     The series of the root about the known one: with the relative change e of the square, which a step keeps below a
     tenth where there is rolling friction, it errs by e^5/4. That is of higher order than a step's own error.
     """
+    if not ROLLING:
+        return 0.0, 0.0, 0.0
     square, near, e = _change_of_square(motion, inverse)
     # the last products, which a step waits for, are as few as can be
     share = (1.0 + 0.5 * e) + (e * e) * ((0.375 + 0.3125 * e) + 0.2734375 * (e * e))
@@ -184,18 +174,6 @@ def _change_of_square(motion, inverse):
     e = 1.0 - near * inverse
     # A motion with rolling friction has no larger change. Without it what is cut keeps all numbers finite.
     return square, near, e if e > _LARGEST_CHANGE else _LARGEST_CHANGE
-
-
-@simd
-def no_horizontal_rate(motion):
-    """`horizontal_rate` without rolling friction."""
-    return 0.0, 0.0, 0.0
-
-
-@simd
-def no_horizontal_rate_near(motion, inverse):
-    """`horizontal_rate_near` without rolling friction."""
-    return 0.0, 0.0, 0.0
 
 
 @simd
@@ -227,6 +205,8 @@ def rolling_friction(motion, turning, free, load, arm, weight):
     The torque opposes the horizontal turning rate (w, C f). By its part along w it changes the acceleration of the
     tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = level - i_tilt S free.
     """
+    if not ROLLING:
+        return free, 0.0, 0.0, NOTHING, 0.0
     C, w, f = motion
     square, root, _ = turning
     lean = arm * load.i_tilt * load.S
@@ -246,6 +226,8 @@ def rolling_friction_near(motion, before, free, load, arm, weight):
     One of Heron's and one of Newton's corrections: root and quotient err by the square of the change, which is of the
     order of a step's own error.
     """
+    if not ROLLING:
+        return free, 0.0, 0.0, NOTHING
     C, w, f = motion
     root, inverse, slowed, reciprocal = before
     across = C * f
@@ -259,26 +241,18 @@ def rolling_friction_near(motion, before, free, load, arm, weight):
 
 
 @simd
-def no_rolling_friction_near(motion, before, free, load, arm, weight):
-    """`rolling_friction_near` of a disk without it."""
-    return free, 0.0, 0.0, NOTHING
-
-
-@simd
-def no_rolling_friction(motion, turning, free, load, arm, weight):
-    """`rolling_friction` of a disk without it."""
-    return free, 0.0, 0.0, NOTHING, 0.0
-
-
-@simd
 def drag(f, place, losses):
     """Force that the roll rate f loses to the drag of air, by either law, and the root of |f| in Bildsten's.
 
     `place` is S, C, T of the tilt.
     """
     S, C, T = place
-    root = math.sqrt(abs(f))
-    return (losses.film * f) * (C + S * T) + (losses.layer * f) * root, root
+    root = math.sqrt(abs(f)) if LAYER else 0.0
+    if FILM and LAYER:
+        return (losses.film * f) * (C + S * T) + (losses.layer * f) * root, root
+    if FILM:
+        return (losses.film * f) * (C + S * T), 0.0
+    return (losses.layer * f) * root if LAYER else NOTHING, root
 
 
 @simd
@@ -291,45 +265,12 @@ def drag_near(f, place, losses, before, blow):
     fourth order of the second, which is of the order of the step's own error. Where `before` is 0 it is 0 as well.
     """
     S, C, T = place
-    return (losses.film * f) * (C + S * T) + (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
-
-
-@simd
-def film_drag(f, place, losses):
-    """`drag` by Moffatt's law."""
-    S, C, T = place
-    return (losses.film * f) * (C + S * T), 0.0
-
-
-@simd
-def film_drag_near(f, place, losses, before, blow):
-    """`drag_near` by Moffatt's law."""
-    S, C, T = place
-    return (losses.film * f) * (C + S * T), 0.0
-
-
-@simd
-def layer_drag(f, place, losses):
-    """`drag` by Bildsten's law."""
-    root = math.sqrt(abs(f))
-    return (losses.layer * f) * root, root
-
-
-@simd
-def layer_drag_near(f, place, losses, before, blow):
-    """`drag_near` by Bildsten's law."""
-    return (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
-
-
-@simd
-def no_drag(f, place, losses):
-    """`drag` without air."""
-    return NOTHING, 0.0
-
-
-@simd
-def no_drag_near(f, place, losses, before, blow):
-    """`drag_near` without air."""
+    if FILM and LAYER:
+        return (losses.film * f) * (C + S * T) + (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
+    if FILM:
+        return (losses.film * f) * (C + S * T), 0.0
+    if LAYER:
+        return (losses.layer * blow[1]) * (1.5 * f - 0.5 * before), blow[1]
     return NOTHING, 0.0
 
 
@@ -337,26 +278,12 @@ def no_drag_near(f, place, losses, before, blow):
 def viscosity(f, place, losses):
     """How the force that viscous friction and drag take from a roll rate f grows with it; `place` as of `drag`."""
     S, C, T = place
-    return losses.damping + losses.film * (C + S * T) + 1.5 * losses.layer * math.sqrt(abs(f))
-
-
-@simd
-def film_viscosity(f, place, losses):
-    """`viscosity` with Moffatt's law alone."""
-    S, C, T = place
-    return losses.damping + losses.film * (C + S * T)
-
-
-@simd
-def layer_viscosity(f, place, losses):
-    """`viscosity` with Bildsten's law alone."""
-    return losses.damping + 1.5 * losses.layer * math.sqrt(abs(f))
-
-
-@simd
-def no_viscosity(f, place, losses):
-    """`viscosity` without air."""
-    return losses.damping
+    found = losses.damping
+    if FILM:
+        found = found + losses.film * (C + S * T)
+    if LAYER:
+        found = found + 1.5 * losses.layer * math.sqrt(abs(f))
+    return found
 
 
 @simd
@@ -382,6 +309,8 @@ def pivoting_force(state, changes, normal, sense, inertia, arm):
     Where friction holds, its force is what keeps v' = 0. With w, o', p' and the arm multiplied by a number, so is the
     force.
     """
+    if not PIVOTING:
+        return 0.0
     S, C, w, o, p = state
     do, dp = changes
     s, inverse = inertia.i_inverse * p, inertia.i_inverse * S
@@ -391,21 +320,11 @@ def pivoting_force(state, changes, normal, sense, inertia, arm):
 
 
 @simd
-def no_pivoting_force(state, changes, normal, sense, inertia, arm):
-    """`pivoting_force` of a disk without pivoting friction."""
-    return 0.0
-
-
-@simd
 def pivoting_friction(state, changes, force, sense, inertia):
     """Return o', p' and the power that is lost, with the `pivoting_force`; parameters as there."""
+    if not PIVOTING:
+        return changes[0], changes[1], 0.0
     S, C, _, o, p = state
     do, dp = changes
     v = o * C + inertia.i_inverse * p * S
     return do + inertia.inverse_spin * C * force, dp + S * force, -force * v * abs(sense)
-
-
-@simd
-def no_pivoting_friction(state, changes, force, sense, inertia):
-    """`pivoting_friction` of a disk without it."""
-    return changes[0], changes[1], 0.0

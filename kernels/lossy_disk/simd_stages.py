@@ -2,8 +2,6 @@
 
 The functions work on one lane of the flat array of `kernels.lossy_disk.layout` and are inlined into loops over all
 lanes. Every leg is a sliding motion: dry friction acts against signs that do not change.
-
-The functions with an alternative that does nothing are parts of a variant (`kernels.lossy_disk.integrate`).
 """
 
 import math
@@ -15,15 +13,30 @@ from kernels.jit import simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.lane_step import lane_step
-from kernels.lossy_disk.loss_laws import Losses, viscosity
+from kernels.lossy_disk.loss_laws import (
+    DRY,
+    FILM,
+    LAYER,
+    PIVOTING,
+    ROLLING,
+    SLIPPING,
+    VISCOUS,
+    Losses,
+    viscosity,
+)
 from kernels.lossy_disk.rk4 import Inertia, changes, changes_near, entries, inertia
-from kernels.lossy_disk.step_size import half_step, hurry, hurry_by_rolling_friction, hurry_by_viscosity
+from kernels.lossy_disk.step_size import (
+    faster_by_rolling_friction,
+    faster_by_viscosity,
+    fastest_rate,
+    half_step,
+)
 from kernels.simd_math import sine_cosine
 
 #: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
 _NEAREST = 1.1
 
-#: Steps of a call of `advance` and `coast`.
+#: Steps of a call of `advance` and `further_step`.
 STEPS_OF_A_CALL = 4.0
 
 #: Weights of Boole's rule over four steps, over half the length of one: of both ends, of the other beginnings of steps.
@@ -168,9 +181,10 @@ def next_half(state, change, forces, lane, lanes):
     S, C, T, _, _, _ = state
     of_disk, losses = inertia_of(lane, lanes), losses_of(lane, lanes)
     viscous = viscosity(forces.f, (S, C, T), losses)
-    hurried = hurry_by_viscosity(hurry(state, forces.along, of_disk), state, viscous, of_disk.inverse_spin)
-    hurried = hurry_by_rolling_friction(hurried, state, change, forces, of_disk, losses.rolling)
-    return half_step(hurried, C, lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
+    fastest = fastest_rate(state, forces.along, of_disk)
+    fastest = faster_by_viscosity(fastest, state, viscous, of_disk.inverse_spin)
+    fastest = faster_by_rolling_friction(fastest, state, change, forces, of_disk, losses.rolling)
+    return half_step(fastest, C, lanes[at.SCALE + lane], lanes[at.LONGEST + lane])
 
 
 @simd
@@ -218,15 +232,11 @@ def turning_sine(near):
 @simd
 def goes_on_rolling(state, f, arm):
     """Whether rolling friction does not hold a disk yet."""
+    if not ROLLING:
+        return True
     _, C, _, w, _, _ = state
     across = C * f
     return (arm == 0.0) | (w * w + across * across > SLOW_CONTACT * SLOW_CONTACT)
-
-
-@simd
-def always_goes_on_rolling(state, f, arm):
-    """`goes_on_rolling` without rolling friction."""
-    return True
 
 
 @simd
@@ -244,20 +254,19 @@ def least_between(value, slope, length):
 @simd
 def goes_on_sliding(state, change, rolled, sense, i_inverse, length):
     """Whether dry contour friction acts as before: `rolled` is the roll rate times the sign that it had."""
+    if not DRY:
+        # the sign is that of the path
+        return rolled >= 0.0
     _, _, T, _, o, _ = state
     _, _, dT, _, do, dp = change
     return least_between(rolled, sense * (i_inverse * dp - (do * T + o * dT)), length) >= 0.0
 
 
 @simd
-def goes_on_rolling_along(state, change, rolled, sense, i_inverse, length):
-    """`goes_on_sliding` without dry contour friction: the sign is that of the path."""
-    return rolled >= 0.0
-
-
-@simd
 def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
     """Whether pivoting friction acts as before: against the same sign of the turning rate, or holding it."""
+    if not PIVOTING:
+        return True
     S, C, _, _, o, p = state
     dS, dC, _, _, do, dp = change
     v = o * C + i_inverse * p * S
@@ -268,17 +277,13 @@ def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
 
 
 @simd
-def always_goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
-    """`goes_on_turning` without pivoting friction."""
-    return True
-
-
-@simd
 def grips(state, change, normal, inertia, friction):
     """Whether the contact is sure not to slip: the horizontal force is well within `friction` times the normal force.
 
     Newton on the centre of mass, whose horizontal velocity is (C w, s) across and along the track.
     """
+    if not SLIPPING:
+        return True
     S, C, T, w, o, p = state
     _, _, _, torque, _, dp = change
     i_inverse = inertia.i_inverse
@@ -286,12 +291,6 @@ def grips(state, change, normal, inertia, friction):
     along = i_inverse * dp + w * o
     most = SURE_GRIP * friction * normal
     return across * across + along * along <= most * most
-
-
-@simd
-def always_grips(state, change, normal, inertia, friction):
-    """`grips` where the disk cannot slip."""
-    return True
 
 
 @simd
@@ -332,41 +331,16 @@ def store_ledger(lane, lanes, ledger, weight, rates):
     """Store the ledger with `weight` times its rates more."""
     turned, path, rolled, pivoted, rubbed, damped, blown = ledger
     lanes[at.TURNED + lane], lanes[at.PATH + lane] = turned + weight * rates[0], path + weight * rates[1]
-    keep_rolled(lane, lanes, rolled + weight * rates[2])
-    keep_pivoted(lane, lanes, pivoted + weight * rates[3])
-    keep_rubbed(lane, lanes, rubbed + weight * rates[4])
-    keep_damped(lane, lanes, damped + weight * rates[5])
-    keep_blown(lane, lanes, blown + weight * rates[6])
-
-
-@simd
-def keep_rolled(lane, lanes, total):
-    """Store what rolling friction took."""
-    lanes[at.ROLLED + lane] = total
-
-
-@simd
-def keep_pivoted(lane, lanes, total):
-    """Store what pivoting friction took."""
-    lanes[at.PIVOTED + lane] = total
-
-
-@simd
-def keep_rubbed(lane, lanes, total):
-    """Store what dry contour friction took."""
-    lanes[at.RUBBED + lane] = total
-
-
-@simd
-def keep_damped(lane, lanes, total):
-    """Store what viscous contour friction took."""
-    lanes[at.DAMPED + lane] = total
-
-
-@simd
-def keep_blown(lane, lanes, total):
-    """Store what the drag of air took."""
-    lanes[at.BLOWN + lane] = total
+    if ROLLING:
+        lanes[at.ROLLED + lane] = rolled + weight * rates[2]
+    if PIVOTING:
+        lanes[at.PIVOTED + lane] = pivoted + weight * rates[3]
+    if DRY:
+        lanes[at.RUBBED + lane] = rubbed + weight * rates[4]
+    if VISCOUS:
+        lanes[at.DAMPED + lane] = damped + weight * rates[5]
+    if FILM or LAYER:
+        lanes[at.BLOWN + lane] = blown + weight * rates[6]
 
 
 @simd
@@ -378,17 +352,14 @@ def last_stage_of(lane, lanes):
 
 
 @simd
-def keep_rate(lane, lanes, last):
-    """Store what rolling friction needs of the last stage."""
+def store_stage(lane, lanes, last):
+    """Store what rolling friction and Bildsten's drag need of the last stage."""
     rate, inverse, slowed, reciprocal = last[0]
-    lanes[at.RATE + lane], lanes[at.INVERSE + lane] = rate, inverse
-    lanes[at.SLOWED + lane], lanes[at.RECIPROCAL + lane] = slowed, reciprocal
-
-
-@simd
-def keep_root(lane, lanes, last):
-    """Store what Bildsten's drag needs of the last stage."""
-    lanes[at.ROLL + lane], lanes[at.ROOT + lane] = last[1], last[2][1]
+    if ROLLING:
+        lanes[at.RATE + lane], lanes[at.INVERSE + lane] = rate, inverse
+        lanes[at.SLOWED + lane], lanes[at.RECIPROCAL + lane] = slowed, reciprocal
+    if LAYER:
+        lanes[at.ROLL + lane], lanes[at.ROOT + lane] = last[1], last[2][1]
 
 
 @simd
@@ -404,16 +375,11 @@ def chosen_stage(condition, last, other):
 
 
 @simd
-def keep_nothing(lane, lanes, total):
-    """Store nothing: the variant lacks the law."""
-
-
-@simd
 def advance(lane, run, lanes):
-    """One RK4 step, unless the state ends the leg: then the lane rests in it. `coast` makes the other three of a call.
+    """One RK4 step, unless the state ends the leg: then the lane rests in it.
 
-    The ledger is Boole's rule over all four, which needs the rates at their beginnings alone; what it lacks at the end
-    of a leg `kernels.lossy_disk.leg_control` adds.
+    `further_step` makes the other three of a call. The ledger is Boole's rule over all four, which needs the rates at
+    their beginnings alone; what it lacks at the end of a leg `kernels.lossy_disk.leg_control` adds.
     """
     # every load comes before the first store: only so can the compiler prove that the lanes are independent
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
@@ -453,13 +419,12 @@ def advance(lane, run, lanes):
     store_near(lane, lanes, nearer(going, here, near))
     # what rests goes on to see its own state, from which a step may lead nowhere
     stage = chosen_stage(going, last_stage, (forces.near, forces.f, forces.drag))
-    keep_rate(lane, lanes, stage)
-    keep_root(lane, lanes, stage)
+    store_stage(lane, lanes, stage)
     return not going
 
 
 @simd
-def coast(lane, weight, run, lanes):
+def further_step(lane, weight, run, lanes):
     """Another RK4 step, of the same length, without a look for events but at how the disk slides.
 
     `weight` is that of its beginning in Boole's rule, over half its length.
@@ -479,8 +444,7 @@ def coast(lane, weight, run, lanes):
     lanes[at.SLIDES + lane] = slid if slides | (taken == 0.0) else 0.0
     # a turning point is near to one state of a call at most
     store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))
-    keep_rate(lane, lanes, last_stage)
-    keep_root(lane, lanes, last_stage)
+    store_stage(lane, lanes, last_stage)
 
 
 @simd

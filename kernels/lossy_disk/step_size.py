@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel, simd
 from kernels.lossy_disk import arrays as row
+from kernels.lossy_disk.loss_laws import FILM, LAYER, ROLLING, VISCOUS
 
 #: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
@@ -46,7 +47,7 @@ def prepared_settings(settings):
 
 
 @simd
-def hurry(state, along, inertia):
+def fastest_rate(state, along, inertia):
     """Square of the fastest rate of a motion, times cos(tilt)^2, without rolling and viscous friction.
 
     Parameters
@@ -69,30 +70,26 @@ def hurry(state, along, inertia):
 
 
 @simd
-def hurry_by_viscosity(hurried, state, viscous, inverse_spin):
-    """`hurry` with a force on the roll rate that grows with it by `viscous`.
+def faster_by_viscosity(fastest, state, viscous, inverse_spin):
+    """`fastest_rate` with a force on the roll rate that grows with it by `viscous`.
 
     The roll rate relaxes with the rate viscous * (2 T^2/alpha + ...): where nothing else is fast, Runge-Kutta follows
     it with longer steps.
     """
+    if not (VISCOUS or FILM or LAYER):
+        return fastest
     S, C, T, _, _, _ = state
     steep = inverse_spin * T * S
-    return hurried + (_SHARE_OF_RELAXING * (viscous * viscous)) * (C * C + steep * steep)
+    return fastest + (_SHARE_OF_RELAXING * (viscous * viscous)) * (C * C + steep * steep)
 
 
 @simd
-def no_hurry_by_viscosity(hurried, state, viscous, inverse_spin):
-    """`hurry_by_viscosity` without such a force."""
-    return hurried
-
-
-@simd
-def hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
-    """`hurry` with rolling friction, which has the direction of the horizontal turning rate (w, C f).
+def faster_by_rolling_friction(fastest, state, change, forces, inertia, arm):
+    """`fastest_rate` with rolling friction, which has the direction of the horizontal turning rate (w, C f).
 
     Parameters
     ----------
-    hurried : float
+    fastest : float
     state, change : tuple of 6 floats
         S, C, T, w, o, p, and how they change (`kernels.lossy_disk.rk4.changes`).
     forces : kernels.lossy_disk.rk4.Forces
@@ -107,6 +104,8 @@ def hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
     the same one, shows only in part. Relative to the rate its whole change counts, not only that of its direction:
     steps are to be short before the swing, whose middle comes as fast as the tilt rate vanishes.
     """
+    if not ROLLING:
+        return fastest
     S, C, T, w, o, _ = state
     dS, minus_S_w, dT, torque, do, dp = change
     f, fast = forces.f, forces.slowed * C
@@ -115,17 +114,11 @@ def hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
     changing = C * rolls + minus_S_w * f
     square = (w * w + _LEAST_SQUARE) + across * across
     swinging = swings * swings + changing * changing
-    return hurried + (fast * fast + C * C * (swinging / square) if arm > 0.0 else 0.0)
+    return fastest + (fast * fast + C * C * (swinging / square) if arm > 0.0 else 0.0)
 
 
 @simd
-def no_hurry_by_rolling_friction(hurried, state, change, forces, inertia, arm):
-    """`hurry_by_rolling_friction` without it."""
-    return hurried
-
-
-@simd
-def half_step(hurried, C, scale, longest):
+def half_step(fastest, C, scale, longest):
     """Half the next step: `scale` over the fastest rate, at most `longest`."""
-    half = scale * C / math.sqrt(hurried)
+    half = scale * C / math.sqrt(fastest)
     return half if half < longest else longest  # min() is a call

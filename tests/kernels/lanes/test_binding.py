@@ -139,51 +139,43 @@ def test_cells_without_a_leg(integrate):
     assert (values[2::4] == 65.0).all()
 
 
-@simd
-def opposite(value):
-    """What the small model does without its part."""
-    return value
+#: Whether the small model grows twice as fast.
+FAST = False
 
 
 @simd
-def doubled(value):
-    """The other part."""
-    return 2.0 * value
-
-
-@simd
-def advance_by_part(lane, run, lanes):
-    """As `advance`, with a function that a variant may replace."""
+def advance_by_flag(lane, run, lanes):
+    """As `advance`, with a rate that a flag decides."""
     rate = lanes[RATE + lane]
-    value = lanes[VALUE + lane] + opposite(rate)
+    value = lanes[VALUE + lane] + (2.0 * rate if FAST else rate)
     ended = (value >= run[0]) | (value <= 0.0)
     lanes[VALUE + lane] = value
     lanes[RATE + lane] = 0.0 if ended else rate
     return ended
 
 
-def test_a_variant_has_other_parts(integrate):
-    """A part is replaced where the model's functions call it, and in this variant alone."""
+def test_a_variant_has_other_flags(integrate):
+    """A flag has its value where the model's functions read it, and in this variant alone."""
     rates = 2.0 ** np.random.default_rng(1).integers(-2, 5, 100)
-    usual = bind(MODEL._replace(name="by part", advance=advance_by_part))
-    other = bind(MODEL._replace(name="by other part", advance=advance_by_part, parts=((opposite, doubled),)))
+    usual = bind(MODEL._replace(name="by flag", advance=advance_by_flag))
+    other = bind(MODEL._replace(name="by other flag", advance=advance_by_flag, flags={"FAST": True}))
     assert (results(usual, rates)[1] == results(integrate, rates)[1]).all()
     # twice as fast up, and back at once: the way back begins with a step of the rate that a leg ends with
     assert (results(other, rates)[1] == GOAL / rates).all()
 
 
 @simd
-def coast_on(lane, number, run, lanes):
+def step_on(lane, number, run, lanes):
     """So many more steps, without a look at the goal; a lane that rests has a rate of zero."""
     lanes[VALUE + lane] += number * lanes[RATE + lane]
 
 
 def test_a_model_may_make_steps_without_looking_for_events():
     """They come after each step that looks: fewer looks reach the goal, and a lane with an event rests."""
-    coasting = bind(MODEL._replace(name="coasting", coast=coast_on, coasts=np.ones(1)))
-    further = bind(MODEL._replace(name="further", coast=coast_on, coasts=np.array([1.0, 2.0])))
+    stepping = bind(MODEL._replace(name="stepping", further_step=step_on, further_steps=np.ones(1)))
+    further = bind(MODEL._replace(name="further", further_step=step_on, further_steps=np.array([1.0, 2.0])))
     rates = np.array([4.0, 1.0, 8.0, 2.0])
-    values, looks = results(coasting, rates)
+    values, looks = results(stepping, rates)
     # steps 1, 3, 5, ... look: up to the first odd number beyond the goal, and as many back
     assert (values == GOAL + rates).all()
     assert (looks == GOAL / rates / 2 + 2).all()
@@ -265,7 +257,11 @@ def test_copies_of_two_models_have_different_names():
     for model in (MODEL, disk.LANE_MODEL):
         made = {}
         rebound(
-            schedule.integrate, replacements(model), lambda *given, model=model: copied(model, *given), made
+            schedule.integrate,
+            replacements(model),
+            {},
+            lambda *given, model=model: copied(model, *given),
+            made,
         )
         copies = [copy for source, copy in made.items() if source.__module__.startswith("kernels.lanes.")]
         names.append({(copy.__module__, copy.__qualname__) for copy in copies})

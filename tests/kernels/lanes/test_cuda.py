@@ -25,7 +25,7 @@ np.savez(sys.argv[2], measures=measures, counts=counts)
 
 def test_a_model_with_stages_of_the_cpu_alone_is_refused():
     """Without its further steps a leg would have a quarter of its length, and nothing would tell."""
-    for name in ("coast", "go_on"):
+    for name in ("further_step", "go_on"):
         with pytest.raises(ValueError, match=rf"'disk' cannot run on a CUDA device: it has a stage '{name}'"):
             bind(DISK._replace(**{name: getattr(LOSSY_DISK, name)}))
 
