@@ -52,13 +52,13 @@ ENDED = {
 }
 
 
-@pytest.mark.parametrize("case", ENDED)
-def test_every_ending_is_reached(case):
+def test_every_ending_is_reached():
     """A start made for an ending ends so."""
-    ending, start, settings = ENDED[case]
-    slow = {"tolerance": 1e-4} if ending != UNRESOLVED else {}
-    found = kernel_runner.run(referee.starts(**start), **(slow | settings))
-    assert found.ending[0] == ending
+    for case in ENDED:
+        ending, start, settings = ENDED[case]
+        slow = {"tolerance": 1e-4} if ending != UNRESOLVED else {}
+        found = kernel_runner.run(referee.starts(**start), **(slow | settings))
+        assert found.ending[0] == ending, case
 
 
 def test_what_an_ending_measures():
@@ -85,58 +85,53 @@ def test_beyond_fall_tilt_nothing_happens():
 # --- against the motion in time -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "start",
-    [
+def test_the_nutation_period():
+    """The period is the time between every other turn of the equations with sines and cosines."""
+    for start in [
         {"tilt": 0.3, "roll_rate": 4.0},
         {"tilt": -0.3, "tilt_rate": 0.4, "roll_rate": 3.0, "precession_rate": 0.7},
         {"tilt": 0.1, "tilt_rate": 0.1, "precession_rate": 5.0, "alpha": 1.0, "radius": 0.1},
         {"tilt_rate": 0.01, "roll_rate": 2.0},
-    ],
-)
-def test_the_nutation_period(start):
-    """The period is the time between every other turn of the equations with sines and cosines."""
-    given = referee.starts(**start)
-    found = kernel_runner.run(given)
-    turns = referee.motion(given[:, 0], 3.1 * found.period[0])
-    assert len(turns.turn_times) >= 4
-    assert found.period[0] == pytest.approx(turns.turn_times[3] - turns.turn_times[1], rel=1e-6)
-    extremes = sorted(turns.turn_tilts[:2])
-    assert [found.least[0], found.greatest[0]] == pytest.approx(extremes, abs=1e-6)
+    ]:
+        given = referee.starts(**start)
+        found = kernel_runner.run(given)
+        turns = referee.motion(given[:, 0], 3.1 * found.period[0])
+        assert len(turns.turn_times) >= 4, start
+        assert found.period[0] == pytest.approx(turns.turn_times[3] - turns.turn_times[1], rel=1e-6), start
+        extremes = sorted(turns.turn_tilts[:2])
+        assert [found.least[0], found.greatest[0]] == pytest.approx(extremes, abs=1e-6), start
 
 
-@pytest.mark.parametrize(
-    ("start", "side"),
-    [
+def test_the_fall_time():
+    """A fall takes as long as by the equations with sines and cosines, to the side where they end."""
+    for case in [
         ({"tilt": 0.01}, 1.0),
         ({"tilt": 0.3, "tilt_rate": -9.0}, -1.0),
         ({"tilt": -0.3, "precession_rate": 0.1, "roll_rate": 0.3, "alpha": 1.0}, -1.0),
         ({"tilt": 0.3, "tilt_rate": -0.2, "gravity": 1.6}, 1.0),
-    ],
-)
-def test_the_fall_time(start, side):
-    """A fall takes as long as by the equations with sines and cosines, to the side where they end."""
-    given = referee.starts(**start)
-    found = kernel_runner.run(given, tolerance=1e-6)
-    fall = referee.motion(given[:, 0], 20.0)
-    assert found.fall_time[0] == pytest.approx(fall.fall_time, rel=1e-6)
-    assert found.greatest[0] == FALL if side > 0.0 else found.least[0] == -FALL
-    # what it passed on the way: its start, or the turn before
-    passed = fall.turn_tilts[0] if fall.turn_tilts.size else given[0, 0]
-    assert (found.least if side > 0.0 else found.greatest)[0] == pytest.approx(passed, abs=1e-6)
+    ]:
+        start, side = case
+        given = referee.starts(**start)
+        found = kernel_runner.run(given, tolerance=1e-6)
+        fall = referee.motion(given[:, 0], 20.0)
+        assert found.fall_time[0] == pytest.approx(fall.fall_time, rel=1e-6), case
+        assert found.greatest[0] == FALL if side > 0.0 else found.least[0] == -FALL, case
+        # what it passed on the way: its start, or the turn before
+        passed = fall.turn_tilts[0] if fall.turn_tilts.size else given[0, 0]
+        assert (found.least if side > 0.0 else found.greatest)[0] == pytest.approx(passed, abs=1e-6), case
 
 
-@pytest.mark.parametrize("duration", [0.2, 0.7, 1.0, 1.3])
-def test_extremes_when_time_runs_out(duration):
+def test_extremes_when_time_runs_out():
     """At the horizon the extremes are those passed until then, the tilt of the last moment included."""
-    given = referee.starts(tilt=0.2, tilt_rate=-0.3, roll_rate=3.5, precession_rate=0.2)
-    found = kernel_runner.run(given, duration=duration, tolerance=1e-6)
-    tilts = referee.motion(given[:, 0], duration)
-    everything = np.concatenate([tilts.states[0][[0, -1]], tilts.turn_tilts])
-    assert found.ending[0] == (HORIZON if len(tilts.turn_tilts) < 2 else BOUNDED)
-    if found.ending[0] == HORIZON:
-        assert found.least[0] == pytest.approx(everything.min(), abs=1e-6)
-        assert found.greatest[0] == pytest.approx(everything.max(), abs=1e-6)
+    for duration in [0.2, 0.7, 1.0, 1.3]:
+        given = referee.starts(tilt=0.2, tilt_rate=-0.3, roll_rate=3.5, precession_rate=0.2)
+        found = kernel_runner.run(given, duration=duration, tolerance=1e-6)
+        tilts = referee.motion(given[:, 0], duration)
+        everything = np.concatenate([tilts.states[0][[0, -1]], tilts.turn_tilts])
+        assert found.ending[0] == (HORIZON if len(tilts.turn_tilts) < 2 else BOUNDED), duration
+        if found.ending[0] == HORIZON:
+            assert found.least[0] == pytest.approx(everything.min(), abs=1e-6), duration
+            assert found.greatest[0] == pytest.approx(everything.max(), abs=1e-6), duration
 
 
 # --- symmetries -----------------------------------------------------------------------------------------------------
@@ -161,28 +156,30 @@ def assert_mirrored(found, mirrored, flipped):
         assert np.array_equal(column, changed.get(name, getattr(mirrored, name)), equal_nan=True), name
 
 
-@pytest.mark.parametrize("mirror", MIRRORS)
-def test_mirrored_starts_have_mirrored_motions(mirror):
+def test_mirrored_starts_have_mirrored_motions():
     """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
-    cases = [
-        ({"tilt": 0.3, "tilt_rate": -0.5, "roll_rate": 3.0, "precession_rate": 0.7}),
-        {"tilt": 0.2, "tilt_rate": 1.0},
-    ]
-    given = np.concatenate([referee.starts(**case) for case in cases], axis=1)
-    other = times(given, MIRRORS[mirror])
-    settings = {"tolerance": 1e-4}
-    assert_mirrored(
-        kernel_runner.run(given, **settings), kernel_runner.run(other, **settings), "tilt" in MIRRORS[mirror]
-    )
+    for mirror in MIRRORS:
+        cases = [
+            ({"tilt": 0.3, "tilt_rate": -0.5, "roll_rate": 3.0, "precession_rate": 0.7}),
+            {"tilt": 0.2, "tilt_rate": 1.0},
+        ]
+        given = np.concatenate([referee.starts(**case) for case in cases], axis=1)
+        other = times(given, MIRRORS[mirror])
+        settings = {"tolerance": 1e-4}
+        assert_mirrored(
+            kernel_runner.run(given, **settings),
+            kernel_runner.run(other, **settings),
+            "tilt" in MIRRORS[mirror],
+        )
 
 
-@pytest.mark.parametrize("mirror", MIRRORS)
 @compiled
-def test_all_mirrored_starts_have_mirrored_motions(crowd, mirror):
+def test_all_mirrored_starts_have_mirrored_motions(crowd):
     """So it is for random starts and the compiled bits."""
-    given, _ = crowd
-    other = times(given, MIRRORS[mirror])
-    assert_mirrored(kernel_runner.run(given), kernel_runner.run(other), "tilt" in MIRRORS[mirror])
+    for mirror in MIRRORS:
+        given, _ = crowd
+        other = times(given, MIRRORS[mirror])
+        assert_mirrored(kernel_runner.run(given), kernel_runner.run(other), "tilt" in MIRRORS[mirror])
 
 
 @compiled

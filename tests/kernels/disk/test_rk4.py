@@ -73,18 +73,18 @@ def test_tilt_acceleration_is_the_slope_of_the_tilt_rate():
     assert rk4.tilt_acceleration(state, disk.inertia(ALPHA)) == pytest.approx(tilting, rel=1e-14)
 
 
-@pytest.mark.parametrize("offset", [0.04, -0.04, 0.01, -0.01, 0.0])
-def test_landing_on_a_turning_point(offset):
+def test_landing_on_a_turning_point():
     """From either side of a turning point, landing finds its tilt to one step's error (offset^5) and no rate left."""
-    turn = (0.4, 0.0, 1.1, 0.7)
-    there = exact(turn, [abs(offset)])[0] if offset else disk.scaled_state(*turn, 1.0)
-    # backward in time the same tilts are passed with every rate reversed
-    there = there if offset >= 0.0 else (*there[:3], *(-rate for rate in there[3:]))
-    state, elapsed = rk4.land_on_turning_point(there, disk.inertia(ALPHA), 0.1)
-    one_step = 0.01 * abs(offset) ** 5 + 1e-15
-    assert math.atan2(state[0], state[1]) == pytest.approx(0.4, abs=one_step)
-    assert elapsed == pytest.approx(-offset, abs=10.0 * one_step)
-    assert abs(state[3]) < 1e-12
+    for offset in [0.04, -0.04, 0.01, -0.01, 0.0]:
+        turn = (0.4, 0.0, 1.1, 0.7)
+        there = exact(turn, [abs(offset)])[0] if offset else disk.scaled_state(*turn, 1.0)
+        # backward in time the same tilts are passed with every rate reversed
+        there = there if offset >= 0.0 else (*there[:3], *(-rate for rate in there[3:]))
+        state, elapsed = rk4.land_on_turning_point(there, disk.inertia(ALPHA), 0.1)
+        one_step = 0.01 * abs(offset) ** 5 + 1e-15
+        assert math.atan2(state[0], state[1]) == pytest.approx(0.4, abs=one_step), offset
+        assert elapsed == pytest.approx(-offset, abs=10.0 * one_step), offset
+        assert abs(state[3]) < 1e-12, offset
 
 
 def test_landing_is_as_good_as_the_method():
@@ -106,19 +106,19 @@ def test_landing_never_leaps():
     assert state[3] == pytest.approx(10.0, rel=1e-3)
 
 
-@pytest.mark.parametrize("offset", [0.02, -0.02])
-def test_landing_on_a_tilt(offset):
+def test_landing_on_a_tilt():
     """From either side of a tilt, landing finds it to 1e-14 and the time of passing to 1e-9."""
-    fall = 1.2
-    passing = (fall, 1.5, 1.1, 0.7)
-    if offset > 0.0:
-        there = exact(passing, [offset])[0]
-    else:
-        reverse = exact((fall, -1.5, -1.1, -0.7), [-offset])[0]
-        there = (*reverse[:3], *(-rate for rate in reverse[3:]))
-    state, elapsed = rk4.land_on_tilt(there, disk.inertia(ALPHA), fall, 0.1)
-    assert math.atan2(state[0], state[1]) == pytest.approx(fall, abs=1e-14)
-    assert elapsed == pytest.approx(-offset, abs=1e-7)
+    for offset in [0.02, -0.02]:
+        fall = 1.2
+        passing = (fall, 1.5, 1.1, 0.7)
+        if offset > 0.0:
+            there = exact(passing, [offset])[0]
+        else:
+            reverse = exact((fall, -1.5, -1.1, -0.7), [-offset])[0]
+            there = (*reverse[:3], *(-rate for rate in reverse[3:]))
+        state, elapsed = rk4.land_on_tilt(there, disk.inertia(ALPHA), fall, 0.1)
+        assert math.atan2(state[0], state[1]) == pytest.approx(fall, abs=1e-14), offset
+        assert elapsed == pytest.approx(-offset, abs=1e-7), offset
 
 
 @pytest.mark.compiled

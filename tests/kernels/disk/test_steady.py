@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -55,26 +56,31 @@ def test_k_is_the_square_of_the_small_oscillations(tilt, precession, alpha, radi
     assert k == pytest.approx(-0.5 * np.trace(jacobian @ jacobian), abs=1e-8 * terms / math.cos(tilt) ** 2)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("precession", "stable"), [(4.0, True), (2.5, False)])
-def test_k_tells_whether_a_kick_grows(precession, stable, sign):
+def test_k_tells_whether_a_kick_grows():
     """At 10 deg circling is stable or not as the sign of k says, and sqrt(k) is the nutation frequency."""
-    tilt = math.radians(10.0) * sign
-    roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
-    k = steady.stability_coefficient(tilt, precession, roll, 0.5, R, G)
-    kicked = referee.motion((tilt, 1e-6, precession, roll, 0.5, R, G), 5.0)
-    reach = np.max(np.abs(kicked.states[0] - tilt))
-    assert (k > 0.0) == stable == (reach < 1e-5)
-    if stable:
-        assert np.pi / np.diff(kicked.turn_times)[0] == pytest.approx(math.sqrt(k), rel=1e-4)
+    for case in itertools.product([1.0, -1.0], [(4.0, True), (2.5, False)]):
+        sign, (precession, stable) = case
+        tilt = math.radians(10.0) * sign
+        roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
+        k = steady.stability_coefficient(tilt, precession, roll, 0.5, R, G)
+        kicked = referee.motion((tilt, 1e-6, precession, roll, 0.5, R, G), 5.0)
+        reach = np.max(np.abs(kicked.states[0] - tilt))
+        assert (k > 0.0) == stable == (reach < 1e-5), case
+        if stable:
+            assert np.pi / np.diff(kicked.turn_times)[0] == pytest.approx(math.sqrt(k), rel=1e-4), case
 
 
-@pytest.mark.parametrize(("alpha", "roll", "spin"), [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)])
-def test_the_critical_rates_of_disk_and_hoop(alpha, roll, spin):
+def test_the_critical_rates_of_disk_and_hoop():
     """g/3R and 4g/5R for the disk, g/4R and 2g/3R for the hoop."""
-    assert steady.critical_roll_rate_squared(alpha, R, G) == pytest.approx(roll * G / R, rel=1e-15)
-    assert steady.critical_precession_rate_squared(alpha, R, G) == pytest.approx(spin * G / R, rel=1e-15)
-    assert steady.fall_rate_squared(alpha, R, G) == pytest.approx(2.0 * G / ((2.0 + alpha) * R), rel=1e-15)
+    for case in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
+        alpha, roll, spin = case
+        assert steady.critical_roll_rate_squared(alpha, R, G) == pytest.approx(roll * G / R, rel=1e-15), case
+        assert steady.critical_precession_rate_squared(alpha, R, G) == pytest.approx(
+            spin * G / R, rel=1e-15
+        ), case
+        assert steady.fall_rate_squared(alpha, R, G) == pytest.approx(
+            2.0 * G / ((2.0 + alpha) * R), rel=1e-15
+        ), case
 
 
 @given(*MASSES)
@@ -117,21 +123,25 @@ def test_outside_the_marginal_rates_circling_is_stable(tilt, alpha, radius, grav
     assert ((k < 0.0) == inside)[~edge].all()
 
 
-@pytest.mark.parametrize(("alpha", "top"), [(0.5, 18.62), (1.0, 19.20)])
-def test_the_top_of_the_unstable_dome(alpha, top):
+def test_the_top_of_the_unstable_dome():
     """No circling is unstable above 18.62 deg (disk) or 19.20 deg (hoop), as physics prints it."""
-    tilts = np.arange(1.0, 40.0, 0.001)
-    slow, fast = steady.marginal_precession_rates(np.radians(tilts), 0.0, alpha, R, G)
-    assert abs(tilts[np.isfinite(slow)].max() - top) <= 0.005 + 0.001
-    assert np.isnan(fast[tilts > top + 0.006]).all()
-    assert np.isfinite(fast[tilts < top - 0.006]).all()
+    for case in [(0.5, 18.62), (1.0, 19.20)]:
+        alpha, top = case
+        tilts = np.arange(1.0, 40.0, 0.001)
+        slow, fast = steady.marginal_precession_rates(np.radians(tilts), 0.0, alpha, R, G)
+        assert abs(tilts[np.isfinite(slow)].max() - top) <= 0.005 + 0.001, case
+        assert np.isnan(fast[tilts > top + 0.006]).all(), case
+        assert np.isfinite(fast[tilts < top - 0.006]).all(), case
 
 
-@pytest.mark.parametrize(("alpha", "roll", "spin"), [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)])
-def test_the_dome_stands_on_the_rolling_and_the_spinning_limit(alpha, roll, spin):
+def test_the_dome_stands_on_the_rolling_and_the_spinning_limit():
     """As the tilt goes to zero the slow branch becomes critical rolling and the fast one critical spinning."""
-    tilt = 1e-6
-    slow, fast = steady.marginal_precession_rates(tilt, 0.0, alpha, R, G)
-    assert steady.steady_roll_rate(tilt, slow, alpha, R, G) ** 2 == pytest.approx(roll * G / R, rel=1e-9)
-    assert fast**2 == pytest.approx(spin * G / R, rel=1e-9)
-    assert slow < 1e-5
+    for case in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
+        alpha, roll, spin = case
+        tilt = 1e-6
+        slow, fast = steady.marginal_precession_rates(tilt, 0.0, alpha, R, G)
+        assert steady.steady_roll_rate(tilt, slow, alpha, R, G) ** 2 == pytest.approx(
+            roll * G / R, rel=1e-9
+        ), case
+        assert fast**2 == pytest.approx(spin * G / R, rel=1e-9), case
+        assert slow < 1e-5, case

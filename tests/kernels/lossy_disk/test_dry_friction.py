@@ -1,5 +1,6 @@
 """What dry friction holds and how it lets go, at the instant: against the laws themselves."""
 
+import itertools
 import math
 
 import lossy_referee as referee
@@ -43,35 +44,34 @@ def holding_tilt(arm, turning, alpha):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("turning", [0.0, 0.7, -2.5])
-@pytest.mark.parametrize("alpha", [0.5, 0.62, 1.0])
-@pytest.mark.parametrize("arm", [1e-6, 1e-3, 0.2])
-def test_rolling_friction_holds_up_to_the_holding_tilt(arm, alpha, turning):
+def test_rolling_friction_holds_up_to_the_holding_tilt():
     """Just below its closed form a disk stands for ever, in the bits of its tilt; just above it is let go: 1e-12."""
-    tilt = holding_tilt(arm, turning, alpha)
-    for side in (-1.0, 1.0):
-        start = referee.starts(
-            tilt=side * tilt * (1 - 1e-12), precession_rate=turning, alpha=alpha, rolling_friction=arm
-        )
-        stood = followed(start[:, 0], horizon=1e4)
-        assert stood.ending == (endings.HORIZON if turning else endings.REST)
-        assert stood.state[0] == math.sin(start[0, 0])
-        assert stood.tilt_min == stood.tilt_max == stood.end_tilt
-        assert stood.heading_turned == pytest.approx(turning * stood.end_time, rel=1e-15)
-        start[0] = side * tilt * (1 + 1e-12)
-        assert followed(start[:, 0], horizon=1e-9).state[2] * side > 0.0
+    for case in itertools.product([0.0, 0.7, -2.5], [0.5, 0.62, 1.0], [1e-6, 1e-3, 0.2]):
+        turning, alpha, arm = case
+        tilt = holding_tilt(arm, turning, alpha)
+        for side in (-1.0, 1.0):
+            start = referee.starts(
+                tilt=side * tilt * (1 - 1e-12), precession_rate=turning, alpha=alpha, rolling_friction=arm
+            )
+            stood = followed(start[:, 0], horizon=1e4)
+            assert stood.ending == (endings.HORIZON if turning else endings.REST), case
+            assert stood.state[0] == math.sin(start[0, 0]), case
+            assert stood.tilt_min == stood.tilt_max == stood.end_tilt, case
+            assert stood.heading_turned == pytest.approx(turning * stood.end_time, rel=1e-15), case
+            start[0] = side * tilt * (1 + 1e-12)
+            assert followed(start[:, 0], horizon=1e-9).state[2] * side > 0.0, case
 
 
-@pytest.mark.parametrize(("turning", "excess"), [(0.0, 1e-12), (0.7, 1e-4)])
-@pytest.mark.parametrize("arm", [1e-6, 1e-3, 0.2])
-def test_a_disk_above_its_holding_tilt_falls(arm, turning, excess):
+def test_a_disk_above_its_holding_tilt_falls():
     """However slowly it sets off, it falls, or nutates where its turning carries it."""
-    tilt = holding_tilt(arm, turning, 0.5)
-    start = referee.starts(tilt=tilt * (1 + excess), precession_rate=turning, rolling_friction=arm)
-    fell = followed(start[:, 0], horizon=100.0)
-    assert fell.ending in (endings.FLAT, endings.HORIZON, endings.LIFT_OFF)
-    assert fell.tilt_max > 1.5 * tilt
-    assert energy(fell.state, 0.5) + fell.lost == pytest.approx(energy_of(start[:, 0]), abs=1e-7)
+    for case in itertools.product([(0.0, 1e-12), (0.7, 1e-4)], [1e-6, 1e-3, 0.2]):
+        (turning, excess), arm = case
+        tilt = holding_tilt(arm, turning, 0.5)
+        start = referee.starts(tilt=tilt * (1 + excess), precession_rate=turning, rolling_friction=arm)
+        fell = followed(start[:, 0], horizon=100.0)
+        assert fell.ending in (endings.FLAT, endings.HORIZON, endings.LIFT_OFF), case
+        assert fell.tilt_max > 1.5 * tilt, case
+        assert energy(fell.state, 0.5) + fell.lost == pytest.approx(energy_of(start[:, 0]), abs=1e-7), case
 
 
 def test_a_disk_that_stands_does_not_creep():

@@ -68,16 +68,16 @@ def test_endings_and_switches_are_those_of_the_referee():
     assert compared > 10 * left_out
 
 
-@pytest.mark.parametrize("brink", [0, 1])
-def test_motions_on_a_brink_are_followed(brink):
+def test_motions_on_a_brink_are_followed():
     """A rate that turns back at once is held again; a contact that all but rests turns its friction in small steps."""
-    given = BRINKS[brink]
-    found = referee.run(given, duration=200.0)
-    for relative_step in (0.04, 0.02):
-        mine = followed(given[:, 0], horizon=200.0, relative_step=relative_step)
-        assert mine.ending == found.ending[0]
-        assert abs(mine.switches - found.switches[0]) <= 4
-        assert mine.end_time == pytest.approx(found.end_time[0], rel=1e-6)
+    for brink in [0, 1]:
+        given = BRINKS[brink]
+        found = referee.run(given, duration=200.0)
+        for relative_step in (0.04, 0.02):
+            mine = followed(given[:, 0], horizon=200.0, relative_step=relative_step)
+            assert mine.ending == found.ending[0], brink
+            assert abs(mine.switches - found.switches[0]) <= 4, brink
+            assert mine.end_time == pytest.approx(found.end_time[0], rel=1e-6), brink
 
 
 def test_energy_and_losses_balance_through_holds_reversals_and_releases():
@@ -142,25 +142,29 @@ def test_while_contour_friction_holds_the_motion_is_holonomic():
     assert found.lost == 0.0
 
 
-@pytest.mark.parametrize("alpha", [0.5, 1.0])
-def test_upright_motions_slow_by_their_closed_forms(alpha):
+def test_upright_motions_slow_by_their_closed_forms():
     """Rolling under dry friction s0 - c t/(1+alpha), viscous s0 exp(-k t/(1+alpha)); spinning o0 - 2 c t/alpha."""
-    for law in ("rolling_friction", "contour_friction"):
-        start = referee.starts(roll_rate=1.0, alpha=alpha, **{law: 0.01})[:, 0]
-        assert followed(start, horizon=50.0).state[3] == pytest.approx(1 - 0.01 * 50 / (1 + alpha), rel=1e-12)
+    for alpha in [0.5, 1.0]:
+        for law in ("rolling_friction", "contour_friction"):
+            start = referee.starts(roll_rate=1.0, alpha=alpha, **{law: 0.01})[:, 0]
+            assert followed(start, horizon=50.0).state[3] == pytest.approx(
+                1 - 0.01 * 50 / (1 + alpha), rel=1e-12
+            ), alpha
+            stopped = followed(start, horizon=1e3)
+            assert stopped.ending == endings.REST, alpha
+            assert stopped.end_time == pytest.approx((1 + alpha) / 0.01, rel=1e-12), alpha
+            assert stopped.path_length == pytest.approx(0.5 * (1 + alpha) / 0.01, rel=1e-11), alpha
+        start = referee.starts(roll_rate=1.0, alpha=alpha, contour_damping=0.01)[:, 0]
+        assert followed(start, horizon=50.0, relative_step=0.01).state[3] == pytest.approx(
+            math.exp(-0.5 / (1 + alpha)), rel=1e-12
+        ), alpha
+        start = referee.starts(precession_rate=1.0, alpha=alpha, pivoting_friction=1e-3)[:, 0]
+        assert followed(start, horizon=50.0).state[4] == pytest.approx(1 - 2e-3 * 50 / alpha, rel=1e-13), (
+            alpha
+        )
         stopped = followed(start, horizon=1e3)
-        assert stopped.ending == endings.REST
-        assert stopped.end_time == pytest.approx((1 + alpha) / 0.01, rel=1e-12)
-        assert stopped.path_length == pytest.approx(0.5 * (1 + alpha) / 0.01, rel=1e-11)
-    start = referee.starts(roll_rate=1.0, alpha=alpha, contour_damping=0.01)[:, 0]
-    assert followed(start, horizon=50.0, relative_step=0.01).state[3] == pytest.approx(
-        math.exp(-0.5 / (1 + alpha)), rel=1e-12
-    )
-    start = referee.starts(precession_rate=1.0, alpha=alpha, pivoting_friction=1e-3)[:, 0]
-    assert followed(start, horizon=50.0).state[4] == pytest.approx(1 - 2e-3 * 50 / alpha, rel=1e-13)
-    stopped = followed(start, horizon=1e3)
-    assert stopped.ending == endings.REST
-    assert stopped.end_time == pytest.approx(alpha / 2e-3, rel=1e-13)
+        assert stopped.ending == endings.REST, alpha
+        assert stopped.end_time == pytest.approx(alpha / 2e-3, rel=1e-13), alpha
 
 
 def test_mirror_images_agree_to_the_bit(rng):

@@ -26,43 +26,47 @@ def forces(y, n, mode, par, hold_roll, hold_turn):
     return -par[single.ROLLING] * n * w / size, roll + hold_roll, turn + hold_turn
 
 
-@pytest.mark.parametrize("held", ["nothing", "roll", "turn"])
-def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(held, rng):
+def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(rng):
     """Every law sliding, or one rate held: accelerations, normal and horizontal forces."""
-    out = np.zeros(single.SIZE)
-    for _ in range(200):
-        par = np.array([rng.uniform(0.1, 1.0), *10.0 ** rng.uniform(-4, -1, 6), np.inf])
-        y = np.zeros(single.SIZE)
-        y[: single.PATH] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 4)
-        S, C = math.sin(y[0]), math.cos(y[0])
-        if held == "roll":
-            y[3] = 0.0
-        if held == "turn":
-            y[2] = -y[3] * S
-        w, P, f = y[1:4]
-        mode = np.sign([f, P + f * S if held != "turn" else 0.0, w])
-        n, across, along, *holding = single.slopes(y, mode, par, out)
-        push, roll, turn = forces(y, n, mode, par, *holding)
-        q = np.array([0.0, 0.0, y[single.HEADING], y[0], 0.0])
-        rates = np.array([*out[single.PLACE :], P, w, f])
-        W = lagrange.constraint_matrix(q, 1.0)
-        np.testing.assert_allclose(W @ rates, 0.0, atol=1e-14)
-        saddle = np.zeros((7, 7))
-        saddle[:5, :5], saddle[:5, 5:], saddle[5:, :5] = lagrange.mass_matrix(q, par[0], 1.0, 1.0), -W.T, W
-        right = np.array([0.0, 0.0, turn, push, roll + turn * S, 0.0, 0.0])
-        right[:5] -= lagrange.velocity_forces(q, rates, par[0], 1.0, 1.0)
-        right[:5] -= lagrange.potential_forces(q, 1.0, 1.0, 1.0)
-        right[5:] -= lagrange.constraint_matrix_rate(q, rates) @ rates
-        solved = np.linalg.solve(saddle, right)
-        normal = 1.0 - solved[3] * S - w * w * C
-        noise = 1e-14 * np.linalg.cond(saddle) * np.abs(solved).max()
-        np.testing.assert_allclose(
-            [*out[1:4], across, along, n], [*solved[[3, 2, 4, 5, 6]], normal], atol=noise
-        )
-        if held == "roll":
-            assert out[3] == 0.0
-        if held == "turn":
-            assert abs(out[2] + S * out[3] + C * w * f) < noise
+    for held in ["nothing", "roll", "turn"]:
+        out = np.zeros(single.SIZE)
+        for _ in range(200):
+            par = np.array([rng.uniform(0.1, 1.0), *10.0 ** rng.uniform(-4, -1, 6), np.inf])
+            y = np.zeros(single.SIZE)
+            y[: single.PATH] = rng.uniform(-1.5, 1.5), *rng.normal(0, 2, 4)
+            S, C = math.sin(y[0]), math.cos(y[0])
+            if held == "roll":
+                y[3] = 0.0
+            if held == "turn":
+                y[2] = -y[3] * S
+            w, P, f = y[1:4]
+            mode = np.sign([f, P + f * S if held != "turn" else 0.0, w])
+            n, across, along, *holding = single.slopes(y, mode, par, out)
+            push, roll, turn = forces(y, n, mode, par, *holding)
+            q = np.array([0.0, 0.0, y[single.HEADING], y[0], 0.0])
+            rates = np.array([*out[single.PLACE :], P, w, f])
+            W = lagrange.constraint_matrix(q, 1.0)
+            np.testing.assert_allclose(W @ rates, 0.0, atol=1e-14)
+            saddle = np.zeros((7, 7))
+            saddle[:5, :5], saddle[:5, 5:], saddle[5:, :5] = (
+                lagrange.mass_matrix(q, par[0], 1.0, 1.0),
+                -W.T,
+                W,
+            )
+            right = np.array([0.0, 0.0, turn, push, roll + turn * S, 0.0, 0.0])
+            right[:5] -= lagrange.velocity_forces(q, rates, par[0], 1.0, 1.0)
+            right[:5] -= lagrange.potential_forces(q, 1.0, 1.0, 1.0)
+            right[5:] -= lagrange.constraint_matrix_rate(q, rates) @ rates
+            solved = np.linalg.solve(saddle, right)
+            normal = 1.0 - solved[3] * S - w * w * C
+            noise = 1e-14 * np.linalg.cond(saddle) * np.abs(solved).max()
+            np.testing.assert_allclose(
+                [*out[1:4], across, along, n], [*solved[[3, 2, 4, 5, 6]], normal], atol=noise
+            )
+            if held == "roll":
+                assert out[3] == 0.0, held
+            if held == "turn":
+                assert abs(out[2] + S * out[3] + C * w * f) < noise, held
 
 
 def regularised(start, duration, width):
@@ -123,18 +127,19 @@ STICKING = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", STICKING)
-def test_regularised_friction_tends_to_the_set_valued_one(name):
+def test_regularised_friction_tends_to_the_set_valued_one():
     """It comes nearer the narrower it is: where friction holds, it creeps no faster than its width."""
-    parameters, duration = STICKING[name]
-    start = referee.starts(**parameters)
-    found = referee.run(start, duration=duration)
-    assert found.ending[0] == HORIZON
-    wide, narrow = (
-        np.abs(regularised(start[:, 0], duration, width) - found.state[:, 0]).max() for width in (4e-4, 4e-5)
-    )
-    assert narrow < 2e-3
-    assert narrow < 0.45 * wide
+    for name in STICKING:
+        parameters, duration = STICKING[name]
+        start = referee.starts(**parameters)
+        found = referee.run(start, duration=duration)
+        assert found.ending[0] == HORIZON, name
+        wide, narrow = (
+            np.abs(regularised(start[:, 0], duration, width) - found.state[:, 0]).max()
+            for width in (4e-4, 4e-5)
+        )
+        assert narrow < 2e-3, name
+        assert narrow < 0.45 * wide, name
 
 
 def test_energy_and_losses_are_constant_and_tolerances_agree(rng):

@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -37,20 +38,18 @@ def starts(*rows, alpha=0.5, radius=R, gravity=G):
 # --- exact values and symmetries ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("start", "low", "high"),
-    [
+def test_known_extremes():
+    """The extremes of five runs with the uniform disk, found from an independent quadrature."""
+    for case in [
         ((0.0, 0.01, 0.0, 2.0), -41.6082, 41.6082),
         ((0.0, 0.01, 0.0, 2.5), -13.1205, 13.1205),
         ((0.0, 0.1, 3.5, 0.0), -28.6591, 28.6591),
         ((0.01, 0.0, 0.0, 3.0), 0.5730, 3.5887),
         ((0.5, 0.0, 4.5, 0.0), 28.6479, 79.3831),
-    ],
-)
-def test_known_extremes(start, low, high):
-    """The extremes of five runs with the uniform disk, found from an independent quadrature."""
-    measures, _ = extremes(starts(start), 85.0 * DEGREE)
-    assert [round(x / DEGREE, 4) for x in measures[EXTREMES, 0]] == [low, high]
+    ]:
+        start, low, high = case
+        measures, _ = extremes(starts(start), 85.0 * DEGREE)
+        assert [round(x / DEGREE, 4) for x in measures[EXTREMES, 0]] == [low, high], case
 
 
 RATES = st.floats(-8.0, 8.0)
@@ -95,19 +94,19 @@ def test_radius_and_gravity_only_scale_time(tilt, rate, precession, roll, radius
 # --- wells ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alpha", [1e-6, 0.2, 0.5, 1.0])
-@pytest.mark.parametrize("away", [1e-2, 1e-6, 1e-10])
-def test_wells_change_at_the_fold(alpha, away):
+def test_wells_change_at_the_fold():
     """Slower than a marginal steady motion by a share of 1e-10, V has two wells; faster by as much, one."""
-    tilt = np.concatenate([np.geomspace(1e-3, 0.1, 60), np.linspace(0.1, 0.34, 60)])
-    for precession in steady.marginal_precession_rates(tilt, 0.0, alpha, R, G):
-        real = np.isfinite(precession)
-        t, p = tilt[real], precession[real]
-        f = steady.steady_roll_rate(t, p, alpha, R, G)
-        for factor, wells in ((1.0 - away, 2), (1.0 + away, 1)):
-            rows = np.stack([t, np.full_like(t, 0.3), p * factor, f * factor], axis=1)
-            _, counts = extremes(starts(*rows, alpha=alpha), 89.0 * DEGREE)
-            assert (counts[EXACT_WELLS] == wells).all()
+    for case in itertools.product([1e-6, 0.2, 0.5, 1.0], [1e-2, 1e-6, 1e-10]):
+        alpha, away = case
+        tilt = np.concatenate([np.geomspace(1e-3, 0.1, 60), np.linspace(0.1, 0.34, 60)])
+        for precession in steady.marginal_precession_rates(tilt, 0.0, alpha, R, G):
+            real = np.isfinite(precession)
+            t, p = tilt[real], precession[real]
+            f = steady.steady_roll_rate(t, p, alpha, R, G)
+            for factor, wells in ((1.0 - away, 2), (1.0 + away, 1)):
+                rows = np.stack([t, np.full_like(t, 0.3), p * factor, f * factor], axis=1)
+                _, counts = extremes(starts(*rows, alpha=alpha), 89.0 * DEGREE)
+                assert (counts[EXACT_WELLS] == wells).all(), case
 
 
 def test_small_oscillations():
@@ -154,10 +153,10 @@ def test_start_beyond_the_fall():
     assert end_of(-1.2, 0.3, 1.0, 1.0) == (FELL, pytest.approx(-1.2 / DEGREE), pytest.approx(-1.2 / DEGREE))
 
 
-@pytest.mark.parametrize("start", [(0.0, 0.0, 0.0, 3.0), (0.0, 0.0, 2.0, 0.0), (0.0, 0.0, 0.0, 0.0)])
-def test_upright_without_disturbance(start):
+def test_upright_without_disturbance():
     """Upright rolling, spinning or standing, undisturbed, is steady, stable or not."""
-    assert end_of(*start) == (STEADY, 0.0, 0.0)
+    for start in [(0.0, 0.0, 0.0, 3.0), (0.0, 0.0, 2.0, 0.0), (0.0, 0.0, 0.0, 0.0)]:
+        assert end_of(*start) == (STEADY, 0.0, 0.0), start
 
 
 @given(st.floats(0.02, 1.3), st.floats(0.2, 8.0), st.floats(0.01, 1.0))
@@ -182,23 +181,38 @@ def test_beyond_the_table():
     assert end_of(1.0, 0.5, 0.0, 0.0, fall=89.9)[0] == FELL
 
 
-@pytest.mark.parametrize(
-    "bad",
-    [
-        {"tilt": math.nan}, {"tilt": 1.6}, {"tilt": -math.pi / 2}, {"rate": math.inf}, {"roll": math.nan},
-        {"alpha": 0.0}, {"alpha": 1.5}, {"alpha": math.nan}, {"radius": 0.0}, {"radius": -1.0}, {"radius": math.inf},
-        {"gravity": 0.0}, {"gravity": math.nan},
-    ],
-)  # fmt: skip
-def test_impossible_start(bad):
+def test_impossible_start():
     """A start that is none is invalid, and its neighbours are computed as if it were not there."""
-    good = {"tilt": 0.1, "rate": 0.0, "precession": 0.0, "roll": 3.0, "alpha": 0.5, "radius": R, "gravity": G}
-    given_ = np.array([list(good.values()), list((good | bad).values()), list(good.values())]).T
-    measures, counts = extremes(given_, 80.0 * DEGREE)
-    alone, _ = extremes(given_[:, :1], 80.0 * DEGREE)
-    assert list(counts[EXACT_ENDING]) == [BOUNDED, INVALID, BOUNDED]
-    assert np.isnan(measures[:, 1]).all()
-    np.testing.assert_array_equal(measures[:, [0, 2]], alone.repeat(2, axis=1))
+    for bad in [
+        {"tilt": math.nan},
+        {"tilt": 1.6},
+        {"tilt": -math.pi / 2},
+        {"rate": math.inf},
+        {"roll": math.nan},
+        {"alpha": 0.0},
+        {"alpha": 1.5},
+        {"alpha": math.nan},
+        {"radius": 0.0},
+        {"radius": -1.0},
+        {"radius": math.inf},
+        {"gravity": 0.0},
+        {"gravity": math.nan},
+    ]:
+        good = {
+            "tilt": 0.1,
+            "rate": 0.0,
+            "precession": 0.0,
+            "roll": 3.0,
+            "alpha": 0.5,
+            "radius": R,
+            "gravity": G,
+        }
+        given_ = np.array([list(good.values()), list((good | bad).values()), list(good.values())]).T
+        measures, counts = extremes(given_, 80.0 * DEGREE)
+        alone, _ = extremes(given_[:, :1], 80.0 * DEGREE)
+        assert list(counts[EXACT_ENDING]) == [BOUNDED, INVALID, BOUNDED], bad
+        assert np.isnan(measures[:, 1]).all(), bad
+        np.testing.assert_array_equal(measures[:, [0, 2]], alone.repeat(2, axis=1))
 
 
 @given(st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1.57, 1.57))

@@ -59,22 +59,20 @@ def test_reference_is_large_enough():
     assert (np.abs(EXACT[HEIGHT]) < 0.05)[KINDS == "separatrix"].sum() >= 50
 
 
-@pytest.mark.parametrize(
-    ("measure", "exact", "shift"),
-    [(EXACT_TILT_MIN, LEAST, SHIFT_OF_LEAST), (EXACT_TILT_MAX, GREATEST, SHIFT_OF_GREATEST)],
-)
-def test_turning_points(reduced, measure, exact, shift):
+def test_turning_points(reduced):
     """The extremes are those of 40 digits, to 2e-14 and 4 roundings of the parameters of the start.
 
     EXACT[shift] is the condition number: how far the extreme moves if every parameter changes by its own size.
     """
-    wrong = np.abs(reduced[0][measure] - EXACT[exact])
-    allowed = 2e-14 + 4 * EPS * EXACT[shift]
-    assert (reduced[1][EXACT_ENDING] == BOUNDED).all()
-    assert (wrong <= allowed).all(), (wrong / allowed).max()
-    well_conditioned = allowed < 1e-12
-    assert well_conditioned.sum() >= 200
-    assert (wrong[well_conditioned] < 1e-12).all()
+    for case in [(EXACT_TILT_MIN, LEAST, SHIFT_OF_LEAST), (EXACT_TILT_MAX, GREATEST, SHIFT_OF_GREATEST)]:
+        measure, exact, shift = case
+        wrong = np.abs(reduced[0][measure] - EXACT[exact])
+        allowed = 2e-14 + 4 * EPS * EXACT[shift]
+        assert (reduced[1][EXACT_ENDING] == BOUNDED).all(), case
+        assert (wrong <= allowed).all(), (wrong / allowed).max()
+        well_conditioned = allowed < 1e-12
+        assert well_conditioned.sum() >= 200, case
+        assert (wrong[well_conditioned] < 1e-12).all(), case
 
 
 def test_estimated_error_covers_the_error(reduced):

@@ -30,26 +30,41 @@ def starts(*columns):
 
 
 # with the rates at upright as a detour: wrong by 4e-10 to 1e-9 of the period, by up to 63 times the stated error
-@pytest.mark.parametrize(
-    "start",
-    [
-        (1.5317363539513269, 0.011795524080107969, 0.24446100304012713, -15.96739237171019, 0.10318850982468465),
-        (-1.5401979403520902, 0.093014560553457415, -0.015642285590791134, 54.29551719043846, 0.73290660351746273),
-        (1.5402141308469131, -0.16955036109373642, -0.74658849722578668, 78.968095223337045, 0.19802718249637419),
-    ],
-)  # fmt: skip
-def test_nearly_flat_periods(start):
+def test_nearly_flat_periods():
     """Of rates at upright a nearly flat motion keeps few digits: period and turning points are those of 50."""
-    given = starts(*start)
-    found = extremes(given, FALL, True)[0][:, 0]
-    with digits.mp.workdps(50):
-        exact = [float(x) for x in given[:, 0]]
-        low, high = digits.extremes(exact, FALL)
-        period, doubt = digits.period(exact, FALL)
-        assert doubt < 1e-20
-    assert found[EXACT_NUTATION_PERIOD] == pytest.approx(float(period), rel=5e-11)
-    assert abs(found[EXACT_TILT_MIN] - float(low)) < 3e-15
-    assert abs(found[EXACT_TILT_MAX] - float(high)) < 3e-15
+    for start in [
+        (
+            1.5317363539513269,
+            0.011795524080107969,
+            0.24446100304012713,
+            -15.96739237171019,
+            0.10318850982468465,
+        ),
+        (
+            -1.5401979403520902,
+            0.093014560553457415,
+            -0.015642285590791134,
+            54.29551719043846,
+            0.73290660351746273,
+        ),
+        (
+            1.5402141308469131,
+            -0.16955036109373642,
+            -0.74658849722578668,
+            78.968095223337045,
+            0.19802718249637419,
+        ),
+    ]:
+        given = starts(*start)
+        found = extremes(given, FALL, True)[0][:, 0]
+        with digits.mp.workdps(50):
+            exact = [float(x) for x in given[:, 0]]
+            low, high = digits.extremes(exact, FALL)
+            period, doubt = digits.period(exact, FALL)
+            assert doubt < 1e-20, start
+        assert found[EXACT_NUTATION_PERIOD] == pytest.approx(float(period), rel=5e-11), start
+        assert abs(found[EXACT_TILT_MIN] - float(low)) < 3e-15, start
+        assert abs(found[EXACT_TILT_MAX] - float(high)) < 3e-15, start
 
 
 def test_stated_errors_of_nearly_flat_motions(rng):
