@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from typing import TYPE_CHECKING, Any
@@ -16,8 +15,7 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
 )
 from sweep.atlas.slices import SlicedVariables, coordinates
-from sweep.checks.cell_audit import cell_in_words, row_in_words
-from sweep.checks.statement import MOST_NAMED, Statement, unchecked
+from sweep.checks.tally import Statement, Tally, cell_in_words, difference_check, row_in_words, unchecked
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import shown
 from sweep.request.spec import SweepSpec
@@ -82,58 +80,28 @@ def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[St
 
 def _start_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
     """Yield what is found of the values that a list gives each of its starts."""
-    wrong = dict.fromkeys(spec.listed, 0)
-    largest, named = dict.fromkeys(spec.listed, 0.0), {name: list[str]() for name in spec.listed}
+    tallies = {name: Tally(name, spec.model.parameters[name].units) for name in spec.listed}
     for span in blocks(spec.size) if spec.listed else ():
         starts = starts_of(spec, span)
-        for name in spec.listed:
+        for name, tally in tallies.items():
             stored = np.asarray(dataset[name][span.start : span.stop].values, np.float64)
-            differ = np.flatnonzero(stored != starts[name])
-            if differ.size:
-                wrong[name] += differ.size
-                apart = np.nan_to_num(np.abs(stored - starts[name])[differ], nan=np.inf)
-                largest[name] = max(largest[name], float(apart.max()))
-                room = MOST_NAMED - len(named[name])
-                named[name] += [cell_in_words(spec, span.start + int(i)) for i in differ[:room]]
-    for name in spec.listed:
-        yield Statement(
-            name,
-            f"{getattr(spec, name)} of the spec",
-            judged=spec.size,
-            wrong=wrong[name],
-            difference=largest[name],
-            allowed=0.0,
-            units=spec.model.parameters[name].units,
-            named=named[name],
-        )
+            against = f"{getattr(spec, name)} of the spec"
+            none = np.zeros(stored.shape)
+            tally.add_all(span.start, [difference_check(name, against, stored, starts[name], none)])
+    for tally in tallies.values():
+        yield tally.statement(lambda place: cell_in_words(spec, place))
 
 
 def _of_coordinate(spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables) -> Statement:
     (declared,) = variables.declared
-    # of equal differences the first one is told
-    count, most, difference, allowed, named = 0, -1.0, 0.0, 0.0, list[str]()
+    name, tally = declared.name, Tally(declared.name, str(declared.attributes["units"]))
+    against = "the axis of the spec" if declared.dims else "the value in the spec"
     for span, places, (values,) in variables.each():
-        stored = np.asarray(dataset[declared.name][places], np.float64)
+        stored = np.asarray(dataset[name][places], np.float64)
         bound = _ROUNDING * np.abs(values)
-        apart = np.where(stored == values, 0.0, np.abs(stored - values))
-        wrong = ~(apart <= bound)
-        count += int(np.count_nonzero(wrong))
-        size = np.nan_to_num(apart, nan=np.inf)
-        worst = np.unravel_index(int(np.argmax(size)), size.shape)
-        if size[worst] > most:
-            most, difference, allowed = float(size[worst]), float(apart[worst]), float(bound[worst])
-        if declared.dims:
-            for place in np.flatnonzero(wrong)[: MOST_NAMED - len(named)]:
-                named.append(row_in_words(spec, {declared.name: span.start + place}))
-    return Statement(
-        declared.name,
-        "the axis of the spec" if declared.dims else "the value in the spec",
-        judged=math.prod(variables.shape),
-        wrong=count,
-        difference=difference,
-        allowed=allowed,
-        units=str(declared.attributes["units"]),
-        named=named,
+        tally.add_all(span.start, [difference_check(name, against, stored, values, bound)])
+    return tally.statement(
+        lambda place: row_in_words(spec, {name: np.intp(place)}) if declared.dims else "the one value"
     )
 
 

@@ -4,15 +4,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from sweep.atlas.boundary import judged, rows_along
 from sweep.atlas.cf_metadata import CURVES, EDGES, POINTS, Declaration, edge_names
 from sweep.atlas.slices import SlicedVariables, Slices
-from sweep.checks.cell_audit import row_in_words
-from sweep.checks.statement import MOST_NAMED, Statement
+from sweep.checks.tally import Statement, Tally, difference_check, row_in_words
 from sweep.engine.grid import Span, completed, starts_of
-from sweep.model.description import Starts
+from sweep.model.description import CellCheck, Starts
 from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
@@ -28,9 +26,6 @@ _LAST_BITS = 1e-15
 
 #: A bracket that was bisected elsewhere may be so many times as wide as it comes out here, or as the spec asks for.
 _WIDER = 4.0
-
-#: What a variable was held against, the differences, and what is allowed.
-_Check = tuple[str, Array, Array]
 
 #: The variables of one slice by their names.
 _Columns = Mapping[str, Array]
@@ -72,7 +67,7 @@ class _GroupAudit:
         self._repeated, self._halves = repeated, _halfwidths(spec)
         named = {each.name: each for each in variables.declared}
         self._tallies = {
-            name: _Tally(spec, declared)
+            name: Tally(name, str(declared.attributes.get("units", "1")))
             for name, declared in named.items()
             if name in dataset and dataset[name].shape == variables.shape
         }
@@ -102,10 +97,11 @@ class _GroupAudit:
             checks = [_found_again(self._spec, name, stored[name], again, self._halves, self._repeated)]
             ends = wrong.get(self._halves.get(name, name))
             if ends is not None:
+                against = "unlike exact verdicts at the ends of its bracket"
                 checks.append(
-                    ("unlike exact verdicts at the ends of its bracket", ends, np.zeros(ends.shape))
+                    difference_check(name, against, ends, np.zeros(ends.shape), np.zeros(ends.shape))
                 )
-            tally.add(places, checks)
+            tally.add_all(span.start, checks)
 
     def _alike(self, span: Span, stored: _Columns, middle: str, half: str) -> Array:
         """Return 1 where both ends of a bracket have one exact verdict, else 0; an end on the edge is undecided."""
@@ -125,7 +121,9 @@ class _GroupAudit:
     def statement(self, declared: Declaration) -> Statement | None:
         """Return what was found of a variable; None if the atlas lacks it."""
         if declared.name in self._tallies:
-            return self._tallies[declared.name].statement()
+            return self._tallies[declared.name].statement(
+                lambda place: _place_in_words(self._spec, declared, np.unravel_index(place, self._shape))
+            )
         if declared.name not in self._dataset:
             return None
         stored = self._dataset[declared.name]
@@ -148,7 +146,7 @@ def _halfwidths(spec: SweepSpec) -> dict[str, str]:
 
 def _found_again(
     spec: SweepSpec, name: str, stored: Array, again: _Columns, halves: Mapping[str, str], repeated: bool
-) -> _Check:
+) -> CellCheck:
     """Return what the values of a variable in a slice were held against, the difference, and what is allowed."""
     wanted = np.asarray(again[name], np.float64)
     size = np.abs(np.nan_to_num(wanted))
@@ -171,9 +169,7 @@ def _found_again(
                 )
     elif again[name].dtype.kind == "f":
         allowed = _THEORY_ROUNDING * size
-    same = (stored == wanted) | (np.isnan(stored) & np.isnan(wanted))
-    with np.errstate(invalid="ignore"):
-        return against, np.where(same, 0.0, np.abs(stored - wanted)), allowed
+    return difference_check(name, against, stored, wanted, allowed)
 
 
 def _same_verdicts(
@@ -226,67 +222,11 @@ def _point_starts(spec: SweepSpec, stored: _Columns, count: int) -> Starts:
     return {name: {**points, **fixed, **computed}[name] for name in spec.model.parameters}
 
 
-class _Tally:
-    """What the checks of one variable have found so far: of each the worst value, of all the wrong ones."""
-
-    def __init__(self, spec: SweepSpec, declared: Declaration) -> None:
-        self._spec, self._declared = spec, declared
-        self._judged, self._wrong = 0, 0
-        self._named: list[str] = []
-        self._worst: list[_Worst] = []
-
-    def add(self, places: Slices, checks: list[_Check]) -> None:
-        """Add the checks of a slice, always the same ones in the same order."""
-        self._worst = self._worst or [_Worst(against) for against, _, _ in checks]
-        wrongs = [worst.add(*check[1:]) for worst, check in zip(self._worst, checks, strict=True)]
-        some = np.any(wrongs, axis=0)
-        self._judged += some.size
-        if count := int(np.count_nonzero(some)):
-            self._wrong += count
-            begin = np.array([part.start for part in places], np.intp)
-            first = np.argwhere(some)[: MOST_NAMED - len(self._named)]
-            self._named += [_place_in_words(self._spec, self._declared, begin + each) for each in first]
-
-    def statement(self) -> Statement:
-        """Return the statement, with the difference that the first wrong check found, or the first of all."""
-        worst = next((each for each in self._worst if each.wrong), self._worst[0])
-        return Statement(
-            self._declared.name,
-            "; ".join(each.against for each in self._worst),
-            judged=self._judged,
-            wrong=self._wrong,
-            difference=worst.difference,
-            allowed=worst.allowed,
-            units=str(self._declared.attributes.get("units", "1")),
-            named=self._named,
-        )
-
-
-class _Worst:
-    """The value with the largest difference over what is allowed, of equal ones the first; and whether one is wrong."""
-
-    def __init__(self, against: str) -> None:
-        self.against, self.wrong = against, False
-        self.difference, self.allowed, self._ratio = 0.0, 0.0, -1.0
-
-    def add(self, difference: Array, allowed: Array) -> Truths:
-        """Add some values; return those further off than is allowed."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.nan_to_num(np.where(difference == 0.0, 0.0, difference / allowed), nan=np.inf)
-        place = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-        if ratio[place] > self._ratio:
-            self._ratio = float(ratio[place])
-            self.difference, self.allowed = float(difference[place]), float(allowed[place])
-        wrong = np.asarray(~(difference <= allowed))
-        self.wrong |= bool(wrong.any())
-        return wrong
-
-
-def _place_in_words(spec: SweepSpec, declared: Declaration, place: npt.NDArray[np.intp]) -> str:
+def _place_in_words(spec: SweepSpec, declared: Declaration, place: tuple[np.intp, ...]) -> str:
     if set(declared.dims) <= set(spec.axes):
         return (
             row_in_words(spec, dict(zip(declared.dims, place, strict=True)))
             if declared.dims
             else "the one row"
         )
-    return ", ".join(f"{name} {number}" for name, number in zip(declared.dims, place.tolist(), strict=True))
+    return ", ".join(f"{name} {number}" for name, number in zip(declared.dims, place, strict=True))

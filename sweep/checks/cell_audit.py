@@ -1,18 +1,17 @@
 """The cells of an atlas held against the reference of its model, and against a repetition of its integration."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.checks.statement import MOST_NAMED, Statement, unchecked
+from sweep.checks.tally import Statement, Tally, cell_in_words
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
-from sweep.errors import counted
 from sweep.model.description import CellCheck, Columns, Reference, Starts
 from sweep.model.quantity import MISSING, Quantity, Truths
 from sweep.request.spec import SweepSpec
@@ -81,13 +80,12 @@ class CellAudit:
     ) -> None:
         self.repeated = own
         self._spec, self._reference, self._held, self._own = spec, reference, set(held), own
-        self._tallies: dict[tuple[str, str], _Tally] = {}
-        self._wrong: dict[str, _Places] = {}
         self._stride = stride if own else 0
         self._quantities = {
             **spec.model.cell_variables(spec),
             **{n: spec.model.parameters[n] for n in spec.computed},
         }
+        self._tallies = {name: Tally(name, each.units) for name, each in self._quantities.items()}
 
     def audited(self, blocks: StoredBlocks) -> Iterator[AuditedBlock]:
         """Check all cells, and yield the variables of the audit, arrays of shape (len(span),).
@@ -106,12 +104,9 @@ class CellAudit:
 
     def statements(self) -> Iterator[Statement]:
         """Yield what was found of each variable, in the order of the file; each once."""
-        for name, quantity in self._quantities.items():
-            tallies = [each for (variable, _), each in self._tallies.items() if variable == name]
-            if name in self._held and tallies:
-                counting = [each for each in tallies if each.counts(self._own)]
-                found = _joined(name, quantity, counting, self._wrong.get(name, _Places()), self._spec)
-                yield _with_what_is_open(found, counting)
+        for name, tally in self._tallies.items():
+            if name in self._held and not tally.is_empty:
+                yield tally.statement(lambda place: cell_in_words(self._spec, place), self._own)
 
     def _compute(self, span: Span, stored: Columns) -> _Computed:
         """Return what the kernels say of a block."""
@@ -148,13 +143,12 @@ class CellAudit:
             some = np.any(list(wrong.values()), axis=0) & agreeing
             found["audit"] = np.where(some, audit.other, found["audit"])
         for name, cells in wrong.items():
-            self._wrong.setdefault(name, _Places()).add(span.start, 1, cells)
+            self._tallies[name].add_wrong(span.start, cells)
         return span, found
 
     def _note(self, wrong: dict[str, Truths], span: Span, part: slice, check: CellCheck) -> None:
         """Add a check of some cells of a block to its tally, and to the cells of the block that are wrong."""
-        tally = self._tallies.setdefault((check.name, check.against), _Tally(check))
-        beyond = tally.add(span.start + (part.start or 0), part.step or 1, check)
+        beyond = self._tallies[check.name].add(span.start + (part.start or 0), check, part.step or 1)
         if beyond is not None and not check.share and (self._own or not check.promise):
             wrong.setdefault(check.name, np.zeros(len(span), bool))[part] |= beyond
 
@@ -237,138 +231,3 @@ def _repeated(
     bound = quantity.tolerance
     allowed = bound.absolute + bound.relative * np.abs(np.nan_to_num(theirs))
     return CellCheck(quantity.name, against, difference, allowed, judged)
-
-
-class _Places:
-    """How many cells, and the first of them by their flat indices."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.first: list[int] = []
-
-    def add(self, start: int, step: int, cells: Truths) -> None:
-        """Add those of every k-th cell from `start` on, k = `step`, for which the array of bool is true."""
-        places = np.flatnonzero(cells)[: MOST_NAMED - len(self.first)]
-        self.first += (start + step * places).tolist()
-        self.count += int(np.count_nonzero(cells))
-
-
-class _Tally:
-    """What one check has found so far: counts, the worst cell, the first cells that are further off than is allowed."""
-
-    def __init__(self, check: CellCheck) -> None:
-        self.against, self.share, self.promise = check.against, check.share, check.promise
-        self.judged, self.unknown, self.beyond = 0, 0, _Places()
-        self.difference, self.allowed, self._ratio = np.nan, np.nan, -1.0
-
-    def add(self, start: int, step: int, check: CellCheck) -> Truths | None:
-        """Add every k-th cell from `start` on, k = `step`; return those further off than is allowed, None if none."""
-        if not check.difference.size:
-            return None
-        self.judged += int(np.count_nonzero(check.judged))
-        if check.unknown is not None:
-            self.unknown += int(np.count_nonzero(check.unknown))
-        elif step > 1:
-            self.unknown += (step - 1) * check.difference.size
-        if self._ratio >= 0.0 and _all_right(check):
-            return None
-        self._compare(check)
-        beyond = check.wrong
-        if not beyond.any():
-            return None
-        self.beyond.add(start, step, beyond)
-        return beyond
-
-    def _compare(self, check: CellCheck) -> None:
-        """Keep the cell with the largest difference over what is allowed, of two equal ones the first."""
-        ratio = np.zeros(check.difference.shape)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            np.divide(check.difference, check.allowed, out=ratio, where=check.difference != 0.0)
-        if not check.judged.all():
-            ratio[~check.judged] = -1.0
-        worst = int(np.argmax(ratio))
-        if np.isnan(ratio[worst]):
-            # a value that is missing is as wrong as one for which nothing is allowed
-            worst = int(np.argmax(np.isnan(ratio) | np.isposinf(ratio)))
-            ratio[worst] = np.inf
-        if ratio[worst] > self._ratio:
-            self._ratio = float(ratio[worst])
-            self.difference, self.allowed = float(check.difference[worst]), float(check.allowed[worst])
-
-    def counts(self, own: bool) -> bool:
-        """Whether the check says anything of an atlas made by this code, or by other code."""
-        return self.judged > 0 and (own or not self.promise)
-
-    @property
-    def fails(self) -> bool:
-        """Whether more cells are further off than is allowed than the share lets pass.
-
-        Of few cells more than the share may be beyond it by chance: five times the square root of the expected number,
-        and five.
-        """
-        expected = self.share * self.judged
-        return self.beyond.count > (expected + 5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0)
-
-    @property
-    def ratio(self) -> float:
-        """Largest difference over what is allowed for it."""
-        return self._ratio
-
-    @property
-    def words(self) -> str:
-        """What the variable was held against, with the share of cells that are beyond it where some may be."""
-        if not self.share:
-            return self.against
-        found, allowed = 100.0 * self.beyond.count / self.judged, 100.0 * self.share
-        return f"{self.against} ({found:.2g} % of cells beyond it, {allowed:g} % allowed)"
-
-
-def _all_right(check: CellCheck) -> bool:
-    """Return whether no cell differs at all, and something is allowed in each; two passes over what is in the cache."""
-    # the extremes of an array that holds NaN are NaN
-    return bool(check.difference.max() == 0.0 and check.allowed.min() >= 0.0)
-
-
-def _joined(
-    name: str, quantity: Quantity, tallies: Sequence[_Tally], wrong: _Places, spec: SweepSpec
-) -> Statement:
-    """Return the statement of a variable from all its checks: the numbers are those of the worst one."""
-    if not tallies:
-        return unchecked(name, "made by other code, which promised nothing of it")
-    worst = max(tallies, key=lambda each: (each.fails, not each.share, each.ratio))
-    # a promise about a share of the cells is broken by them together
-    wrong = worst.beyond if worst.fails and worst.share else wrong
-    return Statement(
-        name,
-        "; ".join(each.words for each in tallies),
-        judged=max(each.judged for each in tallies),
-        wrong=wrong.count,
-        difference=worst.difference,
-        allowed=worst.allowed,
-        units=quantity.units,
-        named=[cell_in_words(spec, place) for place in wrong.first],
-    )
-
-
-def _with_what_is_open(statement: Statement, tallies: Sequence[_Tally]) -> Statement:
-    """Return the statement of a variable with the values that nothing was held against, if there are any."""
-    count = min((each.unknown for each in tallies), default=0)
-    if not count:
-        return statement
-    return replace(
-        statement, against=f"{statement.against}; otherwise not checked: {counted(count, 'value')}"
-    )
-
-
-def cell_in_words(spec: SweepSpec, place: int) -> str:
-    """Return the coordinates of a cell, given by its flat index."""
-    return row_in_words(spec, dict(zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)))
-
-
-def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
-    """Return the coordinates of a row or a cell, given by its places along some axes."""
-    words = [
-        f"{name} {spec.quantities[name].spell(getattr(spec, name).at(place))}"
-        for name, place in places.items()
-    ]
-    return ", ".join(words) or "the one cell"

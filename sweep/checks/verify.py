@@ -25,7 +25,7 @@ from sweep.checks.attribute_audit import attribute_statements, coordinate_statem
 from sweep.checks.audit_summary import AuditSummary
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
-from sweep.checks.statement import Statement, from_text, to_text
+from sweep.checks.tally import Statement, from_text, to_text
 from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.grid import Span, blocks
