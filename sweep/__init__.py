@@ -8,7 +8,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import kernels
-from sweep.foreign_settings import ignore_numba_file
 from sweep.import_hook import when_imported
 from sweep.version import __version__
 
@@ -114,8 +113,6 @@ __all__ = [
 ]
 
 
-# Before Numba is loaded, which no module of this package does when it is imported itself
-ignore_numba_file()
 # dataset.eulerdisk, as soon as there are datasets
 when_imported("xarray", lambda: import_module("sweep.accessor"))
 

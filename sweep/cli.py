@@ -149,7 +149,6 @@ def main() -> None:
 def _run() -> None:
     from sweep.commands import process
     from sweep.commands.terminal import say
-    from sweep.foreign_settings import ignore_matplotlibrc, ignore_ncrc
     from sweep.notices import listen
     from sweep.platforms import check_memory, check_system
 
@@ -157,8 +156,6 @@ def _run() -> None:
     # help needs no memory to speak of
     if "--help" not in sys.argv and len(sys.argv) > 1:
         check_memory(sys.argv[1:])
-    ignore_matplotlibrc()
-    ignore_ncrc()
     process.tell_warnings()
     listen(say)
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors

@@ -3,17 +3,13 @@
 import importlib.util
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-#: What a module is imported within; it is given the spec of the module.
-Around = Callable[[ModuleSpec], AbstractContextManager[None]]
 
-
-def when_imported(name: str, action: Callable[[], object], around: Around = lambda _: nullcontext()) -> None:
-    """Call `action` once, after the module `name` has been imported, `around` it: now, if it is already.
+def when_imported(name: str, action: Callable[[], object]) -> None:
+    """Call `action` once, after the module `name` has been imported: now, if it is already.
 
     A user may import this package and xarray in either order, and expects the accessor in both cases. But the command
     line must answer --help without xarray, which takes half a second to load.
@@ -22,7 +18,7 @@ def when_imported(name: str, action: Callable[[], object], around: Around = lamb
         action()
     # a module that is imported again asks again
     elif not any(isinstance(each, _Finder) and each.name == name for each in sys.meta_path):
-        sys.meta_path.insert(0, _Finder(name, action, around))
+        sys.meta_path.insert(0, _Finder(name, action))
 
 
 class _Finder:
@@ -31,10 +27,9 @@ class _Finder:
     Not derived from `importlib.abc.MetaPathFinder`, which adds nothing that is used, and takes 6 ms to import.
     """
 
-    def __init__(self, name: str, action: Callable[[], object], around: Around) -> None:
+    def __init__(self, name: str, action: Callable[[], object]) -> None:
         self.name = name
         self.action = action
-        self.around = around
         self.asking = False
 
     def find_spec(
@@ -57,8 +52,7 @@ class _Finder:
 
         def exec_module(module: ModuleType) -> None:
             del loader.exec_module
-            with self.around(spec):
-                execute(module)
+            execute(module)
             if self in sys.meta_path:
                 sys.meta_path.remove(self)
                 self.action()

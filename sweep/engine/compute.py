@@ -23,9 +23,6 @@ from sweep.request.start_table import Column
 #: The thread loop of an NVIDIA device.
 _CUDA = "kernels.lanes.cuda"
 
-#: The arithmetic of distributions.
-_ELEMENTARY = "sweep.request.elementary"
-
 
 @dataclass(frozen=True)
 class Block:
@@ -181,9 +178,8 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     ]
     engine += [Distribution.at, Distribution._quantile, philox] if spec.samples else []
     engine += [Column.at] if spec.starts else []
-    arithmetic = [_ELEMENTARY] if spec.samples else []
     types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
-    return code_hash([*kernels, *device, *model.code(spec), *arithmetic, *engine], *types)
+    return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
 
 
 def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:

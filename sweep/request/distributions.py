@@ -15,7 +15,6 @@ from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.as_given import as_given, rule_in
 from sweep.request.axes import AxisError
-from sweep.request.elementary import exp, log, normal_quantile
 from sweep.request.values import NOT_FINITE, read_numbers
 
 UNIFORM, LOGUNIFORM, NORMAL = "uniform", "loguniform", "normal"
@@ -133,12 +132,14 @@ class Distribution:
 
     def _quantile(self, share: Array) -> Array:
         if self.kind == NORMAL:
-            return self.first + self.second * normal_quantile(share)
+            from scipy.special import ndtri
+
+            return np.asarray(self.first + self.second * ndtri(share))
         if self.kind == UNIFORM:
             return self.first + (self.second - self.first) * share
-        low, high = log(self.ends())
+        low, high = np.log(self.ends())
         # rounding may lead beyond the ends
-        return np.clip(exp(low + (high - low) * share), self.first, self.second)
+        return np.asarray(np.clip(np.exp(low + (high - low) * share), self.first, self.second))
 
 
 def philox(stream: str, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.uint64]:
