@@ -139,7 +139,8 @@ class SweepSpec:
         except RequestError as error:
             raise at_word(error, words, values) from None
         check_steps(values, words)
-        check_size([len(values[name]) for name in given])
+        # a list of starts has no boundary
+        check_size([len(values[name]) for name in given if name != START.name])
         for name, value in (
             ("model", model),
             ("axes", given if order is None else read_axes(order, given)),
