@@ -261,8 +261,8 @@ def test_the_hash_of_the_code_is_that_of_the_model():
 
 
 def test_docs_walk_through_this_model():
-    """What docs/architecture.md quotes of the model stands in it."""
-    page = (CHECKOUT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    """What docs/own-model.md quotes of the model stands in it."""
+    page = (CHECKOUT / "docs" / "own-model.md").read_text(encoding="utf-8")
     code = [path.read_text(encoding="utf-8") for path in sorted((HERE / "bead").glob("*.py"))]
     quoted = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     assert len(quoted) > 4

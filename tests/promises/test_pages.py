@@ -33,7 +33,7 @@ PAGES = {
 
 #: Blocks that other tests take: those of the worked example, of the changes of extend.md, and of the public names.
 ELSEWHERE = {
-    "architecture.md": "tests/models/test_bead.py",
+    "own-model.md": "tests/models/test_bead.py",
     "extend.md": "tests/promises/test_extend_page.py",
     "names.md": "tests/promises/test_public_names.py",
 }
