@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas.nearest import nearest_cell
+from sweep.atlas.nearest import is_inside, nearest_cell
 from sweep.atlas.picking import picked
 from sweep.errors import RequestError
+from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
 
 
@@ -105,3 +106,11 @@ def test_a_start_has_no_nearest_one():
         nearest_cell(part.eulerdisk.spec, {"start": "6"})
     assert nearest_cell(part.eulerdisk.spec, {"start": "5"}) == {"start": 1}
     assert picked(part, {"start": "3:7"})[0].start.values.tolist() == [5, 7]
+
+
+def test_an_axis_reaches_half_a_step_beyond_its_ends():
+    """In the value, or along a logarithmic axis in its logarithm; no further."""
+    even, log = Range(1.0, 4.0, 4), Range(1.0, 100.0, 3, "log")
+    for axis, inside, outside in ((even, (0.51, 4.49), (0.49, 4.51)), (log, (0.32, 316.0), (0.31, 317.0))):
+        assert all(is_inside(axis, value) for value in inside)
+        assert not any(is_inside(axis, value) for value in outside)
