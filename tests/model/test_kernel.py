@@ -349,7 +349,8 @@ def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     used = [DISK.integrate, EXTREMES]
     # what another version has kept is no use
-    folders = [tmp_path / "another version", *(cache_folder([each.module]) for each in used)]
+    modules = sorted({module for each in used for module, _ in each._entries()})
+    folders = [tmp_path / "another version", *(cache_folder([each]) for each in modules)]
     for folder in folders:
         with pytest.raises(RequestError, match=re.escape(str(tmp_path))) as caught:
             check_cache(used)
