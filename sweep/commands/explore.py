@@ -40,9 +40,7 @@ def explore(
 
     A page of this machine alone; it is answered until Ctrl-C. The address that is printed lets in who knows it.
     """
-    from sweep.explorer.explorer import Explorer
-    from sweep.explorer.freed_memory import keep_large_blocks_apart
-    from sweep.explorer.subject import subject_of_words
+    from sweep.explorer.explorer import Explorer, subject_of_words
 
     subject = subject_of_words(what, words or [])
     if export is not None:
@@ -52,7 +50,6 @@ def explore(
             write(subject, export, overwrite=overwrite, check=check)
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
-    keep_large_blocks_apart()
     explorer = Explorer(subject, port)
     if browser:
         explorer.open_browser()

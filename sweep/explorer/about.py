@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.explorer.loss_words import LOSS_WORDS
+from sweep.explorer.losses import LOSS_WORDS
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, other_names, preset

@@ -1,21 +1,22 @@
 """What is answered: one function for every address that the page asks."""
 
+import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from sweep.errors import NoMotionError
-from sweep.explorer.abandon import abandoned_with
 from sweep.explorer.about import about
 from sweep.explorer.fields import read_count, read_number, read_object, read_text
-from sweep.explorer.freed_memory import give_back
 from sweep.explorer.lines import lines
-from sweep.explorer.packing import packed
 from sweep.explorer.point import place, point
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import BusyError, Lanes, motion_turn, still_there
 from sweep.explorer.view import View
+from sweep.explorer.waiting import MOTIONS, Lanes, ended_with, still_there, turn
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
 
@@ -31,14 +32,12 @@ _Answering = Callable[[Mapping[str, Any], Callable[[], bool]], "Answer"]
 
 @dataclass(frozen=True)
 class Answer:
-    """What is sent: a type, and an object for JSON, parts of bytes, or an open file; `name` is that to save it under.
-
-    Who sends an answer closes its file.
-    """
+    """What is sent: a type, and an object for JSON, parts of bytes, or an open file, which the server closes."""
 
     kind: str
     content: Any
-    name: str = ""
+    headers: Mapping[str, str] = field(default_factory=dict)
+    status: int = 200
 
 
 class Answers:
@@ -59,10 +58,10 @@ class Answers:
             "window": self._window,
             "point": self._point,
             "lines": self._lines,
-            "motion": _then_given_back(self._motion),
-            "explain": _then_given_back(self._explain),
+            "motion": self._motion,
+            "explain": self._explain,
             "command": self._command,
-            "data": _then_given_back(self._data),
+            "data": self._data,
         }
 
     def about(self) -> Answer:
@@ -99,43 +98,66 @@ class Answers:
         # compiling takes seconds, and is no motion that others wait for
         make_ready(view.spec, losses)
         try:
-            with motion_turn(check), abandoned_with(check) as begun:
+            with turn(MOTIONS, check), ended_with(check) as begun:
                 head, arrays = motion(view.spec, start, duration, losses, begun)
-        except (NoMotionError, BusyError) as error:
-            # no motion, now or ever, is an answer; of a status of 400 browsers write into their consoles
-            words = {"error": error.message, "hint": error.hint, "where": error.where or ""}
-            return Answer(JSON, {**words, "busy": isinstance(error, BusyError)})
+        except NoMotionError as error:
+            # no motion is an answer; of a status of 400 browsers write into their consoles
+            return Answer(JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""})
         return Answer(BINARY, packed(head, arrays))
 
     def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
         # this and what follows load xarray, which takes longer than a window
-        from sweep.explorer.words import explanation
+        from sweep.explorer.point import explanation
 
         return Answer(JSON, {"text": explanation(self._view(fields), self.stored, fields)})
 
     def _command(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        from sweep.explorer.commands import motion_commands, window_commands
+        from sweep.explorer.take_away import motion_commands, window_commands
 
         commands = motion_commands if "x" in fields else window_commands
         return Answer(JSON, commands(self._view(fields), fields))
 
     def _data(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        from sweep.explorer.window_files import window_file
+        from sweep.explorer.take_away import window_file
 
         name, content = window_file(self._view(fields), fields, still_there(gone))
-        return Answer(BINARY, content, name)
+        return Answer(BINARY, content, {"Content-Disposition": f'attachment; filename="{name}"'})
 
     def _view(self, fields: Mapping[str, Any]) -> View:
         return View.read(fields.get("view"), self.given)
 
 
-def _then_given_back(answering: _Answering) -> _Answering:
-    """Return what answers likewise, and gives the memory back that it needed on the way."""
+#: Type of an array -> what the head calls it; all little-endian.
+_TYPES = {"f8": "<f8", "f4": "<f4", "u1": "u1", "i4": "<i4"}
 
-    def answer(fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        try:
-            return answering(fields, gone)
-        finally:
-            give_back()
 
-    return answer
+def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> list[bytes | memoryview]:
+    """Return the parts of a binary answer.
+
+    Parameters
+    ----------
+    head : mapping
+        What JSON can hold; ``arrays`` is added to it.
+    arrays : mapping of str to array
+        float64, float32, int32 or uint8, any shape; sent in this order, in C order. The widest types come first, so
+        that every array begins at a multiple of its own width.
+
+    Returns
+    -------
+    list of bytes or memoryview
+        Four bytes with the length of the head (little-endian), the head with spaces after it such that the arrays begin
+        at a multiple of 8 bytes, and the arrays.
+    """
+    kinds = {name: f"{array.dtype.kind}{array.dtype.itemsize}" for name, array in arrays.items()}
+    named = [{"name": name, "type": kind, "count": arrays[name].size} for name, kind in kinds.items()]
+    text = json.dumps({**head, "arrays": named}, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-(4 + len(text)) % 8)
+    parts: list[bytes | memoryview] = [len(text).to_bytes(4, "little"), text]
+    return parts + [
+        _bytes_of(np.ascontiguousarray(arrays[name], _TYPES[kind])) for name, kind in kinds.items()
+    ]
+
+
+def _bytes_of(array: npt.NDArray[Any]) -> memoryview:
+    """Return the bytes of an array in C order, which are not copied."""
+    return array.reshape(-1).view(np.uint8).data

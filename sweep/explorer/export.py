@@ -33,11 +33,11 @@ import numpy.typing as npt
 from sweep.atomic import publish_bytes
 from sweep.errors import RequestError
 from sweep.explorer.about import about, base_of
+from sweep.explorer.explorer import Subject
 from sweep.explorer.lines import lines
 from sweep.explorer.motion import stored_motions
 from sweep.explorer.pages import INDEX, PageFile, page_files
 from sweep.explorer.stored import Stored
-from sweep.explorer.subject import Subject
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
 from sweep.request.spec import SweepSpec

@@ -1,6 +1,7 @@
 """Lines on the map: the boundary of theory, the one predicted for the criterion, and the measured one."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +11,9 @@ from sweep.atlas.curves import Curves
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, whole
 from sweep.explorer.stored import Stored
-from sweep.explorer.theory_lines import theory
-from sweep.explorer.turns import KERNELS
 from sweep.explorer.view import Side, View
+from sweep.explorer.waiting import KERNELS
+from sweep.model.quantity import Array
 from sweep.request.axes import Values
 
 #: Cells along both sides among which the measured boundary is looked for.
@@ -23,6 +24,10 @@ _FINE = 4096
 
 #: No bracket is narrower, over the largest value of its side: there rounding decides.
 _LEAST = 1e-14
+
+#: Places of the raster on which lines of theory are sought, -1 and 1 at the borders of the window: centres of rows, and
+#: columns from beyond one border to beyond the other.
+_ROWS, _COLUMNS = (2.0 * np.arange(256) + 1.0) / 256 - 1.0, np.linspace(-1.25, 1.25, 161)
 
 
 def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
@@ -95,3 +100,83 @@ def bracket_width(view: View) -> float:
         widths.append(low * math.expm1(pixel) if side.scale == "log" else pixel)
         largest.append(max(abs(low), abs(high)))
     return max(min(widths), _LEAST * min(largest))
+
+
+def theory(view: View) -> list[dict[str, Any]]:
+    """Return the lines of theory in a window, as `lines` does; none without a control.
+
+    Theory gives the edges of the unstable band as rates for each row. A line is the contour at zero of a function of
+    both parameters that changes its sign there: the distance from the edge, or where the band has two edges the product
+    of both distances, which goes on smoothly past the row where they meet.
+    """
+    model = view.spec.model
+    controls = model.controls([view.x.name, view.y.name])
+    if not controls:
+        return []
+    along = view.x if view.x.name == controls[0] else view.y
+    labels = {
+        "analytic": "analytic, no perturbation",
+        "predicted": model.line_words.label.format(view.spec.criterion.label(model)),
+    }
+    names = labels if view.spec.criterion.predictable else ("analytic",)
+    parts = [(part, _edges(view, part, along)) for part in _of_one_sign(along)]
+    return [
+        {
+            "name": name,
+            "label": labels[name],
+            "points": [
+                points
+                for part, edges in parts
+                for points in _contours(view, part, along, [edge[number] for edge in edges])
+            ],
+        }
+        for number, name in enumerate(names)
+    ]
+
+
+def _of_one_sign(side: Side) -> list[Side]:
+    """Return a side, or its two parts: theory has other edges for rates below zero."""
+    low, high = side.ends()
+    if not low < 0.0 < high:
+        return [side]
+    return [replace(side, centre=0.5 * end, half=0.5 * abs(end)) for end in (low, high)]
+
+
+def _edges(view: View, part: Side, along: Side) -> list[tuple[Array, Array]]:
+    """Return the edges in all rows, (analytic, predicted) each, as places on a side whose window is from -1 to 1."""
+    across = view.y if along is view.x else view.x
+    rows = across.at(_ROWS)
+    starts = view.starts(*(rows if side is across else np.ones_like(rows) for side in (view.x, view.y)))
+    with np.errstate(all="ignore"):
+        found = view.spec.model.lines(view.spec_along(part), along.name, starts)
+        return [(part.place(analytic), part.place(predicted)) for analytic, predicted in found.values()]
+
+
+def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterator[list[list[float]]]:
+    """Yield the polylines of pairs of values on which a row meets one of its edges."""
+    from contourpy import contour_generator
+
+    if len(edges) == 2:
+        middle, squared = 0.5 * (edges[0] + edges[1]), 0.25 * (edges[1] - edges[0]) ** 2
+        middle, squared = _continued(middle), _continued(squared)
+        field = (_COLUMNS - middle[:, None]) ** 2 - squared[:, None]
+    elif edges:
+        field = _COLUMNS - edges[0][:, None]
+    else:
+        return
+    across = view.y if along is view.x else view.x
+    for line in contour_generator(_COLUMNS, _ROWS, np.ma.masked_invalid(field)).lines(0.0):
+        at_columns, at_rows = np.asarray(line).T
+        sides = part.at(at_columns), across.at(at_rows)
+        yield np.stack(sides if along is view.x else sides[::-1], axis=1).tolist()
+
+
+def _continued(values: Array) -> Array:
+    """Return the values of the rows, continued in a straight line by two rows where some have none."""
+    found = values.copy()
+    for rows, known in ((found, values), (found[::-1], values[::-1])):
+        for i in range(2, known.size):
+            if np.isnan(known[i]) and np.isfinite(known[i - 2 : i]).all():
+                after = rows[i : i + 2]
+                after[:] = known[i - 1] + np.arange(1, after.size + 1) * (known[i - 1] - known[i - 2])
+    return found

@@ -13,7 +13,7 @@ energy over m g R.
 
 The head: ``title``, ``ending`` and ``note`` in words; ``start``, ``radius``, ``gravity``, ``alpha``; ``ended`` (whether
 the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and its words), ``period`` [s], ``wells`` and
-``barriers`` (pairs of tilt and potential); ``losses`` (the controls, `sweep.explorer.loss_controls`); ``ledger``
+``barriers`` (pairs of tilt and potential); ``losses`` (the controls, `sweep.explorer.losses`); ``ledger``
 (words of each loss); ``quantities`` (label, unit and factor of each array).
 """
 
@@ -25,10 +25,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import NoMotionError, RequestError
-from sweep.explorer.loss_controls import controls
-from sweep.explorer.loss_words import loss_words
+from sweep.explorer.losses import controls, loss_words
 from sweep.explorer.potential import potential_of
-from sweep.explorer.turns import KERNELS
+from sweep.explorer.waiting import KERNELS
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR

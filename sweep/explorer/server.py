@@ -1,34 +1,35 @@
-"""The server: HTTP on the loopback device of this machine, one thread for every connection."""
+"""The server: HTTP on the loopback device of this machine, for the person who has opened the page and nobody else."""
 
 import contextlib
 import json
 import os
+import secrets
 import selectors
 import socket
 import sys
 import threading
-import time
 import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from sweep.errors import RequestError
 from sweep.explorer.answers import JSON, Answer, Answers
 from sweep.explorer.fields import read_json
-from sweep.explorer.guard import Guard
 from sweep.explorer.pages import INDEX, content_policy, page_files
-from sweep.explorer.turns import SupersededError
+from sweep.explorer.waiting import SupersededError
 
 #: Bytes of the body of a request at most.
 MOST_BYTES = 64 * 1024
 
-#: Connections at once: a browser keeps six.
-MOST_CONNECTIONS = 128
+#: Requests that are answered at a time, each by a thread: a browser has six under way.
+MOST_REQUESTS = 64
 
-#: Seconds in which a request has to arrive, and after which a connection without requests is closed.
-ARRIVAL, _IDLE = 10.0, 60.0
+#: Seconds that a connection may say nothing while its request arrives.
+_SILENCE = 10.0
 
 #: Bytes of a file that are in memory at a time.
 _CHUNK = 2**18
@@ -39,13 +40,32 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
+    "Connection": "close",
 }
 
 HOST = "127.0.0.1"
 
+#: What a browser says of a request that the page itself makes, or of an address that a person typed.
+_OWN = ("same-origin", "none")
+
 _LAST_PORT = 65_535
 
 _PORT_HINT = "Leave --port out, or give one that is free, as in --port 8123."
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request as it arrived.
+
+    `body` reads so many bytes of it, None if they do not come; `gone` returns whether the client has closed its
+    connection.
+    """
+
+    method: str
+    path: str
+    headers: Mapping[str, str]
+    body: Callable[[int], bytes | None]
+    gone: Callable[[], bool]
 
 
 class Server(ThreadingHTTPServer):
@@ -58,6 +78,11 @@ class Server(ThreadingHTTPServer):
         0 for any that is free.
     framed : bool
         Whether a notebook may show the page in a frame.
+
+    Attributes
+    ----------
+    token : str
+        32 characters that nobody can guess: the first part of every path.
 
     Raises
     ------
@@ -74,10 +99,6 @@ class Server(ThreadingHTTPServer):
             raise RequestError(
                 f"A port is a number from 0 to {_LAST_PORT}; got {port}.", hint=_PORT_HINT, where="port"
             )
-        # the base class closes the server where it cannot listen
-        self._connections: set[socket.socket] = set()
-        #: connection -> the time at which its request began to arrive
-        self._arriving: dict[socket.socket, float] = {}
         try:
             super().__init__((HOST, port), _Handler)
         except OSError as problem:
@@ -86,16 +107,79 @@ class Server(ThreadingHTTPServer):
                 hint=_PORT_HINT,
                 where="port",
             ) from None
-        self.answers = answers
-        self.guard = Guard(self.server_port)
-        self.pages = page_files()
-        self.policy = content_policy(self.pages[INDEX].content, framed=framed)
-        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self.token = secrets.token_urlsafe(24)
+        self._answers, self._pages = answers, page_files()
+        self._policy = content_policy(self._pages[INDEX].content, framed=framed)
+        self._hosts = tuple(f"{name}:{self.server_port}" for name in (HOST, "localhost"))
+        self._room = threading.BoundedSemaphore(MOST_REQUESTS)
 
     @property
     def url(self) -> str:
         """The address of the page."""
-        return f"http://{HOST}:{self.server_port}/{self.guard.token}/"
+        return f"http://{HOST}:{self.server_port}/{self.token}/"
+
+    def app(self, request: Request) -> Answer:
+        """Return the answer to a request."""
+        if refusal := self._refusal(request.path, request.headers):
+            return _problem(403, refusal)
+        path = request.path.split("/", 2)[2] if request.path.count("/") > 1 else "/"
+        answering = self._answers.posted.get(path)
+        name = INDEX if path == "" else path.removeprefix("page/") if path.startswith("page/") else None
+        if request.method == "GET":
+            if path == "about":
+                return self._made(self._answers.about)
+            if name in self._pages:
+                page = self._pages[name]
+                headers = {"Content-Security-Policy": self._policy} if name == INDEX else {}
+                return Answer(page.kind, [page.content], headers)
+            if answering is not None:
+                return _problem(405, "This address is asked with POST.", {"Allow": "POST"})
+            return _problem(404, "There is nothing at this address.")
+        body = _body_of(request)
+        if isinstance(body, Answer):
+            return body
+        if answering is None:
+            status = 405 if path == "about" or name is not None else 404
+            return _problem(status, "There is nothing to post to at this address.", {"Allow": "GET"})
+        return self._made(lambda: answering(read_json(body), request.gone))
+
+    def _refusal(self, path: str, headers: Mapping[str, str]) -> str:
+        """Return why a request is not let in; empty if it is.
+
+        A page of another site could name this server by a host name of its own that leads here (then ``Host`` is that
+        name), send it a form or a script (then the browser names its ``Origin``), or show it in a frame.
+        """
+        if headers.get("Host", "") not in self._hosts:
+            return f"The host must be {' or '.join(self._hosts)}."
+        origin = headers.get("Origin")
+        # a link or a frame of another page, a notebook for instance, may open the page itself
+        opens = headers.get("Sec-Fetch-Mode") == "navigate" and path == f"/{self.token}/"
+        foreign = headers.get("Sec-Fetch-Site", "none") not in _OWN and not opens
+        if foreign or (origin is not None and origin not in [f"http://{host}" for host in self._hosts]):
+            return "Pages of other sites are not answered."
+        given = path.split("/")[1] if path.startswith("/") else ""
+        if not secrets.compare_digest(given.encode(), self.token.encode()):
+            return "The address needs the token that eulerdisk explore has printed."
+        return ""
+
+    def _made(self, make: Callable[[], Answer]) -> Answer:
+        """Return an answer, or that there is none."""
+        try:
+            # values of a page may be as large as they like
+            with np.errstate(all="ignore"):
+                return make()
+        except SupersededError:
+            return _problem(410, "superseded")
+        except RequestError as error:
+            return Answer(
+                JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""}, status=400
+            )
+        except MemoryError:
+            return _problem(400, "The memory of this process is not enough for that.")
+        except Exception:
+            # the page gets one sentence, the terminal the rest
+            traceback.print_exc()
+            return _problem(500, "This is a defect of eulerdisk; what is known of it stands in the terminal.")
 
     def server_bind(self) -> None:
         """Bind the socket; the name of the machine, which `HTTPServer` would look up, is not needed."""
@@ -105,174 +189,67 @@ class Server(ThreadingHTTPServer):
         self.server_name, self.server_port = HOST, self.server_address[1]
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer a connection in a thread of its own, unless there are too many."""
-        if not self._room.acquire(blocking=False):
-            request.settimeout(1.0)
-            with contextlib.suppress(OSError):
-                request.sendall(_TOO_MANY)
-            self.shutdown_request(request)
-            return
-        try:
+        """Answer a request in a thread of its own; one for which there is no room is ended."""
+        if self._room.acquire(blocking=False):
             super().process_request(request, client_address)
-        except RuntimeError:
-            # the system has no more threads
-            self._room.release()
+        else:
             self.shutdown_request(request)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Answer the requests of a connection, one after another."""
-        self._connections.add(request)
+        """Answer a request, and give its room back."""
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self.arrived(request)
-            self._connections.discard(request)
             self._room.release()
 
-    def arrives(self, connection: socket.socket) -> None:
-        """Note that a request has begun to arrive."""
-        self._arriving.setdefault(connection, time.monotonic())
-
-    def arrived(self, connection: socket.socket) -> None:
-        """Note that all of a request is there."""
-        self._arriving.pop(connection, None)
-
-    def server_close(self) -> None:
-        """Close the address and all connections: a page that still asks is told that nobody is there."""
-        super().server_close()
-        for connection in list(self._connections):
-            with contextlib.suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
-
-    def service_actions(self) -> None:
-        """End connections whose requests take too long to arrive; called twice a second."""
-        late = time.monotonic() - ARRIVAL
-        for connection, since in list(self._arriving.items()):
-            if since < late:
-                with contextlib.suppress(OSError):
-                    connection.shutdown(socket.SHUT_RDWR)
-
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say on standard error what went wrong with a connection; a client that has gone is nothing wrong."""
-        problem = sys.exception() if hasattr(sys, "exception") else sys.exc_info()[1]
+        """Say on standard error what went wrong with a request; a client that has gone is nothing wrong."""
+        problem = sys.exc_info()[1]
         if not isinstance(problem, ConnectionError | TimeoutError):
             traceback.print_exception(problem)
 
 
-_BUSY = json.dumps(
-    {
-        "error": f"The explorer has {MOST_CONNECTIONS} connections open, and takes no more.",
-        "hint": "Close other pages of it.",
-        "where": "connections",
-    }
-).encode()
-_TOO_MANY = (
-    b"HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nConnection: close\r\n"
-    + f"Content-Length: {len(_BUSY)}\r\n\r\n".encode()
-    + _BUSY
-)
+def _body_of(request: Request) -> bytes | Answer:
+    """Return the body of a request, or why it is not read."""
+    length = request.headers.get("Content-Length", "")
+    if request.headers.get("Transfer-Encoding") or not (length.isascii() and length.isdigit()):
+        return _problem(411, "A request says how long it is.")
+    if len(length) > 9 or int(length) > MOST_BYTES:
+        return _problem(413, f"A request has at most {MOST_BYTES} bytes; got {length}.")
+    if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() != JSON:
+        return _problem(415, f"A request is {JSON}.")
+    body = request.body(int(length))
+    return _problem(400, "The request has not arrived.") if body is None else body
+
+
+def _problem(status: int, problem: str, headers: Mapping[str, str] | None = None) -> Answer:
+    return Answer(JSON, {"error": problem, "hint": "", "where": ""}, headers or {}, status)
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Reads the requests of one connection and writes the answers."""
+    """Reads a request, and writes its answer."""
 
     server: Server
     protocol_version = "HTTP/1.1"
-    disable_nagle_algorithm = True
-    timeout = _IDLE
+    timeout = _SILENCE
     server_version, sys_version = "eulerdisk", ""
 
-    def handle_one_request(self) -> None:
-        """Wait for a request; from its first byte on it has a limited time to arrive."""
-        if self.rfile.peek(1):  # type: ignore[attr-defined]  # a BufferedReader has it
-            self.server.arrives(self.connection)
-            super().handle_one_request()
-        else:
-            self.close_connection = True
-
     def do_GET(self) -> None:
-        """Send the page, one of its files, or what it has to know."""
-        path = self._let_in()
-        if path is None:
-            return
-        self.server.arrived(self.connection)
-        name = INDEX if path == "" else path.removeprefix("page/") if path.startswith("page/") else None
-        if path == "about":
-            self._answer(self.server.answers.about)
-        elif path in self.server.answers.posted:
-            self._error(405, "This address is asked with POST.", allow="POST")
-        elif name in self.server.pages:
-            page = self.server.pages[name]
-            self._send(200, page.kind, [page.content], policy=name == INDEX)
-        else:
-            self._error(404, "There is nothing at this address.")
+        """Answer a request."""
+        headers: Any = self.headers
+        self._send(self.server.app(Request(self.command, self.path, headers, self._read, self._gone)))
 
     def do_POST(self) -> None:
         """Answer a question of the page."""
-        path = self._let_in()
-        if path is None:
-            return
-        body = self._body()
-        if body is None:
-            return
-        self.server.arrived(self.connection)
-        answer = self.server.answers.posted.get(path)
-        if answer is None:
-            known = path in ("", "about") or path.startswith("page/")
-            self._error(405 if known else 404, "There is nothing to post to at this address.", allow="GET")
-            return
-        self._answer(lambda: answer(read_json(body), self._gone))
+        self.do_GET()
 
-    def _let_in(self) -> str | None:
-        """Return the path behind the token; None if the request was refused."""
-        refusal = self.server.guard.refusal(self.path, self.headers)  # type: ignore[arg-type]
-        if refusal:
-            self._error(403, refusal, close=True)
-            return None
-        return self.path.split("/", 2)[2] if self.path.count("/") > 1 else "/"
-
-    def _body(self) -> bytes | None:
-        """Return the body of a request; None if the request was refused."""
-        length = self.headers.get("Content-Length", "")
-        if self.headers.get("Transfer-Encoding") or not (length.isascii() and length.isdigit()):
-            self._error(411, "A request says how long it is.", close=True)
-            return None
-        if len(length) > 9 or int(length) > MOST_BYTES:
-            self._error(413, f"A request has at most {MOST_BYTES} bytes; got {length}.", close=True)
-            return None
-        if self.headers.get_content_type() != JSON:
-            self._error(415, f"A request is {JSON}.", close=True)
-            return None
-        body = self.rfile.read(int(length))
-        if len(body) < int(length):
-            self.close_connection = True
-            return None
-        return body
-
-    def _answer(self, make: Any) -> None:
-        try:
-            # values of a page may be as large as they like
-            with np.errstate(all="ignore"):
-                answer: Answer = make()
-        except SupersededError:
-            self._error(410, "superseded")
-        except RequestError as error:
-            self._send_json(400, {"error": error.message, "hint": error.hint, "where": error.where or ""})
-        except MemoryError:
-            self._error(400, "The memory of this process is not enough for that.")
-        except Exception:
-            # the page gets one sentence, whoever started the server the rest
-            traceback.print_exc()
-            self._error(500, "This is a defect of eulerdisk; what is known of it stands in the terminal.")
-        else:
-            content = [_json(answer.content)] if answer.kind == JSON else answer.content
-            with contextlib.nullcontext() if isinstance(content, list) else content:
-                self._send(200, answer.kind, content, name=answer.name)
+    def _read(self, length: int) -> bytes | None:
+        body = self.rfile.read(length)
+        return body if len(body) == length else None
 
     def _gone(self) -> bool:
         """Whether the client has closed the connection."""
         try:
-            # not select.select(), which takes no descriptor from 1024 on
             with selectors.DefaultSelector() as selector:
                 selector.register(self.connection, selectors.EVENT_READ)
                 readable = selector.select(0)
@@ -280,51 +257,30 @@ class _Handler(BaseHTTPRequestHandler):
         except (OSError, ValueError):
             return True
 
-    def _error(self, status: int, problem: str, *, close: bool = False, allow: str = "") -> None:
-        self.close_connection |= close
-        self._send_json(status, {"error": problem, "hint": "", "where": ""}, allow=allow)
-
-    def _send_json(self, status: int, content: Any, allow: str = "") -> None:
-        self._send(status, JSON, [_json(content)], allow=allow)
-
-    def _send(
-        self,
-        status: int,
-        kind: str,
-        content: list[bytes | memoryview] | BinaryIO,
-        *,
-        policy: bool = False,
-        name: str = "",
-        allow: str = "",
-    ) -> None:
-        self.send_response_only(status)
-        for header, value in _HEADERS.items():
-            self.send_header(header, value)
-        self.send_header("Content-Type", kind)
-        length = sum(map(len, content)) if isinstance(content, list) else os.fstat(content.fileno()).st_size
-        self.send_header("Content-Length", str(length))
-        if policy:
-            self.send_header("Content-Security-Policy", self.server.policy)
-        if name:
-            self.send_header("Content-Disposition", f'attachment; filename="{name}"')
-        if allow and status == 405:
-            self.send_header("Allow", allow)
-        if self.close_connection:
-            self.send_header("Connection", "close")
-        self.end_headers()
-        for part in content if isinstance(content, list) else iter(lambda: content.read(_CHUNK), b""):
-            self.wfile.write(part)
+    def _send(self, answer: Answer) -> None:
+        content = answer.content
+        if answer.kind == JSON:
+            content = [json.dumps(content, allow_nan=False, separators=(",", ":")).encode()]
+        with contextlib.nullcontext() if isinstance(content, list) else content:
+            if isinstance(content, list):
+                length, parts = sum(map(len, content)), iter(content)
+            else:
+                length, parts = os.fstat(content.fileno()).st_size, iter(lambda: content.read(_CHUNK), b"")
+            self.close_connection = True
+            self.send_response_only(answer.status)
+            sizes = {"Content-Type": answer.kind, "Content-Length": str(length)}
+            for header, value in {**_HEADERS, **sizes, **answer.headers}.items():
+                self.send_header(header, value)
+            self.end_headers()
+            for part in parts:
+                self.wfile.write(part)
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Answer a request that is none, in one sentence."""
+        """Answer what is no request of HTTP, in one sentence."""
         del explain
-        self._error(
-            int(code), f"This is no request that is answered here: {message or 'malformed'}.", close=True
+        self._send(
+            _problem(int(code), f"This is no request that is answered here: {message or 'malformed'}.")
         )
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing of single requests."""
-
-
-def _json(content: Any) -> bytes:
-    return json.dumps(content, allow_nan=False, separators=(",", ":")).encode()

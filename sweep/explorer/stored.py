@@ -14,8 +14,8 @@ from sweep.atlas.nearest import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of
-from sweep.explorer.turns import SupersededError
 from sweep.explorer.view import View
+from sweep.explorer.waiting import SupersededError
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Range, Values

@@ -75,6 +75,10 @@ class Side:
         values = self.centre + self.half * places
         return np.exp(values) if self.scale == "log" else values
 
+    def place(self, values: Array) -> Array:
+        """Return the places of values in SI, -1 and 1 at the borders of the window; NaN where it has none."""
+        return np.asarray(((np.log(values) if self.scale == "log" else values) - self.centre) / self.half)
+
     def ends(self) -> tuple[float, float]:
         """Return the values at both borders of the window, in SI."""
         low, high = self.centre - self.half, self.centre + self.half

@@ -1,8 +1,5 @@
 """The map of a window: every pixel a cell, computed piece by piece."""
 
-import contextlib
-import math
-import mmap
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -14,8 +11,8 @@ from sweep.engine.compute import compute
 from sweep.explorer.fields import read_choice, read_count, refuse
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
-from sweep.explorer.turns import KERNELS, LARGE, LARGE_WINDOWS, turn
 from sweep.explorer.view import View
+from sweep.explorer.waiting import KERNELS
 from sweep.model.quantity import Truths
 
 #: Pixels of a window at most.
@@ -69,19 +66,7 @@ def window(
     width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
     if width * height > MOST_PIXELS:
         refuse("width * height", f"at most {MOST_PIXELS}", width * height)
-    with turn(LARGE_WINDOWS, check) if width * height > LARGE else contextlib.nullcontext():
-        return _window(view, stored, fields, (width, height), check)
-
-
-def _window(
-    view: View,
-    stored: Stored | None,
-    fields: Mapping[str, Any],
-    size: tuple[int, int],
-    check: Callable[[], None],
-) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    """Compute a window of a size that is allowed; see `window`."""
-    width, height = size
+    size = width, height
     begun = time.perf_counter()
     held, note = None, ""
     if fields.get("stored") is True and stored is not None and stored.place(view) is not None:
@@ -100,9 +85,7 @@ def _window(
     value, verdict, mask = _joined(view, name, size, held, check)
     low, high = _range(value)
     if value.dtype == np.float64 and not _is_narrow(low, high):
-        single = _empty(value.shape, np.float32)
-        np.copyto(single, value, casting="same_kind")
-        value = single
+        value = value.astype(np.float32)
     head = {
         "width": width,
         "height": height,
@@ -149,8 +132,8 @@ def pixels(
     """Compute the values of a quantity and the verdicts at all pixels, shape (height, width)."""
     width, height = size
     columns, rows = view.x.values(width), view.y.values(height)
-    value = _empty((height, width), np.uint8 if shown.quantity.flags else np.float64)
-    verdict = _empty((height, width), np.uint8)
+    value = np.empty((height, width), np.uint8 if shown.quantity.flags else np.float64)
+    verdict = np.empty((height, width), np.uint8)
     for part in _pieces(size, _TIMED_PIECE if shown.timed else _PIECE, by_columns=view.x.name == "alpha"):
         check()
         y, x = np.meshgrid(rows[part[0]], columns[part[1]], indexing="ij")
@@ -160,13 +143,6 @@ def pixels(
         verdict[part] = found["stability"].reshape(x.shape)
     check()
     return value, verdict
-
-
-def _empty(shape: tuple[int, ...], kind: type[np.generic]) -> npt.NDArray[Any]:
-    """Return an array in memory of its own, which the system has back at once: a heap of each thread would keep it."""
-    count = math.prod(shape)
-    room = mmap.mmap(-1, count * np.dtype(kind).itemsize)
-    return np.frombuffer(room, kind, count).reshape(shape)
 
 
 def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[tuple[slice, slice]]:

@@ -12,9 +12,8 @@ from explorer_client import ask, post, refused
 
 import sweep
 from sweep.errors import RequestError
-from sweep.explorer.explorer import Explorer, explore
+from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.point import NO_CELL
-from sweep.explorer.subject import subject_of_words
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
 

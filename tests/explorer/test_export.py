@@ -14,8 +14,8 @@ import pytest
 
 import sweep
 from sweep.errors import RequestError
+from sweep.explorer.explorer import Subject, subject_of
 from sweep.explorer.export import export
-from sweep.explorer.subject import Subject, subject_of
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log", method="exact")

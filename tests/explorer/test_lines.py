@@ -91,11 +91,13 @@ def test_the_predicted_line_follows_the_criterion(url):
     for criterion in ("departure:5deg", "departure:2deg", "amplification:30"):
         view = {**ROLLING, "words": {"criterion": criterion}}
         (found,) = lines(url, view)["predicted"]
+        rates, tilts = found[:, np.argsort(found[1])]
         atlas = sweep.run(
-            "rolling", criterion=criterion, method="exact", roll_rate="1:9:3", tilt=list(found[1])
+            "rolling", criterion=criterion, method="exact", roll_rate="1:9:3", tilt=tilts.tolist()
         )
         expected = atlas.eulerdisk.boundary()["predicted"].values
-        assert np.allclose(found[0], expected, rtol=1e-12)
+        # a pixel of a window that is 2.75 rad/s wide
+        assert np.allclose(rates, expected, rtol=0.0, atol=2e-3)
     view = {**ROLLING, "words": {"criterion": "peak_tilt > 10deg"}}
     assert lines(url, view).keys() == {"analytic", "measured"}
 

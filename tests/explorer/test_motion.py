@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import explore
-from sweep.explorer.loss_controls import controls
+from sweep.explorer.losses import controls
 from sweep.explorer.motion import motion, quantities, stored_motions, words_of
 from sweep.explorer.potential import potential_of
 from sweep.motion.disk_path import _TRAJECTORY

@@ -19,7 +19,7 @@ import xarray as xr
 from explorer_client import ROLLING, ask, post, refused
 
 import sweep
-from sweep.explorer import server, window_files
+from sweep.explorer import server, take_away
 from sweep.explorer.explorer import explore
 
 VIEWS = {
@@ -217,10 +217,10 @@ def test_a_file_is_sent_from_the_disk(url, monkeypatch):
     written = []
     send = server._Handler._send
 
-    def noted(handler, status, kind, content, **words):
+    def noted(handler, answer):
         write = handler.wfile.write
         monkeypatch.setattr(handler.wfile, "write", lambda part: written.append(len(part)) or write(part))
-        send(handler, status, kind, content, **words)
+        send(handler, answer)
 
     monkeypatch.setattr(server._Handler, "_send", noted)
     asked = {"view": ROLLING, "width": 80, "height": 60, "format": "csv"}
@@ -241,7 +241,7 @@ def test_one_file_is_made_at_a_time(url, monkeypatch):
         assert end.wait(30.0)
         return io.BufferedReader(Path(__file__).open("rb", buffering=0))
 
-    monkeypatch.setattr(window_files, "_file", slow)
+    monkeypatch.setattr(take_away, "_file", slow)
     body = json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": "csv"}).encode()
     with ThreadPoolExecutor(2) as pool:
         first = pool.submit(ask, url, "data", body)

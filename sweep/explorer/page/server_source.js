@@ -110,10 +110,9 @@ export class ServerSource {
    */
   async motion(request, signal) {
     const answer = await this.#ask("motion", request, signal);
-    // a start without a motion is answered in words, and so is one whose motion has to wait
+    // a start without a motion is answered in words
     if (answer.headers.get("Content-Type") === "application/json") {
-      const words = await this.reach.of(answer.json(), signal);
-      throw new Refused(words.busy ? 503 : 400, words);
+      throw new Refused(400, await this.reach.of(answer.json(), signal));
     }
     return unpacked(await this.reach.of(answer.arrayBuffer(), signal));
   }

@@ -9,8 +9,8 @@ import pytest
 from explorer_browser import COMPLETE, Watch
 
 import sweep
+from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
-from sweep.explorer.subject import subject_of
 
 SHOWN = ".motion.shown:not(.waiting)"
 

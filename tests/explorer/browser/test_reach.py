@@ -5,8 +5,8 @@ import re
 import pytest
 from explorer_browser import COMPLETE, served
 
+from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
-from sweep.explorer.subject import subject_of
 from tests.explorer.browser.map_page import BOTH, click, entries, plot, point, settled, shown, wait_for_text
 
 GONE = "The explorer does not answer"

@@ -1,36 +1,26 @@
-"""Whose turn it is: one thread at a time calls kernels, and of the requests of one lane only the latest is answered."""
+"""Who waits for what: one thread at a time calls kernels, the newest question wins, and what is unwanted ends."""
 
 import threading
-import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from sweep.errors import RequestError
+from sweep.model.quantity import Array
 
 #: Kernels use all processors by themselves: the threads that answer requests call them one after another.
 KERNELS = threading.RLock()
 
-#: One motion at a time is followed, beside the maps: one that takes minutes, of an odd disk or with a tiny loss, holds
-#: up motions alone.
-_MOTIONS = threading.Lock()
-
-#: Seconds that a motion waits for the one before it.
-PATIENCE = 10.0
-
-#: Files with the cells of a window, and windows of more than `LARGE` pixels, that are made at a time: each takes some
-#: 100 MB, and a server would take as much memory as it is asked for at once.
-FILES, LARGE_WINDOWS, LARGE = threading.Semaphore(1), threading.Semaphore(2), 1_000_000
+#: One motion at a time is followed, beside the maps; and one file with the cells of a window is made.
+MOTIONS, FILES = threading.Lock(), threading.Lock()
 
 #: Seconds after which one that waits for its turn looks whether anybody still waits for it.
 _WAIT = 0.1
 
+#: Seconds between two looks whether somebody waits for a motion. Most have come to their end before the first.
+_LOOK = 0.05
+
 #: Lanes that are remembered: a page has a few, and a page that was left is never heard of again.
 _MOST_LANES = 256
-
-
-class BusyError(RequestError):
-    """Another motion is still being followed: what was asked for is possible, and may be asked for again."""
 
 
 class SupersededError(Exception):
@@ -48,32 +38,8 @@ def still_there(gone: Callable[[], bool]) -> Callable[[], None]:
 
 
 @contextmanager
-def motion_turn(check: Callable[[], None]) -> Iterator[None]:
-    """Wait until no other motion is followed; `check` is called while it waits, and raises if that is in vain.
-
-    Raises
-    ------
-    BusyError
-        If that takes too long.
-    """
-    end = time.monotonic() + PATIENCE
-    while not _MOTIONS.acquire(timeout=min(_WAIT, PATIENCE)):
-        check()
-        if time.monotonic() > end:
-            raise BusyError(
-                f"The motion that was asked for before is still being followed after {PATIENCE:g} s.",
-                hint="Wait for it, or start the explorer again.",
-                where="motion",
-            )
-    try:
-        yield
-    finally:
-        _MOTIONS.release()
-
-
-@contextmanager
-def turn(room: threading.Semaphore, check: Callable[[], None]) -> Iterator[None]:
-    """Wait until there is room, and take it; `check` is called while it waits, and raises if that is in vain."""
+def turn(room: threading.Lock, check: Callable[[], None]) -> Iterator[None]:
+    """Wait for a lock, and hold it; `check` is called while it waits, and raises if that is in vain."""
     while not room.acquire(timeout=_WAIT):
         check()
     try:
@@ -120,3 +86,56 @@ class Lanes:
                 raise SupersededError
 
         return check
+
+
+@contextmanager
+def ended_with(check: Callable[[], None]) -> Iterator[Callable[[Array], None]]:
+    """Return a context that ends the motion which is followed in it when nobody waits for it any more.
+
+    Parameters
+    ----------
+    check : callable
+        Raises SupersededError where nobody waits; it is called by another thread.
+
+    Yields
+    ------
+    callable
+        Takes the times of the samples before they are integrated, as `sweep.motion.disk_path.follow` gives them. A
+        kernel cannot be interrupted, but it reads the time of each sample when it comes to it: where all are zero
+        nothing is left to do.
+
+    Raises
+    ------
+    SupersededError
+        If nobody waits for the motion.
+    """
+    done, gone = threading.Event(), threading.Event()
+    followed: list[Array] = []
+
+    def watch() -> None:
+        while not done.wait(_LOOK):
+            try:
+                check()
+            except (SupersededError, OSError):
+                # a connection that cannot be looked at has ended too
+                gone.set()
+            if gone.is_set():
+                for times in followed:
+                    times[:] = 0.0
+
+    def begun(times: Array) -> None:
+        followed.append(times)
+        if gone.is_set():
+            raise SupersededError
+
+    check()
+    thread = threading.Thread(target=watch, name="motion watch", daemon=True)
+    thread.start()
+    try:
+        yield begun
+    finally:
+        done.set()
+        thread.join()
+        # before the refusal of a motion without times
+        if gone.is_set():
+            raise SupersededError

@@ -1,20 +1,35 @@
-"""What computes a window, or a motion, again: a command line, and the same in Python."""
+"""What one takes away: a command or Python that computes a window or a motion again, and the cells as a file."""
 
 import shlex
-from collections.abc import Mapping
-from typing import Any
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from sweep.atomic import scratch_folder
+from sweep.engine.compute import compute
+from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError
-from sweep.explorer.fields import read_count, read_number, read_object
+from sweep.explorer.fields import read_choice, read_count, read_number, read_object
 from sweep.explorer.point import place
 from sweep.explorer.view import Side, View
+from sweep.explorer.waiting import FILES, KERNELS, turn
 from sweep.explorer.window import MOST_PIXELS
 from sweep.model.description import Model
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.words import presets
+
+#: Cells of a file at most: a table of them has 200 MB.
+MOST_CELLS = 1_000_000
+
+#: Format -> name of the file.
+FORMATS = {"csv": "window.csv", "netcdf": "window.nc"}
+
+#: Cells that are computed before it is asked whether anybody still waits.
+_PIECE = 16384
 
 
 def window_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
@@ -129,3 +144,51 @@ def _pairs(words: Mapping[str, float | str]) -> list[str]:
 
 def _arguments(words: Mapping[str, float | str]) -> str:
     return ", ".join(f"{name}={value!r}" for name, value in words.items())
+
+
+def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> tuple[str, BinaryIO]:
+    """Compute the cells of a window, and return a name and an open file with them, which has none on the disk.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``width`` and ``height`` in pixels, and the ``format``, ``csv`` or ``netcdf``.
+    check : callable
+        Called between pieces of work: raises where the file is no longer wanted.
+
+    Raises
+    ------
+    RequestError
+        If there are too many pixels, or cells of the view cannot be computed.
+    """
+    kind = read_choice(fields, "format", tuple(FORMATS))
+    view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
+    spec = window_spec(view, fields, MOST_CELLS)
+    command = window_commands(view, fields)["command"]
+    with turn(FILES, check):
+        return FORMATS[kind], _file(spec, kind, command, check)
+
+
+def _file(spec: SweepSpec, kind: str, command: str, check: Callable[[], None]) -> BinaryIO:
+    """Return the open file of the cells of a spec."""
+    from sweep.atlas.dataset import assemble, empty_columns
+    from sweep.files.export import export
+    from sweep.files.netcdf import save
+
+    columns = empty_columns(spec)
+    for span in blocks(spec.size, _PIECE):
+        check()
+        with KERNELS:
+            found = compute(spec, starts_of(spec, span))
+        for name, column in found.items():
+            columns[name][span.start : span.stop] = column
+    atlas = assemble(spec, columns, command)
+    with scratch_folder(Path(tempfile.gettempdir())) as folder:
+        path = folder / FORMATS[kind]
+        if kind == "netcdf":
+            save(atlas, path)
+        else:
+            export(atlas, path, kind)
+        # the folder and its names go, the file is there as long as it is open
+        return path.open("rb")

@@ -1,0 +1,300 @@
+"""Who waits for what: requests at once, slow ones, and ones whose client goes away."""
+
+import contextlib
+import json
+import socket
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from explorer_client import ROLLING, ask, changed, post, refused
+
+import sweep
+from sweep.engine.compute import compute
+from sweep.explorer import lines, point, take_away, waiting
+from sweep.explorer import motion as motion_module
+from sweep.explorer import server as server_module
+from sweep.explorer import window as window_module
+from sweep.explorer.explorer import explore
+from sweep.explorer.motion import motion
+from sweep.explorer.waiting import SupersededError, ended_with
+from sweep.request.spec import SweepSpec
+
+PLACE = {"x": 2.5, "y": 0.02}
+ASKED = {
+    "window": (window_module, {"width": 8, "height": 6, "quantity": "peak_tilt"}),
+    "point": (point, PLACE),
+    "lines": (lines, {}),
+    "data": (take_away, {"width": 8, "height": 6, "format": "csv"}),
+}
+
+#: A coin that hardly loses anything: two seconds of work.
+COIN = {"tilt": 0.3, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 30.0}
+COIN |= {"alpha": 0.5, "radius": 0.005, "gravity": 9.81}
+LOSSES = {"contour_friction": 1e-8}
+
+
+@pytest.fixture(scope="module")
+def url():
+    """Return the address of an explorer of the presets."""
+    with explore() as explorer:
+        yield explorer.url
+
+
+def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
+    """After a client has closed its connection no further piece of its window is computed."""
+    pieces = []
+    compute = window_module.compute
+
+    def slow(*given, **more):
+        pieces.append(time.monotonic())
+        time.sleep(0.1)
+        return compute(*given, **more)
+
+    monkeypatch.setattr(window_module, "compute", slow)
+    place = urlsplit(url)
+    body = json.dumps(changed(width=2000, height=1000)).encode()
+    head = (
+        f"POST {place.path}window HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    )
+    with socket.create_connection((place.hostname, place.port)) as connection:
+        connection.sendall(head.encode() + body)
+        time.sleep(0.3)
+    gone = time.monotonic()
+    time.sleep(0.6)
+    assert pieces
+    assert max(pieces) < gone + 0.2
+
+
+def test_the_latest_request_of_a_lane_wins(url, monkeypatch):
+    """A newer request of the same client and lane ends the older one with status 410; other lanes go on."""
+    compute, begun = window_module.compute, threading.Event()
+
+    def slow(*given, **more):
+        begun.set()
+        time.sleep(0.05)
+        return compute(*given, **more)
+
+    monkeypatch.setattr(window_module, "compute", slow)
+    large = changed(width=1000, height=400, client="a", lane="fine", number=1)
+    with ThreadPoolExecutor(4) as pool:
+        old = pool.submit(ask, url, "window", json.dumps(large).encode())
+        other = pool.submit(
+            ask, url, "window", json.dumps({**large, "lane": "coarse", "height": 100}).encode()
+        )
+        begun.wait(10.0)
+        new = pool.submit(ask, url, "window", json.dumps(changed(client="a", lane="fine", number=2)).encode())
+        assert [each.result().status for each in (old, new, other)] == [410, 200, 200]
+    assert json.loads(old.result().body)["error"] == "superseded"
+    assert refused(url, "window", **changed(client="a", lane="fine", number=1))[0] == 410
+
+
+def test_closing_ends_all_threads():
+    """After `close` nobody answers, no thread of the explorer is left, and closing once more does no harm."""
+    before = set(threading.enumerate())
+    explorer = explore()
+    url = explorer.url
+    assert ask(url, "about").status == 200
+    explorer.close()
+    explorer.close()
+    with pytest.raises(ConnectionError):
+        ask(url, "about")
+    for _ in range(50):
+        if not set(threading.enumerate()) - before:
+            break
+        time.sleep(0.1)
+    assert set(threading.enumerate()) - before == set()
+
+
+def test_a_motion_that_takes_long_holds_up_no_map(url, monkeypatch):
+    """While a motion is followed windows and points are answered; another motion waits for its end."""
+    begun, end = threading.Event(), threading.Event()
+
+    def endless(*_):
+        begun.set()
+        end.wait(30.0)
+        raise sweep.RequestError("It was long.")
+
+    monkeypatch.setattr(motion_module, "motion", endless)
+    body = json.dumps({"view": ROLLING, "x": 3.0, "y": 0.01}).encode()
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(ask, url, "motion", body)
+        assert begun.wait(10.0)
+        assert post(url, "window", **changed())[0]["width"] == 8
+        assert ask(url, "point", body).status == 200
+        second = pool.submit(ask, url, "motion", body)
+        assert not wait([second], timeout=0.5).done
+        end.set()
+        assert b"It was long." in first.result().body
+        assert b"It was long." in second.result().body
+
+
+def test_nobody_waits_for_a_motion_whose_kernel_is_compiled(url, monkeypatch):
+    """Compiling takes many seconds on a busy machine: a motion that has its kernel is followed meanwhile."""
+    begun, end = threading.Event(), threading.Event()
+    ordinary = motion_module.make_ready
+
+    def endless(spec, losses):
+        if not losses:
+            return ordinary(spec, losses)
+        begun.set()
+        return end.wait(30.0)
+
+    monkeypatch.setattr(motion_module, "make_ready", endless)
+    with ThreadPoolExecutor(1) as pool:
+        asked = {"view": ROLLING, "x": 3.0, "y": 0.01}
+        first = pool.submit(post, url, "motion", **asked, losses={"rolling_friction": 1e-3})
+        assert begun.wait(10.0)
+        assert post(url, "motion", **asked)[1]["time"].size > 100
+        end.set()
+        assert first.result()[1]["time"].size > 100
+
+
+def test_an_explanation_that_takes_long_holds_up_no_map(url, monkeypatch):
+    """While a point is explained windows are answered: the kernels are held while they compute, and no longer."""
+    begun, end = threading.Event(), threading.Event()
+
+    def endless(*_):
+        begun.set()
+        end.wait(30.0)
+        raise sweep.RequestError("It was long.")
+
+    monkeypatch.setattr("sweep.checks.explain.explain", endless)
+    body = json.dumps({"view": ROLLING, "x": 3.0, "y": 0.01}).encode()
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(ask, url, "explain", body)
+        assert begun.wait(10.0)
+        shown = pool.submit(post, url, "window", **changed())
+        try:
+            assert shown.result(10.0)[0]["width"] == 8
+        finally:
+            end.set()
+        assert b"It was long." in first.result().body
+
+
+def test_requests_at_once_are_answered_and_those_beyond_the_room_ended(monkeypatch):
+    """Twenty clients at once get the same numbers; one for which there is no room is ended."""
+    body = json.dumps(changed(width=64, height=48)).encode()
+    with explore() as explorer, ThreadPoolExecutor(20) as pool:
+        answers = list(pool.map(lambda _: ask(explorer.url, "window", body), range(20)))
+        assert [each.status for each in answers] == [200] * 20
+        assert len({each.body[-64 * 48 * 5 :] for each in answers}) == 1
+    monkeypatch.setattr(server_module, "MOST_REQUESTS", 1)
+    with explore() as explorer:
+        place = urlsplit(explorer.url)
+        with socket.create_connection((place.hostname, place.port)):
+            time.sleep(0.2)
+            with pytest.raises(ConnectionError):
+                ask(explorer.url, "about")
+        for _ in range(50):
+            with contextlib.suppress(ConnectionError):
+                if ask(explorer.url, "about").status == 200:
+                    return
+            time.sleep(0.1)
+        pytest.fail("The room was not given back.")
+
+
+def test_kernels_of_maps_are_called_in_turns(url, monkeypatch):
+    """A thread that computes cells has the lock of the kernels: they use all processors by themselves."""
+    held = []
+
+    def watched(*given, **named):
+        held.append(waiting.KERNELS._is_owned())
+        return compute(*given, **named)
+
+    for path, (module, fields) in ASKED.items():
+        held.clear()
+        monkeypatch.setattr(module, "compute", watched)
+        body = json.dumps({"view": ROLLING, **fields}).encode()
+        assert ask(url, path, body).status == 200
+        assert held, path
+        assert all(held), path
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """Return the file of a small atlas."""
+    path = tmp_path_factory.mktemp("turns") / "rolling.nc"
+    sweep.run_to_file(
+        "rolling", path, roll_rate="2:4:6", tilt="0.1deg:10deg:5:log", method="exact", progress=False
+    )
+    return path
+
+
+def test_a_file_is_read_in_turns_and_not_after_it_is_closed(file):
+    """A window of stored cells waits while somebody else reads; what comes after the end reads nothing."""
+    with explore(file) as explorer, ThreadPoolExecutor(1) as pool:
+        stored = explorer._subject.stored
+        view = json.loads(ask(explorer.url, "about").body)["bases"][0]["view"]
+        asked = {"view": view, "width": 6, "height": 5, "quantity": "peak_tilt", "stored": True}
+        with stored._lock:
+            found = pool.submit(post, explorer.url, "window", **asked)
+            assert not wait([found], timeout=0.5).done
+        assert found.result()[1]["stored"].all()
+    with pytest.raises(SupersededError), stored._reading():
+        pytest.fail("A file that is closed was read.")
+
+
+def work(check):
+    """Return the processor time [s] of this thread for following the coin, and whether it was given up."""
+    begun = time.thread_time()
+    try:
+        with ended_with(check) as times:
+            motion(SweepSpec.preset("rolling"), COIN, None, LOSSES, times)
+    except SupersededError:
+        return time.thread_time() - begun, True
+    return time.thread_time() - begun, False
+
+
+def test_a_motion_ends_when_nobody_waits_for_it():
+    """A motion whose page has gone after a moment takes a small part of the time of one that is waited for."""
+    whole, given_up = work(lambda: None)
+    assert not given_up
+    looks = []
+
+    def gone_at_the_second_look():
+        looks.append(1)
+        if len(looks) > 1:
+            raise SupersededError
+
+    part, given_up = work(gone_at_the_second_look)
+    assert given_up
+    assert part < 0.4 * whole
+
+
+def test_a_motion_is_the_same_while_it_is_watched():
+    """Looking whether somebody waits changes no bit of a motion."""
+    spec = SweepSpec.preset("rolling")
+    start = COIN | {"roll_rate": 12.0, "radius": 0.05}
+    for losses in ({}, LOSSES):
+        _, plain = motion(spec, start, 3.0, losses)
+        with ended_with(lambda: None) as begun:
+            _, watched = motion(spec, start, 3.0, losses, begun)
+        assert plain.keys() == watched.keys()
+        assert all(np.array_equal(plain[name], watched[name], equal_nan=True) for name in plain)
+
+
+def test_a_motion_does_not_wait_for_those_whose_pages_have_gone():
+    """After pages that asked for long motions have closed their connections the next motion comes soon."""
+    view = {**ROLLING, "words": {"radius": 0.005}}
+    body = json.dumps({"view": view, "x": 30.0, "y": 0.3, "losses": LOSSES}).encode()
+    with explore() as explorer:
+        place = urlsplit(explorer.url)
+        head = (
+            f"POST {place.path}motion HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
+        )
+        post(explorer.url, "motion", view=ROLLING, x=3.0, y=0.01, losses=LOSSES)
+        connections = [socket.create_connection((place.hostname, place.port)) for _ in range(3)]
+        for connection in connections:
+            connection.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
+        time.sleep(0.2)
+        for connection in connections:
+            connection.close()
+        begun = time.process_time()
+        post(explorer.url, "motion", view=ROLLING, x=3.0, y=0.01)
+        # of all threads; the long ones would take some two seconds each
+        assert time.process_time() - begun < 0.8
