@@ -1,5 +1,4 @@
 import json
-import mmap
 
 import numpy as np
 import pytest
@@ -7,8 +6,7 @@ from explorer_client import ROLLING, ask, post
 
 import sweep
 from sweep.explorer.explorer import explore
-from sweep.explorer.view import Side, View
-from sweep.explorer.window import window
+from sweep.explorer.view import Side
 
 #: Rate and tilt on the boundary of the preset, near which numbers change most.
 EDGE = 2.5494838, 2.0e-3
@@ -245,14 +243,3 @@ def test_regimes_follow_from_wells_and_extremes(url):
     assert atlas["ending"].attrs["flag_meanings"].split()[4] == "fell"
     assert np.array_equal(arrays["value"].reshape(40, 60), expected)
     assert {0, 1, 2, 3, 4} == set(arrays["value"])
-
-
-def test_the_pixels_of_a_window_lie_in_memory_of_their_own():
-    """What is sent is no part of a heap, which every thread of the server would keep for itself after its window."""
-    for quantity in ("peak_tilt", "stability"):
-        fields = {"width": 40, "height": 30, "quantity": quantity}
-        _, arrays = window(View.read(ROLLING, None), None, fields, lambda: None)
-        for array in arrays.values():
-            while isinstance(array, np.ndarray):
-                array = array.base
-            assert isinstance(array.obj if isinstance(array, memoryview) else array, mmap.mmap)
