@@ -20,12 +20,12 @@ def exact(values):
     return tuple(np.percentile(values[np.isfinite(values)], [50, 99, 100]).tolist())
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 1000])
-def test_of_few_values_it_is_exact(count):
+def test_of_few_values_it_is_exact():
     """The same bits as numpy's, whatever the parts."""
-    values = np.random.default_rng(count).lognormal(-20.0, 3.0, count)
-    values[count // 2 + 1 :: 7] = np.nan
-    assert summary([values]) == summary(np.array_split(values, 7)) == exact(values)
+    for count in [1, 2, 3, 1000]:
+        values = np.random.default_rng(count).lognormal(-20.0, 3.0, count)
+        values[count // 2 + 1 :: 7] = np.nan
+        assert summary([values]) == summary(np.array_split(values, 7)) == exact(values), count
 
 
 def test_of_none():

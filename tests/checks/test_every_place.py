@@ -1,6 +1,7 @@
 """A value that is wrong in one cell is named by `verify` and `compare`, in whatever variable and block it lies."""
 
 import functools
+import itertools
 from functools import lru_cache
 
 import netCDF4
@@ -73,39 +74,38 @@ def where(dataset, place):
     return {name: float(dataset[name][i]) for name, i in zip(SPEC.axes, index, strict=True)}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_verify_names_the_cell(small_blocks, name):
-    """Whatever value is wrong in whatever cells: its variable has so many wrong values, there, and each its flag."""
+def test_verify_names_the_cell(small_blocks):
+    """A wrong value in some cells: its variable has so many wrong values, there, and each cell its flag."""
     assert sorted(place for places in TOGETHER for place in places) == list(PLACES)
-    for places in TOGETHER:
+    for name, places in itertools.product(NAMES, TOGETHER):
         right = atlas()[name].values.reshape(-1)
         values = [wrong_value(name, right[place]) for place in places]
-        corrupt = with_wrong_value(atlas(), name, places, values)
-        audited = verify(corrupt)
-        line = next(each for each in findings(audited).statements if each.name == name)
-        assert (line.wrong, line.named) == (len(places), [cell_in_words(SPEC, place) for place in places])
-        others = findings_of(corrupt)
-        assert others == findings(audited)
+        found_there = findings_of(with_wrong_value(atlas(), name, places, values))
+        line = next(each for each in found_there.statements if each.name == name)
+        assert (line.wrong, line.named) == (
+            len(places),
+            [cell_in_words(SPEC, place) for place in places],
+        ), name
         if name != "ending":
             # a cell that claims to be unresolved has no flag but that
-            assert others.disagreeing == len(places)
-            assert [at for _, at in others.named] == [where(atlas(), place) for place in places]
+            assert found_there.disagreeing == len(places), name
+            assert [at for _, at in found_there.named] == [where(atlas(), place) for place in places], name
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_compare_names_the_cell(small_blocks, name):
-    """The same of compare, with the tolerances of the atlases; and to the bit."""
+def test_compare_names_the_cell(small_blocks):
+    """All variables wrong in one cell: each has one wrong value, there; and so to the bit."""
     for place in PLACES:
-        right = atlas()[name].values.reshape(-1)[place]
-        corrupt = with_wrong_value(atlas(), name, place, wrong_value(name, right))
-        comparison = compare(corrupt, atlas())
-        assert found(comparison) == {name: 1}
-        assert finding(comparison, name).worst.where == where(atlas(), place)
-        bit = right + 1 if isinstance(right, np.integer) else np.nextafter(right, np.inf, dtype=right.dtype)
-        nearly = with_wrong_value(atlas(), name, place, 0.0 if np.isnan(right) else bit)
-        to_the_bit = compare(nearly, atlas(), exact=True)
-        assert found(to_the_bit) == {name: 1}
-        assert finding(to_the_bit, name).worst.where == where(atlas(), place)
+        corrupt, nearly = atlas(), atlas()
+        for name in NAMES:
+            right = atlas()[name].values.reshape(-1)[place]
+            corrupt = with_wrong_value(corrupt, name, place, wrong_value(name, right))
+            whole = isinstance(right, np.integer)
+            bit = right + 1 if whole else np.nextafter(right, np.inf, dtype=right.dtype)
+            nearly = with_wrong_value(nearly, name, place, 0.0 if np.isnan(right) else bit)
+        for comparison in (compare(corrupt, atlas()), compare(nearly, atlas(), exact=True)):
+            assert found(comparison) == dict.fromkeys(NAMES, 1), place
+            for name in NAMES:
+                assert finding(comparison, name).worst.where == where(atlas(), place), (place, name)
 
 
 def test_blocks_change_nothing(small_blocks, monkeypatch):
@@ -141,35 +141,37 @@ def file(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("place", [0, 53530, 90000, 107059, 107060, 501 * 530 - 1])
-def test_of_a_file_of_several_blocks(command, file, tmp_path, place):
+def test_of_a_file_of_several_blocks(command, file, tmp_path):
     """A file in which all variables have another value in one cell: at the ends of blocks and chunks, and between.
 
     Chunks have 101 x 530 cells, blocks two of these, and the file is read without netCDF.
     """
-    copy = tmp_path / "b.nc"
-    copy.write_bytes(file.read_bytes())
-    with netCDF4.Dataset(copy, "a") as changed:
-        changed.set_auto_maskandscale(False)
-        names = [name for name, each in changed.variables.items() if each.dimensions == ("roll_rate", "tilt")]
-        index = np.unravel_index(place, (501, 530))
-        for number, name in enumerate(names):
-            value = changed[name][index].item()
-            # another change of each, or what follows from a wrong value would be right
-            small = 1.0 + (number + 1) * 1e-8
-            changed[name][index] = value + 1 if isinstance(value, int) else value * small + 1e-9
-    spec = SweepSpec.from_canonical(sweep.open_atlas(file).attrs["sweep_spec"])
-    status, text, _ = command(f"verify {copy}")
-    lines = text.splitlines()
-    assert status == 1
-    for name in names:
-        line = next(i for i, each in enumerate(lines) if each.startswith(f"{name} "))
-        assert f"wrong in 1 of {spec.size}: {cell_in_words(spec, place)}" in lines[line + 1], name
-    status, text, _ = command(f"compare {copy} {file} --exact")
-    assert status == 1
-    for name in names:
-        assert f"DIFFERS   {name} " in text
-    assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
+    for place in (0, 53530, 90000, 107059, 107060, 501 * 530 - 1):
+        copy = tmp_path / "b.nc"
+        copy.write_bytes(file.read_bytes())
+        with netCDF4.Dataset(copy, "a") as changed:
+            changed.set_auto_maskandscale(False)
+            names = [
+                name for name, each in changed.variables.items() if each.dimensions == ("roll_rate", "tilt")
+            ]
+            index = np.unravel_index(place, (501, 530))
+            for number, name in enumerate(names):
+                value = changed[name][index].item()
+                # another change of each, or what follows from a wrong value would be right
+                small = 1.0 + (number + 1) * 1e-8
+                changed[name][index] = value + 1 if isinstance(value, int) else value * small + 1e-9
+        spec = SweepSpec.from_canonical(sweep.open_atlas(file).attrs["sweep_spec"])
+        status, text, _ = command(f"verify {copy}")
+        lines = text.splitlines()
+        assert status == 1
+        for name in names:
+            line = next(i for i, each in enumerate(lines) if each.startswith(f"{name} "))
+            assert f"wrong in 1 of {spec.size}: {cell_in_words(spec, place)}" in lines[line + 1], name
+        status, text, _ = command(f"compare {copy} {file} --exact")
+        assert status == 1
+        for name in names:
+            assert f"DIFFERS   {name} " in text
+        assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
 
 
 def test_a_file_of_several_blocks_without_a_wrong_value(command, file):
@@ -178,20 +180,20 @@ def test_a_file_of_several_blocks_without_a_wrong_value(command, file):
     assert command(f"verify {file}")[0] == 0
 
 
-@pytest.mark.parametrize(("step", "axis"), [(1, 1), (-1, 1), (20, 0), (-20, 0)])
-def test_neighbours_in_other_blocks(small_blocks, step, axis):
-    """A cell that ends as a neighbour does, in whatever block that lies, is on an edge; one at the far side is not."""
+def test_neighbours_in_other_blocks(small_blocks):
+    """A cell that ends as a neighbour does, in any block, is on an edge; one at the far side is not."""
     endings = atlas()["ending"].values.reshape(-1)
     index = np.stack(np.unravel_index(np.arange(endings.size), SPEC.shape))
-    places = [
-        place
-        for place in np.flatnonzero(index[axis] == np.roll(index[axis], -step) - np.sign(step)).tolist()
-        if 0 <= place + step < endings.size and endings[place] != endings[place + step]
-    ]
-    assert places
-    for place in places:
-        comparison = compare(with_wrong_value(atlas(), "ending", place, endings[place + step]), atlas())
-        assert (found(comparison), finding(comparison, "ending").on_edge) == ({}, 1)
+    for step, axis in ((1, 1), (-1, 1), (20, 0), (-20, 0)):
+        places = [
+            place
+            for place in np.flatnonzero(index[axis] == np.roll(index[axis], -step) - np.sign(step)).tolist()
+            if 0 <= place + step < endings.size and endings[place] != endings[place + step]
+        ]
+        assert places
+        for place in places:
+            comparison = compare(with_wrong_value(atlas(), "ending", place, endings[place + step]), atlas())
+            assert (found(comparison), finding(comparison, "ending").on_edge) == ({}, 1)
     # the ends of neighbouring rows are no neighbours
     for place, other, neighbours in ((20, 19, [0, 21, 40]), (19, 20, [18, 39])):
         comparison = compare(with_wrong_value(atlas(), "ending", place, endings[other]), atlas())

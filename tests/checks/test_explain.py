@@ -34,22 +34,21 @@ def start(**changed):
     return disk | {"alpha": 0.5, "radius": 0.5, "gravity": 9.81} | changed
 
 
-@pytest.mark.parametrize(
-    ("given", "degrees"),
-    [
+def test_the_exact_values_are_those_of_the_literature():
+    """The report gives the turning points of known starts, and how far off the cell is."""
+    for given, degrees in [
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, (-41.6082, 41.6082)),
         ({"tilt_rate": 0.1, "precession_rate": 3.5}, (-28.6591, 28.6591)),
         ({"tilt": 0.5, "precession_rate": 4.5}, (28.6479, 79.3831)),
-    ],
-)
-def test_the_exact_values_are_those_of_the_literature(given, degrees):
-    """The report gives the turning points of known starts, and how far off the cell is."""
-    found = explain(sweep.run(sweep.SweepSpec(**given)), {})
-    words = found.text.splitlines()
-    for name, value in zip(("tilt_min", "tilt_max"), degrees, strict=True):
-        line = next(line for line in words if line.startswith(f"  {name}") and "the cell is off by" in line)
-        assert float(line.split()[1]) == pytest.approx(value, abs=5.1e-5)
-        assert float(line.split()[-2]) < 1e-8
+    ]:
+        found = explain(sweep.run(sweep.SweepSpec(**given)), {})
+        words = found.text.splitlines()
+        for name, value in zip(("tilt_min", "tilt_max"), degrees, strict=True):
+            line = next(
+                line for line in words if line.startswith(f"  {name}") and "the cell is off by" in line
+            )
+            assert float(line.split()[1]) == pytest.approx(value, abs=5.1e-5), (given, degrees)
+            assert float(line.split()[-2]) < 1e-8, (given, degrees)
 
 
 @pytest.mark.parametrize(
@@ -74,9 +73,9 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path, spec, given):
     assert "with the same kernels" in found.text
 
 
-@pytest.mark.parametrize(
-    ("spec", "given", "verdict", "because"),
-    [
+def test_the_words_say_why():
+    """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
+    for spec, given, verdict, because in [
         (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", "left its steady value by 4"),
         (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", "both turning points were passed"),
         (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", "reached fall_tilt, 85 deg after 0.39"),
@@ -89,14 +88,11 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path, spec, given):
             "undecided",
             "no such start",
         ),
-    ],
-)
-def test_the_words_say_why(spec, given, verdict, because):
-    """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
-    found = explain(sweep.run(spec), given)
-    words = " ".join(found.text.split())
-    assert f"verdict {verdict} by {spec.criterion} because" in words
-    assert because in words.partition("verdict ")[2]
+    ]:
+        found = explain(sweep.run(spec), given)
+        words = " ".join(found.text.split())
+        assert f"verdict {verdict} by {spec.criterion} because" in words, (spec, given, verdict, because)
+        assert because in words.partition("verdict ")[2], (spec, given, verdict, because)
 
 
 def test_linear_theory():

@@ -1,5 +1,6 @@
 """The checks by a criterion of one's own: cells on its edge, cells within the errors of it, and why a verdict is so."""
 
+import itertools
 import math
 
 import numpy as np
@@ -23,20 +24,20 @@ def atlas():
     return sweep.run(SPEC)
 
 
-@pytest.mark.parametrize("name", ["peak_tilt", "amplification", "nutation_period", "tilt_max"])
-def test_a_verdict_may_flip_on_the_edge_alone(atlas, name):
+def test_a_verdict_may_flip_on_the_edge_alone(atlas):
     """Where a value is the one that it is compared with, the last bit decides: two atlases may differ there."""
-    value = float(atlas[name].values[CELL])
-    for text, excused in ((f"{name} > {value!r}", True), (f"not {name} <= {value!r} and tilt > 0", True),
-                          (f"{name} > {1.001 * value!r}", False)):  # fmt: skip
-        edge = sweep.reclassify(atlas, text)
-        assert edge.stability.values[CELL] == STABLE
-        comparison = compare(changed(edge, CELL, stability=UNSTABLE), edge)
-        assert comparison.same == excused, text
-        if excused:
-            assert finding(comparison, "stability").on_edge == 1
-        else:
-            assert found(comparison) == {"stability": 1}
+    for name in ["peak_tilt", "amplification", "nutation_period", "tilt_max"]:
+        value = float(atlas[name].values[CELL])
+        for text, excused in ((f"{name} > {value!r}", True), (f"not {name} <= {value!r} and tilt > 0", True),
+                              (f"{name} > {1.001 * value!r}", False)):  # fmt: skip
+            edge = sweep.reclassify(atlas, text)
+            assert edge.stability.values[CELL] == STABLE, name
+            comparison = compare(changed(edge, CELL, stability=UNSTABLE), edge)
+            assert comparison.same == excused, text
+            if excused:
+                assert finding(comparison, "stability").on_edge == 1, name
+            else:
+                assert found(comparison) == {"stability": 1}, name
 
 
 def test_a_verdict_flips_between_two_values(atlas):
@@ -78,18 +79,20 @@ def test_a_verdict_follows_a_value_that_differs(atlas):
     assert finding(comparison, "stability").on_edge == 1
 
 
-@pytest.mark.parametrize("name", ["peak_tilt", "amplification", "nutation_period"])
-def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas, name):
+def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas):
     """A value that is compared with itself may lie on either side of the exact one; one that is far from it may not."""
-    value = float(atlas[name].values[CELL])
-    # as far from the exact value as a tolerance of 1e-8 rad lets it be
-    for share in (-1e-10, 1e-10):
-        edge = sweep.reclassify(atlas, f"{name} > {value * (1.0 + share)!r}")
-        assert findings(verify(edge)).passed
-    edge = sweep.reclassify(atlas, f"{name} > {value * 1.01!r}")
-    wrong = verify(changed(edge, CELL, stability=UNSTABLE))
-    assert flags(wrong)[CELL] == "verdict_differs"
-    assert [each.name for each in findings(wrong).wrong if each.name == "stability"] == ["stability"]
+    for name in ["peak_tilt", "amplification", "nutation_period"]:
+        value = float(atlas[name].values[CELL])
+        # as far from the exact value as a tolerance of 1e-8 rad lets it be
+        for share in (-1e-10, 1e-10):
+            edge = sweep.reclassify(atlas, f"{name} > {value * (1.0 + share)!r}")
+            assert findings(verify(edge)).passed, name
+        edge = sweep.reclassify(atlas, f"{name} > {value * 1.01!r}")
+        wrong = verify(changed(edge, CELL, stability=UNSTABLE))
+        assert flags(wrong)[CELL] == "verdict_differs", name
+        assert [each.name for each in findings(wrong).wrong if each.name == "stability"] == ["stability"], (
+            name
+        )
 
 
 def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
@@ -104,24 +107,21 @@ def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
     assert findings(audited).passed
 
 
-@pytest.mark.parametrize(
-    ("criterion", "words", "says"),
-    [
+def test_verify_says_what_it_held_the_verdicts_against():
+    """What the exact reduction does not know is held against the stored values alone; wrong verdicts are found."""
+    for criterion, words, says in [
         ("fall_time < 0.3s", {}, "on the stored values"),
         ("friction_needed > 0.1", {"contact": "yes"}, "on the stored values"),
         ("peak_tilt > 5deg", {}, "those of the exact reduction"),
         ("wells == two_wells", {"method": "exact"}, "those of the exact reduction"),
-    ],
-)
-def test_verify_says_what_it_held_the_verdicts_against(criterion, words, says):
-    """What the exact reduction does not know is held against the stored values alone; wrong verdicts are found."""
-    atlas = sweep.run(SPEC.replace(criterion=criterion, **words))
-    assert findings(verify(atlas)).passed
-    statement = next(each for each in findings(verify(atlas)).statements if each.name == "stability")
-    assert says in statement.against
-    flipped = UNSTABLE + STABLE - atlas.stability.values[CELL]
-    wrong = findings(verify(changed(atlas, CELL, stability=flipped)))
-    assert "stability" in [each.name for each in wrong.wrong]
+    ]:
+        atlas = sweep.run(SPEC.replace(criterion=criterion, **words))
+        assert findings(verify(atlas)).passed, (criterion, words, says)
+        statement = next(each for each in findings(verify(atlas)).statements if each.name == "stability")
+        assert says in statement.against, (criterion, words, says)
+        flipped = UNSTABLE + STABLE - atlas.stability.values[CELL]
+        wrong = findings(verify(changed(atlas, CELL, stability=flipped)))
+        assert "stability" in [each.name for each in wrong.wrong], (criterion, words, says)
 
 
 def test_what_was_true_when_time_ran_out_is_no_fault():
@@ -162,12 +162,12 @@ def test_a_steady_motion_can_be_unstable():
     assert math.isfinite(atlas.peak_tilt.values[0])
 
 
-@pytest.mark.parametrize(
-    "criterion", ["tilt == 1deg", "roll_rate > 30deg/s and not (tilt == 2deg or tilt == 1deg)"]
-)
-@pytest.mark.parametrize("tilt", ["1deg:3deg:4", "1deg,1.7deg,2deg", "1deg:2deg:4:log"])
-def test_a_verdict_that_holds_at_one_double_is_found_again(criterion, tilt):
+def test_a_verdict_that_holds_at_one_double_is_found_again():
     """The end of a bracket that is a value of the grid is held against the exact verdict at that value."""
-    words = ["roll_rate=2:4:5", f"tilt={tilt}", f"criterion={criterion}", "boundary=refined:1e-4"]
-    atlas = sweep.run(sweep.SweepSpec.from_words("rolling", words))
-    assert findings(verify(atlas)).passed
+    for criterion, tilt in itertools.product(
+        ["tilt == 1deg", "roll_rate > 30deg/s and not (tilt == 2deg or tilt == 1deg)"],
+        ["1deg:3deg:4", "1deg,1.7deg,2deg", "1deg:2deg:4:log"],
+    ):
+        words = ["roll_rate=2:4:5", f"tilt={tilt}", f"criterion={criterion}", "boundary=refined:1e-4"]
+        atlas = sweep.run(sweep.SweepSpec.from_words("rolling", words))
+        assert findings(verify(atlas)).passed, (criterion, tilt)

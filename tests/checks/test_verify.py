@@ -15,39 +15,39 @@ from sweep.request.spec import SweepSpec
 pytestmark = pytest.mark.compiled
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_the_presets_agree(preset):
+def test_the_presets_agree():
     """Every cell of the RK4 presets agrees: none is marginal, unresolved or left out."""
-    found = findings(verify(atlas(preset)))
-    assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}
-    assert found.passed
-    assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0)
-    assert 0.0 < found.extremes[0] < found.extremes[1] <= found.extremes[2] <= 1e-8
-    assert found.period_share < 0.5
+    for preset in PRESETS:
+        found = findings(verify(atlas(preset)))
+        assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}, preset
+        assert found.passed, preset
+        assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0), preset
+        assert 0.0 < found.extremes[0] < found.extremes[1] <= found.extremes[2] <= 1e-8, preset
+        assert found.period_share < 0.5, preset
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_the_exact_values_are_the_referee_s(preset):
+def test_the_exact_values_are_the_referee_s():
     """The extremes that the atlas is held against are those of an independent quadrature, to 1e-13 rad."""
-    dataset = atlas(preset)
-    audited = verify(dataset)
-    given = [
-        xr.broadcast(dataset[name], dataset.ending)[0].transpose(*dataset.ending.dims).values.ravel()
-        for name in PARAMETERS
-    ]
-    truth = referee.extremes(np.array(given))
-    assert np.abs(audited.exact_tilt_min.values.ravel() - truth.least).max() < 1e-13
-    assert np.abs(audited.exact_tilt_max.values.ravel() - truth.greatest).max() < 1e-13
-    difference = np.maximum(
-        np.abs(dataset.tilt_min.values.ravel() - truth.least),
-        np.abs(dataset.tilt_max.values.ravel() - truth.greatest),
-    )
-    assert np.abs(audited.tilt_difference.values.ravel() - difference).max() < 1e-13
+    for preset in PRESETS:
+        dataset = atlas(preset)
+        audited = verify(dataset)
+        given = [
+            xr.broadcast(dataset[name], dataset.ending)[0].transpose(*dataset.ending.dims).values.ravel()
+            for name in PARAMETERS
+        ]
+        truth = referee.extremes(np.array(given))
+        assert np.abs(audited.exact_tilt_min.values.ravel() - truth.least).max() < 1e-13, preset
+        assert np.abs(audited.exact_tilt_max.values.ravel() - truth.greatest).max() < 1e-13, preset
+        difference = np.maximum(
+            np.abs(dataset.tilt_min.values.ravel() - truth.least),
+            np.abs(dataset.tilt_max.values.ravel() - truth.greatest),
+        )
+        assert np.abs(audited.tilt_difference.values.ravel() - difference).max() < 1e-13, preset
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
+def test_all_kinds_of_atlases_agree():
+    """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
+    for words, expected in [
         # falls and bounded motions side by side
         ({"tilt": "20deg", "roll_rate": "0:3:31"}, {"agrees": 31}),
         ({"tilt": "20deg", "roll_rate": "-3:3:7", "tilt_rate": "-1,0,1", "alpha": "0.3,1"}, {"agrees": 42}),
@@ -63,7 +63,12 @@ def test_the_exact_values_are_the_referee_s(preset):
         ),
         # the precession rate that holds a disk is computed too; where the disk does not roll there is none
         (
-            {"tilt": "5deg,10deg", "precession_rate": "steady-slow", "roll_rate": "-6:6:5", "tilt_rate": 1e-3},
+            {
+                "tilt": "5deg,10deg",
+                "precession_rate": "steady-slow",
+                "roll_rate": "-6:6:5",
+                "tilt_rate": 1e-3,
+            },
             {"agrees": 8, "invalid": 2},
         ),
         # one cell, and three axes
@@ -75,40 +80,45 @@ def test_the_exact_values_are_the_referee_s(preset):
         # in two steps from turning point to turning point the drift of the energy says nothing
         (
             {
-                "tilt": "18.8437deg", "precession_rate": 0.04728708045015879, "roll_rate": "steady", "tilt_rate": 1e-4,
-                "alpha": 0.6, "step": 0.1, "tolerance": 1e-9,
+                "tilt": "18.8437deg",
+                "precession_rate": 0.04728708045015879,
+                "roll_rate": "steady",
+                "tilt_rate": 1e-4,
+                "alpha": 0.6,
+                "step": 0.1,
+                "tolerance": 1e-9,
             },
             {"agrees": 1},
         ),
         # small swings of a long period, in steps nearly as long
         (
             {
-                "tilt": "0.25deg:30deg:9", "precession_rate": "0.1:5:9", "roll_rate": "steady", "tilt_rate": 1e-4,
+                "tilt": "0.25deg:30deg:9",
+                "precession_rate": "0.1:5:9",
+                "roll_rate": "steady",
+                "tilt_rate": 1e-4,
                 "step": 0.1,
             },
             {"agrees": 81},
         ),
-    ],
-)  # fmt: skip
-def test_all_kinds_of_atlases_agree(words, expected):
-    """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
-    dataset = sweep.run(SweepSpec(**words))
-    assert counts(dataset) == expected
-    assert findings(verify(dataset)).passed
-    assert verify(dataset).audit.dims == dataset.ending.dims
+    ]:
+        dataset = sweep.run(SweepSpec(**words))
+        assert counts(dataset) == expected, (words, expected)
+        assert findings(verify(dataset)).passed, (words, expected)
+        assert verify(dataset).audit.dims == dataset.ending.dims, (words, expected)
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_a_run_that_time_ended_is_within(preset):
+def test_a_run_that_time_ended_is_within():
     """Where time ended the run, what it saw lies inside the exact extremes; such cells are counted apart, and pass."""
-    dataset = sweep.run(coarse(preset, duration=1.2))
-    found = findings(verify(dataset))
-    horizon = int((dataset.ending == ENDINGS["horizon"]).sum())
-    assert 200 <= horizon == found.counts["within"]
-    assert found.agreeing == 1200
-    assert found.passed
-    # they say nothing of how exact the others are
-    assert np.isnan(found.extremes[0]) if horizon == 1200 else 0.0 < found.extremes[2] < 1e-8
+    for preset in PRESETS:
+        dataset = sweep.run(coarse(preset, duration=1.2))
+        found = findings(verify(dataset))
+        horizon = int((dataset.ending == ENDINGS["horizon"]).sum())
+        assert 200 <= horizon == found.counts["within"], preset
+        assert found.agreeing == 1200, preset
+        assert found.passed, preset
+        # they say nothing of how exact the others are
+        assert np.isnan(found.extremes[0]) if horizon == 1200 else 0.0 < found.extremes[2] < 1e-8, preset
 
 
 def test_exact_atlases_agree():
@@ -136,85 +146,83 @@ def test_unresolved_cells_are_counted_apart():
         assert audit_line(found).startswith(f"verified: {found.agreeing} of {found.cells} cells; none has")
 
 
-@pytest.mark.parametrize("offset", [-3e-9, 0.0, 3e-9])
-def test_a_criterion_on_a_cell_s_reach(offset):
+def test_a_criterion_on_a_cell_s_reach():
     """With the limit within the tolerance of a reach either verdict is right; one that differs is marginal."""
-    exact = verify(atlas("rolling"))
-    place = (10, 20)
-    limit = Criterion("departure", float(exact.exact_tilt_max.values[place]) + offset)
-    dataset = sweep.reclassify(atlas("rolling"), limit)
-    for shift in (-6e-9, 6e-9):
-        audited = verify(moved(dataset, place, high=shift))
-        stored = 2 if shift > offset else 1
-        agrees = stored == audited.exact_stability.values[place]
-        assert flags(audited)[place] == ("agrees" if agrees else "marginal")
-        assert findings(audited).disagreeing == 0
-    # a verdict that does not follow from its own extremes is wrong there, too
-    flipped = changed(dataset, place, stability=3 - dataset.stability.values[place])
-    assert flags(verify(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal")
-    assert (
-        flags(verify(changed(moved(dataset, place, high=6e-9), place, stability=1)))[place] == "contradictory"
-    )
+    for offset in [-3e-9, 0.0, 3e-9]:
+        exact = verify(atlas("rolling"))
+        place = (10, 20)
+        limit = Criterion("departure", float(exact.exact_tilt_max.values[place]) + offset)
+        dataset = sweep.reclassify(atlas("rolling"), limit)
+        for shift in (-6e-9, 6e-9):
+            audited = verify(moved(dataset, place, high=shift))
+            stored = 2 if shift > offset else 1
+            agrees = stored == audited.exact_stability.values[place]
+            assert flags(audited)[place] == ("agrees" if agrees else "marginal"), offset
+            assert findings(audited).disagreeing == 0, offset
+        # a verdict that does not follow from its own extremes is wrong there, too
+        flipped = changed(dataset, place, stability=3 - dataset.stability.values[place])
+        assert flags(verify(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal"), offset
+        assert (
+            flags(verify(changed(moved(dataset, place, high=6e-9), place, stability=1)))[place]
+            == "contradictory"
+        ), offset
 
 
-@pytest.mark.parametrize("kick", [{"tilt_rate": 0.1}, {"tilt_rate": -0.1}, {"tilt": 0.01}])
-def test_a_fall_tilt_on_a_peak(kick):
+def test_a_fall_tilt_on_a_peak():
     """With fall_tilt within the tolerance of a peak either ending is right, though a fall shows but one side."""
-    words = {"precession_rate": 3.5, **kick}
-    peak = float(referee.extremes(referee.starts(**words)).peak[0])
-    grazing, clear = {-3e-9: "fell", 3e-9: "bounded"}, {}
-    for offset, ending in grazing.items():
-        spec = SweepSpec(**words, fall_tilt=peak + offset)
-        clear[ending] = sweep.run(spec)
-        assert clear[ending].ending == ENDINGS[ending]
-        assert counts(clear[ending]) == {"agrees": 1}
-    # each with the other's fall_tilt: the atlas and the reduction then say different things of one motion
-    bounded, fell = clear["bounded"], clear["fell"]
-    below = {
-        "tilt_min": max(float(bounded.tilt_min), -peak + 6e-9),
-        "tilt_max": min(float(bounded.tilt_max), peak - 6e-9),
-    }
-    below["peak_tilt"] = max(map(abs, below.values()))
-    below["amplification"] = float(bounded.amplification) * below["peak_tilt"] / float(bounded.peak_tilt)
-    elsewhere = {"kernel_hash": "0" * 64}
-    claims_to_turn = changed(bounded, (), **below).assign_attrs(
-        sweep_spec=fell.attrs["sweep_spec"], **elsewhere
-    )
-    assert counts(claims_to_turn) == {"marginal": 1}
-    ends = {name: np.sign(float(fell[name])) * (peak + 3e-9) for name in ("tilt_min", "tilt_max")
-            if abs(float(fell[name])) == peak - 3e-9}  # fmt: skip
-    above = {**ends, "peak_tilt": peak + 3e-9}
-    above["amplification"] = float(fell.amplification) * above["peak_tilt"] / float(fell.peak_tilt)
-    claims_to_fall = changed(fell, (), **above).assign_attrs(
-        sweep_spec=bounded.attrs["sweep_spec"], **elsewhere
-    )
-    assert counts(claims_to_fall) == {"marginal": 1}
-    # further from the peak it is no longer the same motion
-    far = SweepSpec(**words, fall_tilt=peak + 1e-6)
-    assert counts(claims_to_fall.assign_attrs(sweep_spec=far.canonical())).keys() <= {
-        "extremes_differ",
-        "ending_differs",
-    }
+    for kick in [{"tilt_rate": 0.1}, {"tilt_rate": -0.1}, {"tilt": 0.01}]:
+        words = {"precession_rate": 3.5, **kick}
+        peak = float(referee.extremes(referee.starts(**words)).peak[0])
+        grazing, clear = {-3e-9: "fell", 3e-9: "bounded"}, {}
+        for offset, ending in grazing.items():
+            spec = SweepSpec(**words, fall_tilt=peak + offset)
+            clear[ending] = sweep.run(spec)
+            assert clear[ending].ending == ENDINGS[ending], kick
+            assert counts(clear[ending]) == {"agrees": 1}, kick
+        # each with the other's fall_tilt: the atlas and the reduction then say different things of one motion
+        bounded, fell = clear["bounded"], clear["fell"]
+        below = {
+            "tilt_min": max(float(bounded.tilt_min), -peak + 6e-9),
+            "tilt_max": min(float(bounded.tilt_max), peak - 6e-9),
+        }
+        below["peak_tilt"] = max(map(abs, below.values()))
+        below["amplification"] = float(bounded.amplification) * below["peak_tilt"] / float(bounded.peak_tilt)
+        elsewhere = {"kernel_hash": "0" * 64}
+        claims_to_turn = changed(bounded, (), **below).assign_attrs(
+            sweep_spec=fell.attrs["sweep_spec"], **elsewhere
+        )
+        assert counts(claims_to_turn) == {"marginal": 1}, kick
+        ends = {name: np.sign(float(fell[name])) * (peak + 3e-9) for name in ("tilt_min", "tilt_max")
+                if abs(float(fell[name])) == peak - 3e-9}  # fmt: skip
+        above = {**ends, "peak_tilt": peak + 3e-9}
+        above["amplification"] = float(fell.amplification) * above["peak_tilt"] / float(fell.peak_tilt)
+        claims_to_fall = changed(fell, (), **above).assign_attrs(
+            sweep_spec=bounded.attrs["sweep_spec"], **elsewhere
+        )
+        assert counts(claims_to_fall) == {"marginal": 1}, kick
+        # further from the peak it is no longer the same motion
+        far = SweepSpec(**words, fall_tilt=peak + 1e-6)
+        assert counts(claims_to_fall.assign_attrs(sweep_spec=far.canonical())).keys() <= {
+            "extremes_differ",
+            "ending_differs",
+        }, kick
 
 
-@pytest.mark.parametrize(
-    ("spoil", "named"),
-    [
+def test_what_cannot_be_verified_is_refused():
+    """What is missing or does not belong together is named; nothing is guessed."""
+    for spoil, named in [
         (lambda d: d.drop_vars("tilt_min"), {"lacks tilt_min"}),
         (lambda d: d.drop_vars(["ending", "nutation_period"]), {"lacks ending"}),
         (lambda d: d.assign(tilt_max=d.tilt_max.isel(tilt=0)), {"dimensions roll_rate, tilt", "tilt_max"}),
         (lambda d: d.isel(tilt=0, drop=True), {"lost the coordinate tilt"}),
         (lambda d: d.assign_coords(radius=("tilt", d.tilt.values)), {"coordinate radius"}),
         (lambda d: xr.Dataset({"ending": d.ending}), {"lacks the attribute sweep_spec"}),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_verified_is_refused(spoil, named):
-    """What is missing or does not belong together is named; nothing is guessed."""
-    with pytest.raises(RequestError) as refusal:
-        verify(spoil(atlas("rolling")))
-    for each in named:
-        assert each in refusal.value.message
-    assert refusal.value.hint
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            verify(spoil(atlas("rolling")))
+        for each in named:
+            assert each in refusal.value.message, spoil
+        assert refusal.value.hint, spoil
 
 
 def test_the_atlas_is_not_changed():

@@ -5,6 +5,7 @@ to hide behind: a file holds no hash of its own content, and the fingerprint of 
 """
 
 import hashlib
+import itertools
 from dataclasses import replace
 from functools import lru_cache
 
@@ -208,54 +209,56 @@ def batch(dataset, left):
     return with_values(dataset, values), done
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_one_corrupt_value_is_named(kind):
+def test_one_corrupt_value_is_named():
     """A value 5 % or 0.1 % too large, zero, missing, or where none may be; another flag, or one that does not exist."""
-    dataset, missed = atlas(kind), []
-    # the boundary follows from the verdicts, and what is known of a cell from its ending
-    alone = ("stability", "ending")
-    for group in (
-        [name for name in map(str, dataset.variables) if name not in alone],
-        *([name] for name in alone),
-    ):
-        left = [
-            (name, label)
-            for name in group
-            for label, (_, where) in one_value(dataset[name]).items()
-            if where.any() and (kind != "cell" or label == "5 % more")
-        ]
-        while left:
-            copy, done = batch(dataset, left)
-            found = wrong_values(copy)
-            for name in {name for name, _ in done}:
-                labels = [label for other, label in done if other == name]
-                if found.get(name, 0) < len(labels):
-                    missed.append((name, labels))
-            left = [each for each in left if each not in done]
-    assert missed == []
+    for kind in KINDS:
+        dataset, missed = atlas(kind), []
+        # the boundary follows from the verdicts, and what is known of a cell from its ending
+        alone = ("stability", "ending")
+        for group in (
+            [name for name in map(str, dataset.variables) if name not in alone],
+            *([name] for name in alone),
+        ):
+            left = [
+                (name, label)
+                for name in group
+                for label, (_, where) in one_value(dataset[name]).items()
+                if where.any() and (kind != "cell" or label == "5 % more")
+            ]
+            while left:
+                copy, done = batch(dataset, left)
+                found = wrong_values(copy)
+                for name in {name for name, _ in done}:
+                    labels = [label for other, label in done if other == name]
+                    if found.get(name, 0) < len(labels):
+                        missed.append((name, labels))
+                left = [each for each in left if each not in done]
+        assert missed == []
 
 
-@pytest.mark.parametrize("kind", ["rolling", "circling", "exact", "falls"])
-def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(kind):
+def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked():
     """Of an atlas of other code nothing is computed again: what is not found is said not to be checked."""
-    dataset, missed = atlas(kind).assign_attrs(kernel_hash="0" * 64), set()
-    open_ = {
-        each.name for each in findings(verify(dataset)).statements if "otherwise not checked" in each.against
-    }
-    for name in (name for name in map(str, dataset.data_vars) if not of_the_boundary(name)):
-        for label, (change, where) in one_value(dataset[name]).items():
-            if not where.any():
-                continue
-            place = tuple(np.argwhere(where)[-1])
-            values = dataset[name].values.copy()
-            values[place] = change(values[place])
-            if not wrong_values(with_values(dataset, {name: values})):
-                missed.add((name, label))
-    found_open = {name for name, _ in missed}
-    # beside a separatrix the tolerance allows a period of any length: of these cells none was corrupted
-    assert found_open <= open_ <= {*found_open, "nutation_period"}
-    # where there are values, and that they are in their range, is checked all the same
-    assert not {"missing", "not missing", "negative"} & {label for _, label in missed}
+    for kind in ("rolling", "circling", "exact", "falls"):
+        dataset, missed = atlas(kind).assign_attrs(kernel_hash="0" * 64), set()
+        open_ = {
+            each.name
+            for each in findings(verify(dataset)).statements
+            if "otherwise not checked" in each.against
+        }
+        for name in (name for name in map(str, dataset.data_vars) if not of_the_boundary(name)):
+            for label, (change, where) in one_value(dataset[name]).items():
+                if not where.any():
+                    continue
+                place = tuple(np.argwhere(where)[-1])
+                values = dataset[name].values.copy()
+                values[place] = change(values[place])
+                if not wrong_values(with_values(dataset, {name: values})):
+                    missed.add((name, label))
+        found_open = {name for name, _ in missed}
+        # beside a separatrix the tolerance allows a period of any length: of these cells none was corrupted
+        assert found_open <= open_ <= {*found_open, "nutation_period"}
+        # where there are values, and that they are in their range, is checked all the same
+        assert not {"missing", "not missing", "negative"} & {label for _, label in missed}
 
 
 # --- a whole variable ------------------------------------------------------------------------------------------------
@@ -274,58 +277,60 @@ def of_the_boundary(name):
     return name.startswith(("boundary_", "predicted_", "critical_", "curve_"))
 
 
-@pytest.mark.parametrize("kind", ["refined", "exact", "falls"])
-def test_a_whole_corrupt_variable_is_named(kind):
+def test_a_whole_corrupt_variable_is_named():
     """All values of a variable 5 % too large, zero, missing, a millionth or a thousand times as large."""
-    dataset, missed = atlas(kind), []
-    floats = [name for name in map(str, dataset.variables) if dataset[name].dtype.kind == "f"]
-    floats = [name for name in floats if np.any(np.nan_to_num(dataset[name].values))]
-    cells = [name for name in floats if dataset[name].dims == dataset["ending"].dims]
-    # what is said of one cell hangs together; each line of the boundary and each coordinate stands for itself
-    others = [name for name in floats if name not in cells and not name.endswith("_halfwidth")]
-    halves = [name for name in floats if name.endswith("_halfwidth")]
-    for label, change in WHOLE.items():
-        narrow = label in ("a millionth", "a thousand times")
-        # the cells of a refined atlas are those of others, and its brackets take their time
-        cells = cells if kind != "refined" else []
-        for group in (halves, *([] if narrow else [others, *([name] for name in cells)])):
-            found = wrong_values(with_values(dataset, {name: change(dataset[name].values) for name in group}))
-            missed += [(name, label) for name in group if name not in found]
-    assert missed == []
+    for kind in ("refined", "exact", "falls"):
+        dataset, missed = atlas(kind), []
+        floats = [name for name in map(str, dataset.variables) if dataset[name].dtype.kind == "f"]
+        floats = [name for name in floats if np.any(np.nan_to_num(dataset[name].values))]
+        cells = [name for name in floats if dataset[name].dims == dataset["ending"].dims]
+        # what is said of one cell hangs together; each line of the boundary and each coordinate stands for itself
+        others = [name for name in floats if name not in cells and not name.endswith("_halfwidth")]
+        halves = [name for name in floats if name.endswith("_halfwidth")]
+        for label, change in WHOLE.items():
+            narrow = label in ("a millionth", "a thousand times")
+            # the cells of a refined atlas are those of others, and its brackets take their time
+            cells = cells if kind != "refined" else []
+            for group in (halves, *([] if narrow else [others, *([name] for name in cells)])):
+                found = wrong_values(
+                    with_values(dataset, {name: change(dataset[name].values) for name in group})
+                )
+                missed += [(name, label) for name in group if name not in found]
+        assert missed == []
 
 
-@pytest.mark.parametrize("kind", ["steady", "edges", "exact", "cell"])
-def test_a_missing_variable_is_named(kind):
+def test_a_missing_variable_is_named():
     """An atlas without a variable is refused, or the line of the variable says that it is missing."""
-    dataset, gone = atlas(kind), []
-    # what follows from the spec or from the verdicts is made again
-    again = {*dataset.coords} - {*dataset["ending"].dims}
-    again |= {name for name in map(str, dataset.data_vars) if name.startswith(BOUNDARY)}
-    for name in map(str, dataset.variables):
-        if name in again:
-            continue
-        try:
-            _checked(dataset.drop_vars(name), None)
-        except RequestError:
-            with pytest.raises(RequestError, match=name):
-                verify(dataset.drop_vars(name))
-        else:
-            gone.append(name)
-    found = wrong_values(dataset.drop_vars(gone))
-    assert set(gone) <= found.keys()
-    assert {"fall_time", "tilt_error"} <= set(gone)
+    for kind in ("steady", "edges", "exact", "cell"):
+        dataset, gone = atlas(kind), []
+        # what follows from the spec or from the verdicts is made again
+        again = {*dataset.coords} - {*dataset["ending"].dims}
+        again |= {name for name in map(str, dataset.data_vars) if name.startswith(BOUNDARY)}
+        for name in map(str, dataset.variables):
+            if name in again:
+                continue
+            try:
+                _checked(dataset.drop_vars(name), None)
+            except RequestError:
+                with pytest.raises(RequestError, match=name):
+                    verify(dataset.drop_vars(name))
+            else:
+                gone.append(name)
+        found = wrong_values(dataset.drop_vars(gone))
+        assert set(gone) <= found.keys()
+        assert {"fall_time", "tilt_error"} <= set(gone)
 
 
-@pytest.mark.parametrize("kind", ["edges", "exact", "falls"])
-def test_a_corrupt_type_is_named(kind):
+def test_a_corrupt_type_is_named():
     """A variable in single instead of double precision, or in another width of integers, is named."""
-    dataset = atlas(kind)
-    other = {"f8": "f4", "f4": "f8", "i1": "i2", "i4": "i8"}
-    types = {name: other[each.dtype.str[1:]] for name, each in dataset.variables.items()}
-    found = wrong_values(
-        with_values(dataset, {name: dataset[name].values.astype(types[name]) for name in types})
-    )
-    assert {f"{name}:dtype" for name in types} <= found.keys()
+    for kind in ("edges", "exact", "falls"):
+        dataset = atlas(kind)
+        other = {"f8": "f4", "f4": "f8", "i1": "i2", "i4": "i8"}
+        types = {name: other[each.dtype.str[1:]] for name, each in dataset.variables.items()}
+        found = wrong_values(
+            with_values(dataset, {name: dataset[name].values.astype(types[name]) for name in types})
+        )
+        assert {f"{name}:dtype" for name in types} <= found.keys()
 
 
 # --- attributes ------------------------------------------------------------------------------------------------------
@@ -352,11 +357,17 @@ def files(tmp_path_factory):
     return found
 
 
-@pytest.mark.parametrize("change", ["another value", "removed"])
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_corrupt_attribute_is_named(files, kind, change):
+def test_a_corrupt_attribute_is_named(files):
     """Every attribute, global and of variables, is named when it says something else, and when it is not there."""
-    dataset, expected = files[kind].copy(deep=True), set()
+    for kind, change in itertools.product(KINDS, ("another value", "removed")):
+        expected, found = corrupt_attributes(files[kind], change)
+        free = {"title", "history"} if change == "another value" else set()
+        assert expected - found.keys() == free, (kind, change)
+
+
+def corrupt_attributes(dataset, change):
+    """Return the names of all attributes, which were corrupted, and what is found wrong."""
+    dataset, expected = dataset.copy(deep=True), set()
 
     def corrupt(attributes, name, place):
         expected.add(place)
@@ -375,44 +386,43 @@ def test_a_corrupt_attribute_is_named(files, kind, change):
             optional = attribute == "coordinates" and name.startswith("curve_") and change == "removed"
             if variable.encoding.get(attribute) is not None and not optional:
                 corrupt(variable.encoding, attribute, f"{name}:{attribute}")
-    found = wrong_values(dataset)
-    assert expected - found.keys() == ({"title", "history"} if change == "another value" else set())
+    return expected, wrong_values(dataset)
 
 
-@pytest.mark.parametrize("kind", ["rolling", "exact"])
-def test_a_corrupt_origin_is_named(files, kind):
+def test_a_corrupt_origin_is_named(files):
     """The spec, the format, the hash of the code and the program: each is named, or the file is not read."""
-    dataset = files[kind]
-    attributes = dataset.attrs
-    spec = SweepSpec.from_canonical(attributes["sweep_spec"])
-    corrupt = [
-        {"sweep_spec": attributes["sweep_spec"].replace(",", ", ")},
-        {"kernel_hash": "x" + attributes["kernel_hash"][1:]},
-        {"kernel_hash": attributes["kernel_hash"] + "0"},
-        {"source": attributes["source"] + "x"},
-        {"source": "somebody"},
-        {"eulerdisk_format": np.int32(0)},
-    ]
-    moved = attributes["sweep_spec"].replace('"tilt_rate":0.0', '"tilt_rate":0.001')
-    assert "sweep_fingerprint" in wrong_values(dataset.assign_attrs(sweep_spec=moved))
-    for each in corrupt:
-        assert each.keys() <= wrong_values(dataset.assign_attrs(each)).keys()
-    # a spec with a fingerprint of its own is contradicted by what the cells hold
-    for other in (
-        spec.replace(criterion="departure:4deg"),
-        spec.replace(alpha=0.6),
-        spec.replace(tilt_rate=0.1),
-    ):
-        text = other.canonical()
-        claims = {"sweep_spec": text, "sweep_fingerprint": hashlib.sha256(text.encode()).hexdigest()}
-        assert wrong_values(dataset.assign_attrs(claims, criterion=str(other.criterion)))
-    for name in ("kernel_hash", "source", "eulerdisk_format"):
-        removed = {key: value for key, value in attributes.items() if key != name}
-        stripped = dataset.copy()
-        stripped.attrs = removed
-        assert name in wrong_values(stripped)
-    with pytest.raises(RequestError, match="canonical"):
-        verify(dataset.assign_attrs(sweep_spec="{}"))
+    for kind in ("rolling", "exact"):
+        dataset = files[kind]
+        attributes = dataset.attrs
+        spec = SweepSpec.from_canonical(attributes["sweep_spec"])
+        corrupt = [
+            {"sweep_spec": attributes["sweep_spec"].replace(",", ", ")},
+            {"kernel_hash": "x" + attributes["kernel_hash"][1:]},
+            {"kernel_hash": attributes["kernel_hash"] + "0"},
+            {"source": attributes["source"] + "x"},
+            {"source": "somebody"},
+            {"eulerdisk_format": np.int32(0)},
+        ]
+        moved = attributes["sweep_spec"].replace('"tilt_rate":0.0', '"tilt_rate":0.001')
+        assert "sweep_fingerprint" in wrong_values(dataset.assign_attrs(sweep_spec=moved))
+        for each in corrupt:
+            assert each.keys() <= wrong_values(dataset.assign_attrs(each)).keys()
+        # a spec with a fingerprint of its own is contradicted by what the cells hold
+        for other in (
+            spec.replace(criterion="departure:4deg"),
+            spec.replace(alpha=0.6),
+            spec.replace(tilt_rate=0.1),
+        ):
+            text = other.canonical()
+            claims = {"sweep_spec": text, "sweep_fingerprint": hashlib.sha256(text.encode()).hexdigest()}
+            assert wrong_values(dataset.assign_attrs(claims, criterion=str(other.criterion)))
+        for name in ("kernel_hash", "source", "eulerdisk_format"):
+            removed = {key: value for key, value in attributes.items() if key != name}
+            stripped = dataset.copy()
+            stripped.attrs = removed
+            assert name in wrong_values(stripped)
+        with pytest.raises(RequestError, match="canonical"):
+            verify(dataset.assign_attrs(sweep_spec="{}"))
 
 
 def test_nothing_is_free_without_a_reason():
@@ -425,36 +435,34 @@ def test_nothing_is_free_without_a_reason():
                 assert each.against
 
 
-@pytest.mark.parametrize(
-    ("kind", "change"),
-    [
-        ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
-        ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),
-        ("rolling", {"predicted_roll_rate": lambda x: 1.05 * x}),
-        ("rolling", {"critical_roll_rate": lambda x: 1.05 * x}),
-        ("rolling", {"nutation_period": lambda x: x + 2e-5}),
-        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e-6 * x}),
-        ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e3 * x}),
-        ("refined", {"boundary_roll_rate": lambda x: x + 1e-8}),
-        ("refined", {"curve_roll_rate": lambda x: 1.05 * x}),
-        ("refined", {"curve_roll_rate_halfwidth": lambda x: 1e-6 * x}),
-        ("falls", {"fall_time": lambda x: 1.5 * x}),
-        ("falls", {"fall_time": lambda x: x + 1e-3 * x}),
-        ("circling", {"least_normal_force": lambda x: 1.05 * x}),
-        ("circling", {"friction_needed": lambda x: 1.05 * x}),
-        ("exact", {"separatrix": lambda x: 1.05 * x}),
-    ],
+#: Kind of atlas, and what becomes of a variable.
+FOUND_WITHOUT_REPETITION = (
+    ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
+    ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),
+    ("rolling", {"predicted_roll_rate": lambda x: 1.05 * x}),
+    ("rolling", {"critical_roll_rate": lambda x: 1.05 * x}),
+    ("rolling", {"nutation_period": lambda x: x + 2e-5}),
+    ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+    ("refined", {"boundary_roll_rate_halfwidth": lambda x: 1e3 * x}),
+    ("refined", {"boundary_roll_rate": lambda x: x + 1e-8}),
+    ("refined", {"curve_roll_rate": lambda x: 1.05 * x}),
+    ("refined", {"curve_roll_rate_halfwidth": lambda x: 1e-6 * x}),
+    ("falls", {"fall_time": lambda x: 1.5 * x}),
+    ("falls", {"fall_time": lambda x: x + 1e-3 * x}),
+    ("circling", {"least_normal_force": lambda x: 1.05 * x}),
+    ("circling", {"friction_needed": lambda x: 1.05 * x}),
+    ("exact", {"separatrix": lambda x: 1.05 * x}),
 )
-def test_numbers_made_by_other_code_are_checked(kind, change):
+
+
+def test_numbers_made_by_other_code_are_checked():
     """Without a repetition of the same computation: by quadratures, the exact bisection, the verdicts and theory."""
-    dataset = atlas(kind).assign_attrs(kernel_hash="0" * 64)
-    assert wrong_values(dataset) == {}
-    assert (
-        change.keys()
-        <= wrong_values(
-            with_values(dataset, {name: each(dataset[name].values) for name, each in change.items()})
-        ).keys()
-    )
+    for kind in dict.fromkeys(kind for kind, _ in FOUND_WITHOUT_REPETITION):
+        assert wrong_values(atlas(kind).assign_attrs(kernel_hash="0" * 64)) == {}
+    for number, (kind, change) in enumerate(FOUND_WITHOUT_REPETITION):
+        dataset = atlas(kind).assign_attrs(kernel_hash="0" * 64)
+        values = {name: each(dataset[name].values) for name, each in change.items()}
+        assert change.keys() <= wrong_values(with_values(dataset, values)).keys(), (number, kind, *change)
 
 
 def test_a_stated_error_that_is_too_small_is_named():

@@ -118,24 +118,21 @@ def test_an_unknown_model_is_refused(installed):
         assert caught.value.hint
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
+def test_an_entry_point_that_is_no_model_is_refused(installed):
+    """Another thing, a class, a model of another name, and what cannot be loaded are refused under their names."""
+    for name, value in [
         ("no_model", "installed_models:NO_MODEL"),
         ("coin", "installed_models:Coin"),
         ("sphere", "installed_models:COIN"),
         ("gone", "installed_models:GONE"),
         ("gone", "no_such_distribution.model:MODEL"),
-    ],
-)
-def test_an_entry_point_that_is_no_model_is_refused(installed, name, value):
-    """Another thing, a class, a model of another name, and what cannot be loaded are refused under their names."""
-    installed(**{name: value})
-    with pytest.raises(RequestError) as caught:
-        SweepSpec(model=name)
-    assert caught.value.where == f"model={name}"
-    assert value in caught.value.message
-    assert caught.value.hint
+    ]:
+        installed(**{name: value})
+        with pytest.raises(RequestError) as caught:
+            SweepSpec(model=name)
+        assert caught.value.where == f"model={name}", (name, value)
+        assert value in caught.value.message, (name, value)
+        assert caught.value.hint, (name, value)
 
 
 @pytest.fixture(params=["raise TypeError('cannot add\\n1')", "import no_such_distribution", "1 / 0"])

@@ -167,21 +167,18 @@ def test_words_toml_and_text_make_the_same_request(tmp_path):
     assert spec.replace(angle="3deg").model.name == "bead"
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
+def test_what_the_model_has_not_is_refused():
+    """Another model's words, a method that it lacks, a value against its rules: refused by name."""
+    for words, told in [
         ({"model": "os"}, "no model 'os'"),
         ({"model": "bead", "roll_rate": 3.0}, "roll_rate"),
         ({"model": "bead", "method": "exact"}, "method is rk4"),
         ({"model": "bead", "radius": -1.0}, "radius > 0"),
         ({"model": "bead", "criterion": "aloft:10s"}, "states of no motion when it is lost"),
         ({"hoop_rate": 3.0}, "hoop_rate"),
-    ],
-)
-def test_what_the_model_has_not_is_refused(words, told):
-    """Another model's words, a method that it lacks, a value against its rules: refused by name."""
-    with pytest.raises(sweep.RequestError, match=told):
-        sweep.SweepSpec(**words)
+    ]:
+        with pytest.raises(sweep.RequestError, match=told):
+            sweep.SweepSpec(**words)
 
 
 def test_a_file_names_a_model_and_imports_nothing(tmp_path):

@@ -40,17 +40,19 @@ def request(atlas, **words):
     return request_of_cell(atlas, place, changes), other_values(spec, place, cell)
 
 
-@pytest.mark.parametrize("rate", [15.0, 24.0])
-def test_the_motion_has_the_extremes_and_the_period_of_the_cell(rolling, rate):
+def test_the_motion_has_the_extremes_and_the_period_of_the_cell(rolling):
     """In three nutation periods the tilt goes to the stored extremes, and at their end it is back where it began."""
-    cell = rolling.sel(roll_rate=rate).isel(tilt=0)
-    motion = rolling.eulerdisk.simulate(roll_rate=rate, tilt="1deg")
-    # 1000 samples of three periods miss a turning point by 5e-5 of the swing at most
-    swing = float(cell.tilt_max - cell.tilt_min)
-    assert float(motion.tilt.max()) == pytest.approx(float(cell.tilt_max), abs=1e-4 * swing)
-    assert float(motion.tilt.min()) == pytest.approx(float(cell.tilt_min), abs=1e-4 * swing)
-    assert float(motion.elapsed_time[-1]) == pytest.approx(3.0 * float(cell.nutation_period), rel=1e-12)
-    assert float(motion.tilt[-1]) == pytest.approx(math.radians(1.0), abs=1e-6)
+    for rate in [15.0, 24.0]:
+        cell = rolling.sel(roll_rate=rate).isel(tilt=0)
+        motion = rolling.eulerdisk.simulate(roll_rate=rate, tilt="1deg")
+        # 1000 samples of three periods miss a turning point by 5e-5 of the swing at most
+        swing = float(cell.tilt_max - cell.tilt_min)
+        assert float(motion.tilt.max()) == pytest.approx(float(cell.tilt_max), abs=1e-4 * swing), rate
+        assert float(motion.tilt.min()) == pytest.approx(float(cell.tilt_min), abs=1e-4 * swing), rate
+        assert float(motion.elapsed_time[-1]) == pytest.approx(
+            3.0 * float(cell.nutation_period), rel=1e-12
+        ), rate
+        assert float(motion.tilt[-1]) == pytest.approx(math.radians(1.0), abs=1e-6), rate
 
 
 def test_a_fall_ends_when_the_cell_fell(rolling):
@@ -99,19 +101,18 @@ def test_the_nearest_cell_is_taken_and_named(rolling):
     assert found == request(rolling, scaled_roll_rate=15 / math.sqrt(9.81 / 0.012), tilt="1.5deg")[0]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ({"roll_rate": 15, "inclination": "60deg"},
-         "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg. Give a value inside"),
-        ({"speed": "9m/s", "tilt": "1deg"}, "speed=9m/s: 750 rad s-1 is outside the atlas"),
-    ],
-)  # fmt: skip
-def test_a_cell_that_the_atlas_does_not_have_is_refused_by_the_words_given(rolling, words, said):
+def test_a_cell_that_the_atlas_does_not_have_is_refused_by_the_words_given(rolling):
     """Not by the parameter in SI that they stand for."""
-    with pytest.raises(RequestError) as refusal:
-        request(rolling, **words)
-    assert said in str(refusal.value)
+    for words, said in [
+        (
+            {"roll_rate": 15, "inclination": "60deg"},
+            "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg. Give a value inside",
+        ),
+        ({"speed": "9m/s", "tilt": "1deg"}, "speed=9m/s: 750 rad s-1 is outside the atlas"),
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            request(rolling, **words)
+        assert said in str(refusal.value), (words, said)
 
 
 def test_a_scaled_rate_names_a_cell_of_the_disk_of_the_atlas(rolling):
@@ -132,9 +133,9 @@ def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
     assert request(one)[0].roll_rate == 2.0
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_what_names_no_motion_is_refused(rolling):
+    """Cells that the atlas does not have, words that a motion does not have, values that are not possible."""
+    for words, facts in [
         ({"roll_rate": 15}, ["none was given for tilt", "Add tilt="]),
         ({"roll_rate": 55, "tilt": "1deg"}, ["outside the atlas", "5 rad s-1 to 24 rad s-1"]),
         ({"speed": "1m/s", "tilt": "1deg"}, ["outside the atlas", "roll_rate"]),
@@ -144,14 +145,11 @@ def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
         ({"roll_rate": 15, "tilt": "1deg", "criterion": "departure:2deg"}, ["word of eulerdisk run"]),
         ({"roll_rate": 15, "tilt": "5deg", "fall_tilt": "4deg"}, ["fallen before it starts"]),
         ({"roll_rate": 15, "tilt": "5deg", "mass": 0}, ["mass > 0"]),
-    ],
-)
-def test_what_names_no_motion_is_refused(rolling, words, facts):
-    """Cells that the atlas does not have, words that a motion does not have, values that are not possible."""
-    with pytest.raises(RequestError) as caught:
-        rolling.eulerdisk.simulate(**words)
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            rolling.eulerdisk.simulate(**words)
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint, (words, facts)
 
 
 def test_a_cell_without_a_start_has_no_motion():

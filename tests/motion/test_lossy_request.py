@@ -12,21 +12,18 @@ from sweep.motion.request import LossyTrajectorySpec, MotionRequest
 from sweep.motion.tables import LOSSY_INPUTS, LOSSY_TRAJECTORY, LOSSY_WORDS
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_any_word_of_losses_asks_for_the_disk_with_losses():
+    """A zero is a word too: it is the other model, in which nothing is lost."""
+    for words in [
         ["contour_friction=10um"],
         ["rolling_friction=0"],
         ["air_law=moffatt", "air_viscosity=1.8e-5", "mass=0.4kg"],
         ["contour_damping=1e-8", "mass=20g"],
-    ],
-)
-def test_any_word_of_losses_asks_for_the_disk_with_losses(words):
-    """A zero is a word too: it is the other model, in which nothing is lost."""
-    spec = TrajectorySpec.from_words(["tilt=80deg", *words])
-    assert isinstance(spec, LossyTrajectorySpec)
-    assert spec.kind.model.name == "lossy_disk"
-    assert (spec.flat_tilt, spec.duration) == (math.radians(89.9), 300.0)
+    ]:
+        spec = TrajectorySpec.from_words(["tilt=80deg", *words])
+        assert isinstance(spec, LossyTrajectorySpec), words
+        assert spec.kind.model.name == "lossy_disk", words
+        assert (spec.flat_tilt, spec.duration) == (math.radians(89.9), 300.0), words
 
 
 def test_mass_and_friction_are_words_of_every_motion():
@@ -50,21 +47,24 @@ def test_a_request_with_losses_is_a_value():
     )
 
 
-@pytest.mark.parametrize("quantity", LOSSY_TRAJECTORY.values(), ids=lambda each: each.name)
-def test_every_quantity_is_complete(quantity):
+def test_every_quantity_is_complete():
     """Long name, units or flags, a label, and nothing outside ASCII in its attributes."""
-    assert quantity.long_name
-    assert quantity.plot_label
-    assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes())
-    assert all(str(value).isascii() for value in quantity.attributes().values())
-    assert quantity.tolerance.reason
+    for quantity in LOSSY_TRAJECTORY.values():
+        assert quantity.long_name, quantity
+        assert quantity.plot_label, quantity
+        assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes()), quantity
+        assert all(str(value).isascii() for value in quantity.attributes().values()), quantity
+        assert quantity.tolerance.reason, quantity
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
+    """What cannot be carried out is refused in one line."""
+    for words, facts in [
         (["contour_friction=-1um"], ["contour_friction >= 0"]),
-        (["contour_friction=1um", "fall_tilt=80deg"], ["with losses is flat at flat_tilt", "Write flat_tilt"]),
+        (
+            ["contour_friction=1um", "fall_tilt=80deg"],
+            ["with losses is flat at flat_tilt", "Write flat_tilt"],
+        ),
         (["flat_tilt=80deg"], ["without losses has fallen at fall_tilt", "Write fall_tilt"]),
         (["contour_friction=1um", "tilt=89.95deg"], ["|tilt| must be below flat_tilt", "larger flat_tilt"]),
         (["air_law=bildsten", "air_viscosity=1e-5", "mass=1"], ["needs the density of the air"]),
@@ -74,14 +74,11 @@ def test_every_quantity_is_complete(quantity):
         (["contour_friction=1um,2um"], ["one number", "axis"]),
         (["contour_frictin=1um"], ["Did you mean contour_friction?"]),
         (["contour_friction=1m"], ["shorter than the radius"]),
-    ],
-)  # fmt: skip
-def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do(words, facts):
-    """What cannot be carried out is refused in one line."""
-    with pytest.raises(RequestError) as refusal:
-        TrajectorySpec.from_words(words)
-    text = str(refusal.value)
-    assert refusal.value.hint
-    assert "\n" not in text
-    for each in facts:
-        assert each in text
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            TrajectorySpec.from_words(words)
+        text = str(refusal.value)
+        assert refusal.value.hint, (words, facts)
+        assert "\n" not in text, (words, facts)
+        for each in facts:
+            assert each in text, (words, facts)

@@ -53,36 +53,36 @@ def refereed(name, **words):
     return referee.run(referee.starts(**start), air=law, **words)
 
 
-@pytest.mark.parametrize("name", MOTIONS)
-def test_a_motion_ends_as_the_referee_says(name):
+def test_a_motion_ends_as_the_referee_says():
     """Ending, its time, what each law took, heading and state there: by an integrator that shares no code with it."""
-    motion, found = simulated(name), refereed(name, duration=300.0)
-    assert int(motion["ending"]) == ENDINGS[name] == found.ending[0]
-    assert float(motion["end_time"]) == pytest.approx(found.end_time[0], rel=1e-6)
-    assert float(motion["elapsed_time"][-1]) == float(motion["end_time"])
-    weight = 0.4387 * 9.81 * 0.03755
-    for loss in LOSSES:
-        assert float(motion[loss][-1]) == pytest.approx(
-            weight * getattr(found, loss)[0], rel=1e-5, abs=1e-9 * weight
-        )
-    assert float(motion["heading"][-1]) == pytest.approx(found.heading_turned[0], rel=1e-6)
-    for row, quantity in enumerate(("tilt", "precession_rate", "roll_rate")):
-        expected = found.state[[0, 2, 3][row], 0]
-        assert float(motion[quantity][-1]) == pytest.approx(expected, rel=1e-4, abs=1e-4)
+    for name in MOTIONS:
+        motion, found = simulated(name), refereed(name, duration=300.0)
+        assert int(motion["ending"]) == ENDINGS[name] == found.ending[0], name
+        assert float(motion["end_time"]) == pytest.approx(found.end_time[0], rel=1e-6), name
+        assert float(motion["elapsed_time"][-1]) == float(motion["end_time"]), name
+        weight = 0.4387 * 9.81 * 0.03755
+        for loss in LOSSES:
+            assert float(motion[loss][-1]) == pytest.approx(
+                weight * getattr(found, loss)[0], rel=1e-5, abs=1e-9 * weight
+            ), name
+        assert float(motion["heading"][-1]) == pytest.approx(found.heading_turned[0], rel=1e-6), name
+        for row, quantity in enumerate(("tilt", "precession_rate", "roll_rate")):
+            expected = found.state[[0, 2, 3][row], 0]
+            assert float(motion[quantity][-1]) == pytest.approx(expected, rel=1e-4, abs=1e-4), name
 
 
-@pytest.mark.parametrize("name", MOTIONS)
-def test_energy_and_losses_are_what_the_start_had(name):
+def test_energy_and_losses_are_what_the_start_had():
     """The energy of the referee's equations and what the laws took, at every sample, to 1e-9 m g R."""
-    motion = simulated(name)
-    weight, unit = 0.4387 * 9.81 * 0.03755, math.sqrt(0.03755 / 9.81)
-    rates = [unit * motion[rate].values for rate in ("tilt_rate", "precession_rate", "roll_rate")]
-    states = np.stack([motion["tilt"].values, *rates], axis=-1)
-    energies = np.array([lossy_motion.energy(state, float(motion["alpha"])) for state in states])
-    np.testing.assert_allclose(motion["energy"].values, weight * energies, rtol=1e-12)
-    total = energies + sum(motion[loss].values for loss in LOSSES) / weight
-    assert np.ptp(total) < 2e-9
-    np.testing.assert_allclose(motion["energy_imbalance"].values, total - total[0], atol=1e-13)
+    for name in MOTIONS:
+        motion = simulated(name)
+        weight, unit = 0.4387 * 9.81 * 0.03755, math.sqrt(0.03755 / 9.81)
+        rates = [unit * motion[rate].values for rate in ("tilt_rate", "precession_rate", "roll_rate")]
+        states = np.stack([motion["tilt"].values, *rates], axis=-1)
+        energies = np.array([lossy_motion.energy(state, float(motion["alpha"])) for state in states])
+        np.testing.assert_allclose(motion["energy"].values, weight * energies, rtol=1e-12)
+        total = energies + sum(motion[loss].values for loss in LOSSES) / weight
+        assert np.ptp(total) < 2e-9, name
+        np.testing.assert_allclose(motion["energy_imbalance"].values, total - total[0], atol=1e-13)
 
 
 def test_moffatts_example():
@@ -154,20 +154,17 @@ def test_a_coin_that_stands_is_seen_to_stand():
     assert np.ptp(motion["tilt"].values) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("words", "fact"),
-    [
+def test_a_motion_that_ends_where_it_begins_is_refused():
+    """It has no two samples: the message says what the disk does."""
+    for words, fact in [
         ({"tilt": 0.3, "friction": 0.01}, "ends where it begins: the disk slips"),
         (
             {"tilt": "80deg", "precession_rate": 200.0, "radius": 0.0375},
             "ends where it begins: the disk lifts off",
         ),
-    ],
-)
-def test_a_motion_that_ends_where_it_begins_is_refused(words, fact):
-    """It has no two samples: the message says what the disk does."""
-    with pytest.raises(sweep.RequestError, match=fact):
-        sweep.simulate(**words, contour_friction="10um")
+    ]:
+        with pytest.raises(sweep.RequestError, match=fact):
+            sweep.simulate(**words, contour_friction="10um")
 
 
 def test_without_an_end_there_is_no_time_of_it():

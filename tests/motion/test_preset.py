@@ -51,9 +51,9 @@ def test_a_file_is_taken_like_a_preset(spec_file):
     assert (spec.title, spec.roll_rate) == ("My disk", 2.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "facts"),
-    [
+def test_what_is_no_motion_is_refused():
+    """An axis without a number, a preset that is not there, words of atlases."""
+    for name, words, facts in [
         ("toy", {}, ["preset toy has many values of tilt.", "Add one of each, as in tilt="]),
         ("rolling", {"tilt": "1deg"}, ["many values of roll_rate", "roll_rate="]),
         ("coin", {"roll_rate": 40}, ["many values of rolling_friction"]),
@@ -61,14 +61,11 @@ def test_a_file_is_taken_like_a_preset(spec_file):
         ("toy", {"tilt": "80deg", "criterion": "aloft:2s"}, ["criterion", "word of eulerdisk run"]),
         ("toy", {"tilt": "80deg", "fall_tilt": "85deg"}, ["Write flat_tilt"]),
         ("toy", {"tilt": "1deg,2deg"}, ["one number"]),
-    ],
-)
-def test_what_is_no_motion_is_refused(name, words, facts):
-    """An axis without a number, a preset that is not there, words of atlases."""
-    with pytest.raises(RequestError) as caught:
-        request_of_preset(name, words)
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            request_of_preset(name, words)
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint, (name, words, facts)
 
 
 def test_a_list_of_starts_has_no_one_motion(spec_file):

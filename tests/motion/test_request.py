@@ -50,21 +50,19 @@ def test_the_most_steps_are_those_of_the_kernels():
     assert MOST_STEPS == trajectory._MOST_STEPS == simd_stages.MOST_STEPS
 
 
-@pytest.mark.parametrize(
-    "quantity", [TIME, *TRAJECTORY.values(), *MOTION_INPUTS.values()], ids=lambda each: each.name
-)
-def test_every_quantity_is_complete(quantity):
+def test_every_quantity_is_complete():
     """Long name, units or flags, a label, and nothing outside ASCII in its attributes."""
-    assert quantity.long_name
-    assert quantity.plot_label
-    assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes())
-    assert all(str(value).isascii() for value in quantity.attributes().values())
-    assert quantity.tolerance.reason
+    for quantity in [TIME, *TRAJECTORY.values(), *MOTION_INPUTS.values()]:
+        assert quantity.long_name, quantity
+        assert quantity.plot_label, quantity
+        assert ("units" in quantity.attributes()) != ("flag_values" in quantity.attributes()), quantity
+        assert all(str(value).isascii() for value in quantity.attributes().values()), quantity
+        assert quantity.tolerance.reason, quantity
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
+    """What cannot be carried out is refused in one line with the key, the rule, what was given, and what to do."""
+    for words, facts in [
         (["tilt=90deg"], ["tilt", "90 deg", "|tilt| < 90 deg"]),
         (["tilt=86deg"], ["fallen", "|tilt| must be below fall_tilt", "86deg", "85deg", "larger fall_tilt"]),
         (["duration=-1s"], ["-1 s", "duration > 0"]),
@@ -83,7 +81,10 @@ def test_every_quantity_is_complete(quantity):
         (["roll_rate=3", "roll_rate=4"], ["once", "roll_rate=3", "roll_rate=4"]),
         (["roll_rate"], ["roll_rate", "NAME=VALUE"]),
         (["roll_rate=steady", "tilt=10deg"], ["roll_rate=steady", "other than 0", "precession_rate=0.5"]),
-        (["precession_rate=steady"], ["asks for the slower one", "=steady-slow or precession_rate=steady-fast"]),
+        (
+            ["precession_rate=steady"],
+            ["asks for the slower one", "=steady-slow or precession_rate=steady-fast"],
+        ),
         (["precession_rate=steady-slow", "roll_rate=steady"], ["both rates open"]),
         (["speed=1", "roll_rate=3"], ["roll_rate is given once", "speed=1 and roll_rate=3"]),
         (["speed=1,2"], ["speed must be one number", "axis"]),
@@ -93,17 +94,14 @@ def test_every_quantity_is_complete(quantity):
         (["interval=1e-9"], ["too many samples", "10000000", "interval=1e-9", "longer interval"]),
         (["step=1e-9"], ["too many steps", "100000000", "step=1e-9", "longer step"]),
         (["title=a\nb"], ["title", "one line", r"a\nb"]),
-    ],
-)  # fmt: skip
-def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do(words, facts):
-    """What cannot be carried out is refused in one line with the key, the rule, what was given, and what to do."""
-    with pytest.raises(RequestError) as refusal:
-        TrajectorySpec.from_words(words)
-    text = str(refusal.value)
-    assert refusal.value.hint
-    assert "\n" not in text
-    for each in facts:
-        assert each in text
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            TrajectorySpec.from_words(words)
+        text = str(refusal.value)
+        assert refusal.value.hint, (words, facts)
+        assert "\n" not in text, (words, facts)
+        for each in facts:
+            assert each in text, (words, facts)
 
 
 def test_a_wobble_needs_both_words():

@@ -70,9 +70,9 @@ def test_a_file_is_a_motion(motion, tmp_path):
         assert closely_sampled(read) is read
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
+def test_what_cannot_be_drawn_is_refused(motion):
+    """Each refusal says what is missing."""
+    for change, words in [
         (lambda motion: motion.drop_attrs(), "This is no motion"),
         (lambda motion: motion.drop_vars(["contact_x", "radius"]), "missing.*: contact_x, radius"),
         (lambda motion: motion.isel(elapsed_time=0), "two samples.*; got 1"),
@@ -82,12 +82,9 @@ def test_a_file_is_a_motion(motion, tmp_path):
             lambda motion: motion.assign_attrs(trajectory_request="[1]"),
             "trajectory_request is missing or was",
         ),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused(motion, change, words):
-    """Each refusal says what is missing."""
-    with pytest.raises(RequestError, match=words):
-        closely_sampled(change(motion))
+    ]:
+        with pytest.raises(RequestError, match=words):
+            closely_sampled(change(motion))
 
 
 def test_an_atlas_is_no_motion():

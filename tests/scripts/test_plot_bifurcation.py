@@ -13,13 +13,17 @@ from sweep.model.disk.theory import carried_rates
 _MOST = 1.5705
 
 
-@pytest.mark.parametrize(("alpha", "rolling", "spinning"), [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)])
-def test_the_fold_ends_in_the_critical_rates(alpha, rolling, spinning):
+def test_the_fold_ends_in_the_critical_rates():
     """The fold line of the plane of constants runs from critical rolling to critical spinning, its two cusps."""
-    c1, c2 = bifurcation.fold(alpha)
-    # the smallest tilt of the curve is 1e-4 deg: it is away from its ends by that to the power 4/3
-    assert [c1[0] ** 2, c2[0] ** 2] == pytest.approx([rolling, 0.0], abs=1e-7)
-    assert [c1[-1] ** 2, c2[-1] ** 2] == pytest.approx([0.0, spinning], abs=1e-7)
+    for alpha, rolling, spinning in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
+        c1, c2 = bifurcation.fold(alpha)
+        # the smallest tilt of the curve is 1e-4 deg: it is away from its ends by that to the power 4/3
+        assert [c1[0] ** 2, c2[0] ** 2] == pytest.approx([rolling, 0.0], abs=1e-7), (alpha, rolling, spinning)
+        assert [c1[-1] ** 2, c2[-1] ** 2] == pytest.approx([0.0, spinning], abs=1e-7), (
+            alpha,
+            rolling,
+            spinning,
+        )
 
 
 def standing(c1, c2, alpha):

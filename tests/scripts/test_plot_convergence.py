@@ -14,25 +14,22 @@ def test_extrapolation_of_a_polynomial():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("axis", "limits", "bends"),
-    [
+def test_critical_rates_by_integration_alone():
+    """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of physics.md."""
+    for axis, limits, bends in [
         ("roll_rate", [1 / 3, 1 / 4], [31 / 36, 5 / 6]),
         ("precession_rate", [4 / 5, 2 / 3], [35 / 36, 11 / 12]),
-    ],
-)
-def test_critical_rates_by_integration_alone(axis, limits, bends):
-    """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of physics.md."""
-    found = convergence(axis, "departure", (0.1, 0.15, 0.2), [0.5, 1.0])
-    assert found.value == pytest.approx(np.array(limits), rel=1e-6)
-    # three angles leave a fourth power of the angle over: 0.03^2 of it
-    assert found.slope / limits == pytest.approx(-np.array(bends), rel=1e-3)
+    ]:
+        found = convergence(axis, "departure", (0.1, 0.15, 0.2), [0.5, 1.0])
+        assert found.value == pytest.approx(np.array(limits), rel=1e-6), (axis, limits, bends)
+        # three angles leave a fourth power of the angle over: 0.03^2 of it
+        assert found.slope / limits == pytest.approx(-np.array(bends), rel=1e-3), (axis, limits, bends)
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(("axis", "limit"), [("roll_rate", 1 / 3), ("precession_rate", 4 / 5)])
-def test_amplification_converges_to_the_same_line(axis, limit):
+def test_amplification_converges_to_the_same_line():
     """From above, by 1 + 1/A^2, the criterion of amplification extrapolates to the same rates within 1e-6."""
-    found = convergence(axis, "amplification", (3.0, 5.0), [0.5])
-    assert found.value[0] == pytest.approx(limit, rel=1e-6)
-    assert found.slope[0] / limit == pytest.approx(1.0, rel=1e-4)
+    for axis, limit in [("roll_rate", 1 / 3), ("precession_rate", 4 / 5)]:
+        found = convergence(axis, "amplification", (3.0, 5.0), [0.5])
+        assert found.value[0] == pytest.approx(limit, rel=1e-6), (axis, limit)
+        assert found.slope[0] / limit == pytest.approx(1.0, rel=1e-4), (axis, limit)

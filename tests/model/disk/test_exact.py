@@ -17,23 +17,23 @@ from sweep.runs.run import run_to_file
 pytestmark = pytest.mark.compiled
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_the_same_atlas(preset):
+def test_the_same_atlas():
     """Dimensions, coordinates, endings, verdicts and boundaries are those of RK4, extremes and periods nearly so."""
-    exact, rk4 = sweep.run(coarse(preset, method="exact")), atlas(preset)
-    assert exact.sizes == rk4.sizes
-    assert set(exact.data_vars) == {*rk4.data_vars, *REDUCTION}
-    for name in (
-        *rk4.coords,
-        "ending",
-        "stability",
-        *(each for each in rk4.data_vars if each not in VARIABLES),
-    ):
-        xr.testing.assert_equal(exact[name], rk4[name])
-    for name in ("tilt_min", "tilt_max", "peak_tilt"):
-        assert np.abs(exact[name] - rk4[name]).max() < 1e-8
-    # near a separatrix the period is not known better
-    assert (np.abs(exact.nutation_period / rk4.nutation_period - 1.0) < 1e-5).mean() > 0.95
+    for preset in PRESETS:
+        exact, rk4 = sweep.run(coarse(preset, method="exact")), atlas(preset)
+        assert exact.sizes == rk4.sizes, preset
+        assert set(exact.data_vars) == {*rk4.data_vars, *REDUCTION}, preset
+        for name in (
+            *rk4.coords,
+            "ending",
+            "stability",
+            *(each for each in rk4.data_vars if each not in VARIABLES),
+        ):
+            xr.testing.assert_equal(exact[name], rk4[name])
+        for name in ("tilt_min", "tilt_max", "peak_tilt"):
+            assert np.abs(exact[name] - rk4[name]).max() < 1e-8, preset
+        # near a separatrix the period is not known better
+        assert (np.abs(exact.nutation_period / rk4.nutation_period - 1.0) < 1e-5).mean() > 0.95, preset
 
 
 def test_what_needs_a_history_is_missing():
@@ -50,12 +50,12 @@ def test_what_needs_a_history_is_missing():
     assert "RK4" not in exact.attrs["summary"]
 
 
-@pytest.mark.parametrize("duration", [1e-3, 1.0, 300.0])
-def test_time_never_ends_a_cell(duration):
+def test_time_never_ends_a_cell():
     """Verdicts are for all time: none is left open by a horizon, whatever the duration."""
-    exact = sweep.run(coarse("rolling", method="exact", duration=duration))
-    assert set(np.unique(exact.ending)) == {ENDINGS["bounded"]}
-    assert set(np.unique(exact.stability)) == {1, 2}
+    for duration in [1e-3, 1.0, 300.0]:
+        exact = sweep.run(coarse("rolling", method="exact", duration=duration))
+        assert set(np.unique(exact.ending)) == {ENDINGS["bounded"]}, duration
+        assert set(np.unique(exact.stability)) == {1, 2}, duration
 
 
 def test_extremes_and_falls_of_random_starts(crowd):
@@ -67,23 +67,22 @@ def test_extremes_and_falls_of_random_starts(crowd):
     assert np.abs(found["tilt_max"] - truth.greatest).max() < 1e-13
 
 
-@pytest.mark.parametrize(
-    "start",
-    [
+def test_periods():
+    """The period is the time between returns to a turning point, as SciPy's integration in time has it."""
+    for start in [
         {"tilt_rate": 0.01, "roll_rate": 2.0},
         {"tilt": 0.01, "roll_rate": 3.0},
         {"tilt": 0.5, "precession_rate": 4.5},
         {"tilt": -0.3, "tilt_rate": 0.4, "roll_rate": 4.0, "precession_rate": -2.0, "alpha": 0.9},
-    ],
-)
-def test_periods(start):
-    """The period is the time between returns to a turning point, as SciPy's integration in time has it."""
-    given = referee.starts(**start)
-    period = DISK.exact.measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))["nutation_period"][0]
-    assert np.isfinite(period)
-    times = referee.motion(given[:, 0], 6.0 * period).turn_times
-    assert times.size >= 10
-    assert np.allclose(times[2:] - times[:-2], period, rtol=1e-8)
+    ]:
+        given = referee.starts(**start)
+        period = DISK.exact.measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))[
+            "nutation_period"
+        ][0]
+        assert np.isfinite(period), start
+        times = referee.motion(given[:, 0], 6.0 * period).turn_times
+        assert times.size >= 10, start
+        assert np.allclose(times[2:] - times[:-2], period, rtol=1e-8), start
 
 
 def test_wells_and_separatrix():
@@ -116,15 +115,15 @@ def test_unresolved_where_the_tolerance_asks_too_much():
     assert vague.wells == 2
 
 
-@pytest.mark.parametrize("alpha", [0.5, "0.01:1:140"])
-def test_bits_do_not_depend_on_threads_and_blocks(alpha):
+def test_bits_do_not_depend_on_threads_and_blocks():
     """Threads, block size and the number of tables of alpha leave every bit as it is."""
-    spec = SweepSpec(alpha=alpha, tilt="-40deg:60deg:7", tilt_rate=0.3, roll_rate="0:4:5", method="exact")
-    reference = sweep.run(spec)
-    for how in ({"threads": 1}, {"block_cells": 900}, {"threads": 2, "block_cells": 1000}):
-        xr.testing.assert_identical(
-            sweep.run(spec, **how).drop_attrs(deep=False), reference.drop_attrs(deep=False)
-        )
+    for alpha in [0.5, "0.01:1:140"]:
+        spec = SweepSpec(alpha=alpha, tilt="-40deg:60deg:7", tilt_rate=0.3, roll_rate="0:4:5", method="exact")
+        reference = sweep.run(spec)
+        for how in ({"threads": 1}, {"block_cells": 900}, {"threads": 2, "block_cells": 1000}):
+            xr.testing.assert_identical(
+                sweep.run(spec, **how).drop_attrs(deep=False), reference.drop_attrs(deep=False)
+            )
 
 
 def test_the_file_is_the_dataset(tmp_path):
@@ -136,15 +135,15 @@ def test_the_file_is_the_dataset(tmp_path):
         assert read.wells.attrs["flag_meanings"] == "unknown one_well two_wells"
 
 
-@pytest.mark.parametrize(("method", "word"), [("rk4", "RK4"), ("exact", "exact")])
-def test_figures_name_the_method(method, word):
+def test_figures_name_the_method():
     """The legend of a map and that of a profile say whose boundary is drawn."""
-    for words in ({"tilt": "1deg:4deg:5"}, {"tilt": "1deg"}):
-        drawn = plots.figure([sweep.run(SweepSpec(roll_rate="2:4:9", method=method, **words))])
-        told = [
-            text.get_text()
-            for axes in drawn.axes
-            if axes.get_legend()
-            for text in axes.get_legend().get_texts()
-        ]
-        assert any(f"{word} boundary" in each for each in told)
+    for method, word in [("rk4", "RK4"), ("exact", "exact")]:
+        for words in ({"tilt": "1deg:4deg:5"}, {"tilt": "1deg"}):
+            drawn = plots.figure([sweep.run(SweepSpec(roll_rate="2:4:9", method=method, **words))])
+            told = [
+                text.get_text()
+                for axes in drawn.axes
+                if axes.get_legend()
+                for text in axes.get_legend().get_texts()
+            ]
+            assert any(f"{word} boundary" in each for each in told), (method, word)

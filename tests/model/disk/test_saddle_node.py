@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 import referee
@@ -36,40 +38,44 @@ def wells(rate, tilt, axis, alpha):
     return (zeros + 1) // 2
 
 
-@pytest.mark.parametrize("alpha", [0.3, 1.0])
-@pytest.mark.parametrize("axis", RATES)
-@pytest.mark.parametrize("tilt", [2.0, 12.0])
-def test_the_potential_has_two_wells_below_the_fold(tilt, axis, alpha):
+def test_the_potential_has_two_wells_below_the_fold():
     """By the equations of motion and SciPy the potential has two wells just below the curve, and one just above it."""
-    tilt = np.radians(tilt)
-    rate = float(saddle_node_rates(np.array([tilt]), axis, alpha)[0])
-    assert [wells(rate * factor, tilt, axis, alpha) for factor in (0.8, 0.999, 1.001, 1.2)] == [2, 2, 1, 1]
+    for alpha, axis, tilt in itertools.product([0.3, 1.0], RATES, [2.0, 12.0]):
+        tilt = np.radians(tilt)
+        rate = float(saddle_node_rates(np.array([tilt]), axis, alpha)[0])
+        assert [wells(rate * factor, tilt, axis, alpha) for factor in (0.8, 0.999, 1.001, 1.2)] == [
+            2,
+            2,
+            1,
+            1,
+        ], (alpha, axis, tilt)
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("alpha", ALPHAS)
-@pytest.mark.parametrize("axis", RATES)
-def test_the_reduction_counts_the_same_wells(axis, alpha):
+def test_the_reduction_counts_the_same_wells():
     """From upright to 70 deg, a millionth below the curve the reduction finds two wells, a millionth above it one."""
-    tilt = np.radians(np.linspace(0.01, 70.0, 300))
-    given = {name: np.full(tilt.shape, 1.0 if name in ("radius", "gravity") else 0.0) for name in PARAMETERS}
-    for factor, count in ((1.0 - 1e-6, 2), (1.0 + 1e-6, 1)):
-        start = given | {
-            "tilt": tilt,
-            "alpha": np.full(tilt.shape, alpha),
-            axis: factor * saddle_node_rates(tilt, axis, alpha),
+    for alpha, axis in itertools.product(ALPHAS, RATES):
+        tilt = np.radians(np.linspace(0.01, 70.0, 300))
+        given = {
+            name: np.full(tilt.shape, 1.0 if name in ("radius", "gravity") else 0.0) for name in PARAMETERS
         }
-        found = DISK.exact.measures(SweepSpec(fall_tilt="89deg"), start)
-        assert (found["wells"] == count).all()
-        assert np.isin(found["ending"], (ENDINGS["bounded"], ENDINGS["fell"])).all()
+        for factor, count in ((1.0 - 1e-6, 2), (1.0 + 1e-6, 1)):
+            start = given | {
+                "tilt": tilt,
+                "alpha": np.full(tilt.shape, alpha),
+                axis: factor * saddle_node_rates(tilt, axis, alpha),
+            }
+            found = DISK.exact.measures(SweepSpec(fall_tilt="89deg"), start)
+            assert (found["wells"] == count).all(), (alpha, axis)
+            assert np.isin(found["ending"], (ENDINGS["bounded"], ENDINGS["fell"])).all(), (alpha, axis)
 
 
-@pytest.mark.parametrize("alpha", ALPHAS)
-def test_it_starts_at_the_critical_rates(alpha):
+def test_it_starts_at_the_critical_rates():
     """At upright the squares are 1/[2(1+alpha)] and 2/(2+alpha); it falls from there, alike on both sides."""
-    tilt = np.radians(np.linspace(1e-6, 60.0, 200))
-    for axis, squared in (("roll_rate", 0.5 / (1.0 + alpha)), ("precession_rate", 2.0 / (2.0 + alpha))):
-        rates = saddle_node_rates(tilt, axis, alpha)
-        assert rates[0] ** 2 == pytest.approx(squared, rel=1e-4)
-        assert (np.diff(rates) < 0.0).all()
-        assert np.array_equal(saddle_node_rates(-tilt, axis, alpha), rates)
+    for alpha in ALPHAS:
+        tilt = np.radians(np.linspace(1e-6, 60.0, 200))
+        for axis, squared in (("roll_rate", 0.5 / (1.0 + alpha)), ("precession_rate", 2.0 / (2.0 + alpha))):
+            rates = saddle_node_rates(tilt, axis, alpha)
+            assert rates[0] ** 2 == pytest.approx(squared, rel=1e-4), alpha
+            assert (np.diff(rates) < 0.0).all(), alpha
+            assert np.array_equal(saddle_node_rates(-tilt, axis, alpha), rates), alpha

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pytest
 
 from kernels.disk import arrays, endings, motion_arrays
 from kernels.disk.exact import arrays as exact_arrays
@@ -37,13 +36,13 @@ def test_the_seven_parameters_and_their_defaults():
     }
 
 
-@pytest.mark.parametrize("quantity", INPUTS, ids=lambda quantity: quantity.name)
-def test_defaults_obey_their_rules(quantity):
+def test_defaults_obey_their_rules():
     """A default that is a number is allowed by its own rule; one that is text is one of its words."""
-    if isinstance(quantity.default, str):
-        assert quantity.default in quantity.words
-    else:
-        assert quantity.allows(np.array([quantity.default])).all()
+    for quantity in INPUTS:
+        if isinstance(quantity.default, str):
+            assert quantity.default in quantity.words, quantity
+        else:
+            assert quantity.allows(np.array([quantity.default])).all(), quantity
 
 
 def test_options_have_a_default_among_their_choices():
@@ -51,9 +50,9 @@ def test_options_have_a_default_among_their_choices():
     assert all(word.default in word.choices for word in OPTIONS.values())
 
 
-@pytest.mark.parametrize(
-    ("name", "inside", "outside"),
-    [
+def test_domains_end_where_the_rule_says():
+    """The predicate of each rule holds inside the rule's interval and fails on and beyond its open ends."""
+    for name, inside, outside in [
         ("tilt", [-1.57, 0.0, 1.57], [-math.pi / 2, math.pi / 2, math.nan]),
         ("roll_rate", [-1e300, 0.0, 1e300], [math.inf, math.nan]),
         ("alpha", [1e-300, 0.5, 1.0], [0.0, -0.5, np.nextafter(1.0, 2.0), math.nan]),
@@ -63,13 +62,10 @@ def test_options_have_a_default_among_their_choices():
         ("step", [1e-3], [0.0, -1.0]),
         ("fall_tilt", [0.1, 1.57], [0.0, -0.1, math.pi / 2]),
         ("tolerance", [1e-12, 0.1], [0.0, 1e-13, -1e-8, 0.11]),
-    ],
-)
-def test_domains_end_where_the_rule_says(name, inside, outside):
-    """The predicate of each rule holds inside the rule's interval and fails on and beyond its open ends."""
-    allows = {**PARAMETERS, **SETTINGS}[name].allows
-    assert allows(np.array(inside)).all()
-    assert not allows(np.array(outside)).any()
+    ]:
+        allows = {**PARAMETERS, **SETTINGS}[name].allows
+        assert allows(np.array(inside)).all(), (name, inside, outside)
+        assert not allows(np.array(outside)).any(), (name, inside, outside)
 
 
 def test_rows_are_those_of_the_kernels():

@@ -1,3 +1,4 @@
+import itertools
 import math
 from itertools import pairwise
 
@@ -26,46 +27,42 @@ def predicted(axis, **words):
     return (theory_lines(spec, axis)["upper"][1]) ** 2 / CRITICAL[axis]
 
 
-@pytest.mark.parametrize(("axis", "ratio"), [("roll_rate", 0.993457), ("precession_rate", 0.992617)])
-def test_five_degrees_of_departure(axis, ratio):
+def test_five_degrees_of_departure():
     """For vanishing perturbations a departure of 5 deg happens below r = 0.993457 (rolling), 0.992617 (spinning)."""
-    for perturbation in ({"tilt": 1e-9}, {"tilt_rate": 1e-6}):
-        assert round(float(predicted(axis, **perturbation)), 6) == ratio
+    for axis, ratio in [("roll_rate", 0.993457), ("precession_rate", 0.992617)]:
+        for perturbation in ({"tilt": 1e-9}, {"tilt_rate": 1e-6}):
+            assert round(float(predicted(axis, **perturbation)), 6) == ratio, (axis, ratio)
 
 
-@pytest.mark.parametrize(
-    ("alpha", "axis", "c"),
-    [
+def test_departure_bends_the_line_quadratically():
+    """The boundary of a departure criterion approaches 1 - c limit^2 as the limit shrinks."""
+    for alpha, axis, c in [
         (0.5, "roll_rate", 31 / 36),
         (1.0, "roll_rate", 5 / 6),
         (0.5, "precession_rate", 35 / 36),
         (1.0, "precession_rate", 11 / 12),
-    ],
-)
-def test_departure_bends_the_line_quadratically(alpha, axis, c):
-    """The boundary of a departure criterion approaches 1 - c limit^2 as the limit shrinks."""
-    critical = theory_lines(SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13), axis)["upper"][0]
-    for limit in (0.02, 0.01):
-        spec = SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13, criterion=f"departure:{limit}rad")
-        ratio = (theory_lines(spec, axis)["upper"][1] / critical) ** 2
-        assert (1.0 - ratio) / limit**2 == pytest.approx(c, abs=3.0 * limit**2)
+    ]:
+        critical = theory_lines(SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13), axis)["upper"][0]
+        for limit in (0.02, 0.01):
+            spec = SweepSpec(**{axis: "1:8:3"}, alpha=alpha, tilt=1e-13, criterion=f"departure:{limit}rad")
+            ratio = (theory_lines(spec, axis)["upper"][1] / critical) ** 2
+            assert (1.0 - ratio) / limit**2 == pytest.approx(c, abs=3.0 * limit**2), (alpha, axis, c)
 
 
-@pytest.mark.parametrize("limit", [5.0, 10.0, 40.0])
-@pytest.mark.parametrize(
-    ("axis", "perturbation", "excess"),
-    [
-        ("roll_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
-        ("precession_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
-        ("roll_rate", {"tilt": 1e-5}, lambda A: 2.0 / (A - 1.0)),
-        ("precession_rate", {"tilt": 1e-5}, lambda A: 4.0 / (A - 3.0)),
-    ],
-)
-def test_amplification_in_linear_theory(axis, perturbation, excess, limit):
+def test_amplification_in_linear_theory():
     """Kicked: r = 1 + 1/A^2; released rolling: 1 + 2/(A-1); released spinning: 1 + 4/(A-3)."""
-    ratio = predicted(axis, criterion=f"amplification:{limit}", **perturbation)
-    # what is left is of the square of the tilts reached, at most 40 times 2.5e-5 rad
-    assert ratio == pytest.approx(1.0 + excess(limit), rel=1e-6)
+    for limit, (axis, perturbation, excess) in itertools.product(
+        [5.0, 10.0, 40.0],
+        [
+            ("roll_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
+            ("precession_rate", {"tilt_rate": 1e-4}, lambda A: 1.0 / A**2),
+            ("roll_rate", {"tilt": 1e-5}, lambda A: 2.0 / (A - 1.0)),
+            ("precession_rate", {"tilt": 1e-5}, lambda A: 4.0 / (A - 3.0)),
+        ],
+    ):
+        ratio = predicted(axis, criterion=f"amplification:{limit}", **perturbation)
+        # what is left is of the square of the tilts reached, at most 40 times 2.5e-5 rad
+        assert ratio == pytest.approx(1.0 + excess(limit), rel=1e-6), limit
 
 
 def test_the_smallest_amplification_of_a_released_spinning_disk():
@@ -73,20 +70,19 @@ def test_the_smallest_amplification_of_a_released_spinning_disk():
     assert np.isnan(predicted("precession_rate", tilt=1e-6, criterion="amplification:2.9"))
 
 
-@pytest.mark.parametrize("axis", RATES)
-@pytest.mark.parametrize(
-    "start", [{"tilt": 0.03}, {"tilt": -0.02}, {"tilt_rate": 0.05}, {"tilt": 0.01, "tilt_rate": -0.04}]
-)
-def test_the_predicted_rate_turns_the_disk_at_the_limit(axis, start):
+def test_the_predicted_rate_turns_the_disk_at_the_limit():
     """Within 1e-8 of the predicted rate the exact peak crosses the limit: below the disk swings further, above less."""
-    limit = 0.12
-    spec = SweepSpec(**{axis: "1:8:3"}, criterion=f"departure:{limit}rad", **start)
-    found = float(theory_lines(spec, axis)["upper"][1])
+    for axis, start in itertools.product(
+        RATES, [{"tilt": 0.03}, {"tilt": -0.02}, {"tilt_rate": 0.05}, {"tilt": 0.01, "tilt_rate": -0.04}]
+    ):
+        limit = 0.12
+        spec = SweepSpec(**{axis: "1:8:3"}, criterion=f"departure:{limit}rad", **start)
+        found = float(theory_lines(spec, axis)["upper"][1])
 
-    peaks = referee.extremes(
-        referee.starts(**{axis: found * np.array([1.0 - 1e-8, 1.0 + 1e-8])}, **start)
-    ).peak
-    assert peaks[0] > limit > peaks[1]
+        peaks = referee.extremes(
+            referee.starts(**{axis: found * np.array([1.0 - 1e-8, 1.0 + 1e-8])}, **start)
+        ).peak
+        assert peaks[0] > limit > peaks[1], (axis, start)
 
 
 # rates of 1e-160 are squared to nothing in SciPy's error estimate
@@ -108,19 +104,21 @@ def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
     assert found == pytest.approx(run.y[:, -1], abs=1e-10 * (1.0 + size))
 
 
-@pytest.mark.parametrize("tilt", [1e-6, 0.1, 0.7, 1.2, 1.48])
-def test_carried_rates_are_hypergeometric(tilt):
+def test_carried_rates_are_hypergeometric():
     """From upright the two solutions are Gauss's functions of sin(tilt)^2, evaluated by mpmath."""
-    alpha = 0.5
-    a = mpmath.mpc(0.25, -0.5 * mpmath.sqrt(mpmath.mpf(13) / 12))
-    u = mpmath.sin(tilt)
-    even = float(mpmath.re(mpmath.hyp2f1(a, mpmath.conj(a), 0.5, u**2)))
-    odd = float(mpmath.re(u * mpmath.hyp2f1(a + 0.5, mpmath.conj(a) + 0.5, 1.5, u**2)))
-    one, zero = np.array([1.0]), np.array([0.0])
-    carry = (zero, np.array([tilt]))
-    assert carried_rates(*carry, one, zero, np.array([alpha]))[0][0] == pytest.approx(even, rel=1e-13)
-    slope = carried_rates(*carry, zero, -(1.0 + alpha) * one, np.array([alpha]))[0][0]
-    assert slope == pytest.approx(odd, rel=1e-13)
+    for tilt in [1e-6, 0.1, 0.7, 1.2, 1.48]:
+        alpha = 0.5
+        a = mpmath.mpc(0.25, -0.5 * mpmath.sqrt(mpmath.mpf(13) / 12))
+        u = mpmath.sin(tilt)
+        even = float(mpmath.re(mpmath.hyp2f1(a, mpmath.conj(a), 0.5, u**2)))
+        odd = float(mpmath.re(u * mpmath.hyp2f1(a + 0.5, mpmath.conj(a) + 0.5, 1.5, u**2)))
+        one, zero = np.array([1.0]), np.array([0.0])
+        carry = (zero, np.array([tilt]))
+        assert carried_rates(*carry, one, zero, np.array([alpha]))[0][0] == pytest.approx(even, rel=1e-13), (
+            tilt
+        )
+        slope = carried_rates(*carry, zero, -(1.0 + alpha) * one, np.array([alpha]))[0][0]
+        assert slope == pytest.approx(odd, rel=1e-13), tilt
 
 
 def test_no_line_where_theory_has_none():
@@ -137,21 +135,29 @@ def sharp(preset, axis, tilts, count, **words):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("preset", "axis", "rates"),
-    [("rolling", "roll_rate", "2:4:900"), ("spinning", "precession_rate", "3:6:900")],
-)
-@pytest.mark.parametrize("alpha", [0.5, 1.0])
-def test_the_measured_boundary_of_released_disks_is_the_predicted_one(preset, axis, rates, alpha):
+def test_the_measured_boundary_of_released_disks_is_the_predicted_one():
     """Over the tilts of the preset the measured boundary is within its half-width of the predicted one."""
-    atlas = sharp(preset, axis, "0.001deg:4.9deg:25:log", rates, alpha=alpha)
-    off = np.abs(atlas[f"boundary_{axis}"] - atlas[f"predicted_{axis}"])
-    inside = np.isfinite(atlas[f"boundary_{axis}"])
-    line = atlas[f"predicted_{axis}"]
-    # a boundary is measured exactly where the predicted one lies among the rates
-    assert np.array_equal(inside, (line > atlas[axis][0]) & (line < atlas[axis][-1]))
-    assert inside.sum() >= 15
-    assert (off <= atlas[f"boundary_{axis}_halfwidth"] * (1.0 + 1e-9))[inside].all()
+    for (preset, axis, rates), alpha in itertools.product(
+        [("rolling", "roll_rate", "2:4:900"), ("spinning", "precession_rate", "3:6:900")], [0.5, 1.0]
+    ):
+        atlas = sharp(preset, axis, "0.001deg:4.9deg:25:log", rates, alpha=alpha)
+        off = np.abs(atlas[f"boundary_{axis}"] - atlas[f"predicted_{axis}"])
+        inside = np.isfinite(atlas[f"boundary_{axis}"])
+        line = atlas[f"predicted_{axis}"]
+        # a boundary is measured exactly where the predicted one lies among the rates
+        assert np.array_equal(inside, (line > atlas[axis][0]) & (line < atlas[axis][-1])), (
+            preset,
+            axis,
+            rates,
+            alpha,
+        )
+        assert inside.sum() >= 15, (preset, axis, rates, alpha)
+        assert (off <= atlas[f"boundary_{axis}_halfwidth"] * (1.0 + 1e-9))[inside].all(), (
+            preset,
+            axis,
+            rates,
+            alpha,
+        )
 
 
 @pytest.mark.compiled
@@ -166,32 +172,32 @@ def test_the_measured_boundary_of_circling_disks_is_the_predicted_one():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(("preset", "axis"), [("rolling", "roll_rate"), ("spinning", "precession_rate")])
-def test_the_measured_boundary_converges_to_the_critical_rate(preset, axis):
+def test_the_measured_boundary_converges_to_the_critical_rate():
     """As perturbation and limit shrink together, the measured boundary closes in on the analytic line."""
-    critical = math.sqrt(CRITICAL[axis])
-    rates = f"{0.95 * critical!r}:{1.02 * critical!r}:1500"
-    distances = []
-    for limit in ("10deg", "5deg", "2deg"):
-        atlas = sharp(preset, axis, "1e-4deg,2e-4deg", rates, criterion=f"departure:{limit}")
-        distances.append(float(abs(atlas[f"boundary_{axis}"] - critical).max()))
-    assert all(after < 0.4 * before for before, after in pairwise(distances))
-    assert distances[-1] < 1e-3 * critical
+    for preset, axis in [("rolling", "roll_rate"), ("spinning", "precession_rate")]:
+        critical = math.sqrt(CRITICAL[axis])
+        rates = f"{0.95 * critical!r}:{1.02 * critical!r}:1500"
+        distances = []
+        for limit in ("10deg", "5deg", "2deg"):
+            atlas = sharp(preset, axis, "1e-4deg,2e-4deg", rates, criterion=f"departure:{limit}")
+            distances.append(float(abs(atlas[f"boundary_{axis}"] - critical).max()))
+        assert all(after < 0.4 * before for before, after in pairwise(distances)), (preset, axis)
+        assert distances[-1] < 1e-3 * critical, (preset, axis)
 
 
-@pytest.mark.parametrize("preset", ["rolling", "spinning", "circling"])
-def test_edges_on_a_negative_axis_are_mirrored(preset):
+def test_edges_on_a_negative_axis_are_mirrored():
     """The motion does not care for the sign of its rates: upper and lower edge change places and sign."""
-    spec = SweepSpec.preset(preset)
-    axis = next(name for name in spec.axes if name != "tilt")
-    along = getattr(spec, axis)
-    mirrored = spec.replace(**{axis: Range(-along.stop, -along.start, along.count)})
-    lines, negative = theory_lines(spec, axis), theory_lines(mirrored, axis)
-    other = {"upper": "lower", "lower": "upper"}
-    assert set(negative) == {other[edge] for edge in lines}
-    for edge, (critical, predicted) in lines.items():
-        assert np.array_equal(negative[other[edge]][0], -critical, equal_nan=True)
-        assert np.array_equal(negative[other[edge]][1], -predicted, equal_nan=True)
+    for preset in ["rolling", "spinning", "circling"]:
+        spec = SweepSpec.preset(preset)
+        axis = next(name for name in spec.axes if name != "tilt")
+        along = getattr(spec, axis)
+        mirrored = spec.replace(**{axis: Range(-along.stop, -along.start, along.count)})
+        lines, negative = theory_lines(spec, axis), theory_lines(mirrored, axis)
+        other = {"upper": "lower", "lower": "upper"}
+        assert set(negative) == {other[edge] for edge in lines}, preset
+        for edge, (critical, predicted) in lines.items():
+            assert np.array_equal(negative[other[edge]][0], -critical, equal_nan=True), preset
+            assert np.array_equal(negative[other[edge]][1], -predicted, equal_nan=True), preset
 
 
 def test_starts_beyond_the_limit_cost_nothing(monkeypatch):

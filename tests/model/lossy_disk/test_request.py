@@ -30,9 +30,9 @@ def test_the_tables_are_the_rows_of_the_kernels():
     ]
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_a_word_of_a_loss_chooses_the_model():
+    """Any of them, a zero and a column of a table too; the text of the spec names the model and makes it again."""
+    for words in [
         {"rolling_friction": "1mm"},
         {"pivoting_friction": 0},
         {"contour_friction": "0,1um"},
@@ -40,25 +40,21 @@ def test_the_tables_are_the_rows_of_the_kernels():
         {"air_law": "none"},
         {"air_density": "0 kg/m3"},
         {"starts": {"tilt": [0.1, 0.2], "rolling_friction [mm]": [0.0, 0.1]}},
-    ],
-    ids=str,
-)
-def test_a_word_of_a_loss_chooses_the_model(words):
-    """Any of them, a zero and a column of a table too; the text of the spec names the model and makes it again."""
-    spec = SweepSpec(tilt="1deg", **words) if "starts" not in words else SweepSpec(**words)
-    assert spec.model is LOSSY_DISK
-    assert '"model":"lossy_disk"' in spec.canonical()
-    assert SweepSpec.from_canonical(spec.canonical()) == spec
-    if "starts" not in words:
-        assert eval(repr(spec)) == spec
+    ]:
+        spec = SweepSpec(tilt="1deg", **words) if "starts" not in words else SweepSpec(**words)
+        assert spec.model is LOSSY_DISK, words
+        assert '"model":"lossy_disk"' in spec.canonical(), words
+        assert SweepSpec.from_canonical(spec.canonical()) == spec, words
+        if "starts" not in words:
+            assert eval(repr(spec)) == spec, words
 
 
-@pytest.mark.parametrize("words", [{}, {"tilt": "1deg,2deg", "fall_tilt": "80deg", "contact": "yes"}])
-def test_without_one_it_is_the_disk(words):
+def test_without_one_it_is_the_disk():
     """Its spec does not mention losses at all, in text and fingerprint."""
-    spec = SweepSpec(**words)
-    assert spec.model is DISK
-    assert not {"model", *LOSSY_DISK.chosen_by} & set(eval(spec.canonical()))
+    for words in [{}, {"tilt": "1deg,2deg", "fall_tilt": "80deg", "contact": "yes"}]:
+        spec = SweepSpec(**words)
+        assert spec.model is DISK, words
+        assert not {"model", *LOSSY_DISK.chosen_by} & set(eval(spec.canonical())), words
 
 
 def test_words_of_a_motion_choose_no_losses():
@@ -94,9 +90,9 @@ def test_a_spec_that_is_changed_keeps_its_words():
         spec.replace(fall_tilt="80deg").replace(contour_friction="1um")
 
 
-@pytest.mark.parametrize(
-    ("words", "where", "facts"),
-    [
+def test_what_is_refused():
+    """The message names the key, what is wrong and what to do."""
+    for words, where, facts in [
         ({"rolling_friction": -1e-6}, "rolling_friction=-1e-06", ["rolling_friction >= 0"]),
         ({"contour_friction": "-1um:1um:5"}, "contour_friction=-1um:1um:5", ["contour_friction >= 0"]),
         (
@@ -130,16 +126,12 @@ def test_a_spec_that_is_changed_keeps_its_words():
         ({"model": "disk", "rolling_friction": 0}, "rolling_friction", ["a word of the model lossy_disk"]),
         ({"rolling_friction": "1kg"}, "rolling_friction=1kg", ["takes m, cm, inch"]),
         (FULL | {"air_viscosity": "1 kg"}, "air_viscosity=1 kg", ["Pa s"]),
-    ],
-    ids=str,
-)
-def test_what_is_refused(words, where, facts):
-    """The message names the key, what is wrong and what to do."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec(**words)
-    assert caught.value.where == where
-    assert all(fact in str(caught.value) for fact in facts), caught.value
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec(**words)
+        assert caught.value.where == where, (words, where, facts)
+        assert all(fact in str(caught.value) for fact in facts), caught.value
+        assert caught.value.hint, (words, where, facts)
 
 
 def test_laws_with_what_they_need_are_taken():
@@ -185,9 +177,9 @@ def test_the_settings_of_the_kernels():
     assert LOSSY_DISK.kernel_settings(plain).size == len(arrays.SETTINGS)
 
 
-@pytest.mark.parametrize(
-    ("words", "laws"),
-    [
+def test_only_the_laws_of_a_request_are_compiled():
+    """The kernel is the variant that the kernels call by that name."""
+    for words, laws in [
         ({"contour_friction": 1e-6}, (True, False, False, False, "none", False)),
         ({"rolling_friction": "0,1um"}, (False, False, True, False, "none", False)),
         ({"pivoting_friction": 1e-6, "friction": 0.3}, (False, False, False, True, "none", True)),
@@ -195,15 +187,11 @@ def test_the_settings_of_the_kernels():
             FULL | {"rolling_friction": 1e-6, "contour_damping": 1e-9},
             (False, True, True, False, "bildsten", False),
         ),
-    ],
-    ids=str,
-)
-def test_only_the_laws_of_a_request_are_compiled(words, laws):
-    """The kernel is the variant that the kernels call by that name."""
-    *rates, air, slip = laws
-    kernel = LOSSY_DISK.integrator(SweepSpec(**words))
-    assert kernel.function == integrate.variant(*rates, tables.AIR_LAWS.index(air), slip)
-    assert LOSSY_DISK.kernels(SweepSpec(**words)) == (kernel,)
+    ]:
+        *rates, air, slip = laws
+        kernel = LOSSY_DISK.integrator(SweepSpec(**words))
+        assert kernel.function == integrate.variant(*rates, tables.AIR_LAWS.index(air), slip), (words, laws)
+        assert LOSSY_DISK.kernels(SweepSpec(**words)) == (kernel,), (words, laws)
 
 
 def test_every_set_of_laws_has_its_kernel():

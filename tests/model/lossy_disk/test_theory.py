@@ -91,16 +91,21 @@ def test_the_kernels_slow_an_upright_disk_as_theory_says(law):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("law", ["contour", "damping", "bildsten"])
-def test_the_boundary_of_a_small_perturbation_is_not_beyond_the_bound(law):
+def test_the_boundary_of_a_small_perturbation_is_not_beyond_the_bound():
     """It lies between the critical rate without losses and the rate that sinks to it by the end, for both criteria."""
-    words = {"tilt": "0.0001deg", "roll_rate": "15:60:91", "duration": "8s", "criterion": "departure:30deg"}
-    for criterion, duration in (("departure:30deg", "8s"), ("aloft:8s", "12s")):
-        spec, _, _ = slowed(law, **words | {"criterion": criterion, "duration": duration})
-        atlas = sweep.run(spec)
-        lines = [float(atlas[f"{kind}_roll_rate"]) for kind in ("critical", "boundary", "predicted")]
-        assert lines[0] == pytest.approx(math.sqrt(9.81 / 0.036), rel=1e-12)
-        assert lines == sorted(lines), (criterion, lines)
+    for law in ["contour", "damping", "bildsten"]:
+        words = {
+            "tilt": "0.0001deg",
+            "roll_rate": "15:60:91",
+            "duration": "8s",
+            "criterion": "departure:30deg",
+        }
+        for criterion, duration in (("departure:30deg", "8s"), ("aloft:8s", "12s")):
+            spec, _, _ = slowed(law, **words | {"criterion": criterion, "duration": duration})
+            atlas = sweep.run(spec)
+            lines = [float(atlas[f"{kind}_roll_rate"]) for kind in ("critical", "boundary", "predicted")]
+            assert lines[0] == pytest.approx(math.sqrt(9.81 / 0.036), rel=1e-12), law
+            assert lines == sorted(lines), (criterion, lines)
 
 
 AIR_CODES = {"none": "none", "moffatt": MOFFATT, "bildsten": BILDSTEN}
@@ -130,32 +135,34 @@ def random_upright(n, rng, axis):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
-def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(axis, rng):
+def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(rng):
     """Fresh cells of all laws from the bound on, for departures and for times aloft: an upper estimate of the rate."""
-    for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
-        duration = rng.uniform(5.0, 60.0)
-        bound = theory.rate_before(critical, duration, slowed)
-        given[PARAMETERS.index(axis)] = bound * (1.0 + 10.0 ** rng.uniform(-4.0, -0.5, bound.size))
-        found = lossy_runner.run(given, air=air, duration=duration)
-        assert np.isin(found.ending, (HORIZON, REST)).all()
-        assert found.tilt_max.max() < math.radians(5.0), (air, given[:, found.tilt_max.argmax()])
+    for axis in ["roll_rate", "precession_rate"]:
+        for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
+            duration = rng.uniform(5.0, 60.0)
+            bound = theory.rate_before(critical, duration, slowed)
+            given[PARAMETERS.index(axis)] = bound * (1.0 + 10.0 ** rng.uniform(-4.0, -0.5, bound.size))
+            found = lossy_runner.run(given, air=air, duration=duration)
+            assert np.isin(found.ending, (HORIZON, REST)).all(), axis
+            assert found.tilt_max.max() < math.radians(5.0), (air, given[:, found.tilt_max.argmax()])
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("axis", ["roll_rate", "precession_rate"])
-def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(axis, rng):
+def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng):
     """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
-    fell = 0
-    for air, (given, slowed, critical) in random_upright(40, rng, axis).items():
-        rates = critical * rng.uniform(1.01, 1.5, critical.size)
-        given[PARAMETERS.index(axis)] = rates
-        found = lossy_runner.run(given, air=air, duration=3000.0)
-        for cell in np.flatnonzero(np.isin(found.ending, (FLAT, LIFT_OFF))):
-            coefficients = tuple(float(each[cell]) for each in slowed)
-            fell += 1
-            assert found.end_time[cell] > theory.time_between(rates[cell], critical[cell], coefficients)
-    assert fell > 10
+    for axis in ["roll_rate", "precession_rate"]:
+        fell = 0
+        for air, (given, slowed, critical) in random_upright(40, rng, axis).items():
+            rates = critical * rng.uniform(1.01, 1.5, critical.size)
+            given[PARAMETERS.index(axis)] = rates
+            found = lossy_runner.run(given, air=air, duration=3000.0)
+            for cell in np.flatnonzero(np.isin(found.ending, (FLAT, LIFT_OFF))):
+                coefficients = tuple(float(each[cell]) for each in slowed)
+                fell += 1
+                assert found.end_time[cell] > theory.time_between(
+                    rates[cell], critical[cell], coefficients
+                ), axis
+        assert fell > 10, axis
 
 
 @pytest.mark.compiled
@@ -187,16 +194,18 @@ def test_pivoting_friction_that_holds_a_rolling_disk_changes_the_critical_rate()
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("rate", [1.5, 4.0])
-def test_damping_along_the_rim_leaves_no_disk_stable_that_spins_upright(rate):
+def test_damping_along_the_rim_leaves_no_disk_stable_that_spins_upright():
     """Its tilt grows as the theory of small damping says, however fast it spins."""
-    q, damping = 1.25 * rate * rate, 0.002
-    given = referee.starts(tilt=1e-9, precession_rate=rate, contour_damping=damping)
-    early, late = (
-        max(found.tilt_max[0], -found.tilt_min[0])
-        for found in (lossy_runner.run(given, duration=duration) for duration in (2500.0, 3500.0))
-    )
-    assert math.log(late / early) / 1000.0 == pytest.approx(damping / 1.5 * (1 + q) / (q - 1), rel=0.01)
+    for rate in [1.5, 4.0]:
+        q, damping = 1.25 * rate * rate, 0.002
+        given = referee.starts(tilt=1e-9, precession_rate=rate, contour_damping=damping)
+        early, late = (
+            max(found.tilt_max[0], -found.tilt_min[0])
+            for found in (lossy_runner.run(given, duration=duration) for duration in (2500.0, 3500.0))
+        )
+        assert math.log(late / early) / 1000.0 == pytest.approx(
+            damping / 1.5 * (1 + q) / (q - 1), rel=0.01
+        ), rate
 
 
 def lines(axis="roll_rate", **words):
@@ -244,38 +253,43 @@ CLOSED = {
 }
 
 
-@pytest.mark.parametrize("law", CLOSED)
-def test_the_wobble_near_flat(law):
+def test_the_wobble_near_flat():
     """The integral is the difference of the closed forms of the uniform disk, from 5 degrees to 0.1 degrees."""
-    spec = SweepSpec(
-        **COIN, inclination="5deg", precession_rate="wobble", roll_rate="wobble", **{law: "12um"}
-    )
-    start = {name: float(values[0]) for name, values in whole(spec).items()}
-    high, low = math.radians(5.0), math.pi / 2 - spec.flat_tilt
-    unit = math.sqrt(0.012 / 9.81)
-    expected = unit * (CLOSED[law](high, 1e-3) - CLOSED[law](low, 1e-3))
-    assert theory.wobble_time(spec, start) == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize(("law", "power"), [("moffatt", 3.0), ("bildsten", 2.25), ("damping", 2.0)])
-def test_the_wobble_in_the_air(law, power):
-    """The time to the end grows with the inclination to the power of each law: of Moffatt's own example 94 s."""
-    words = {**COIN, **LAWS[law]}
-    if law == "moffatt":
-        words |= {"radius": "37.5mm", "mass": "0.4kg"}
-    times = []
-    for inclination in (0.05, 0.1):
+    for law in CLOSED:
         spec = SweepSpec(
-            inclination=inclination,
-            precession_rate="wobble",
-            roll_rate="wobble",
-            flat_tilt=math.pi / 2 - 1e-6,
-            **words,
+            **COIN, inclination="5deg", precession_rate="wobble", roll_rate="wobble", **{law: "12um"}
         )
-        times.append(theory.wobble_time(spec, {name: float(each[0]) for name, each in whole(spec).items()}))
-    assert math.log2(times[1] / times[0]) == pytest.approx(power, abs=1e-6)
-    if law == "moffatt":
-        assert times[1] == pytest.approx(0.1**3 * 0.4 / (2.0 * math.pi * 1.8e-5 * 0.0375), rel=1e-9)
+        start = {name: float(values[0]) for name, values in whole(spec).items()}
+        high, low = math.radians(5.0), math.pi / 2 - spec.flat_tilt
+        unit = math.sqrt(0.012 / 9.81)
+        expected = unit * (CLOSED[law](high, 1e-3) - CLOSED[law](low, 1e-3))
+        assert theory.wobble_time(spec, start) == pytest.approx(expected, rel=1e-9), law
+
+
+def test_the_wobble_in_the_air():
+    """The time to the end grows with the inclination to the power of each law: of Moffatt's own example 94 s."""
+    for law, power in [("moffatt", 3.0), ("bildsten", 2.25), ("damping", 2.0)]:
+        words = {**COIN, **LAWS[law]}
+        if law == "moffatt":
+            words |= {"radius": "37.5mm", "mass": "0.4kg"}
+        times = []
+        for inclination in (0.05, 0.1):
+            spec = SweepSpec(
+                inclination=inclination,
+                precession_rate="wobble",
+                roll_rate="wobble",
+                flat_tilt=math.pi / 2 - 1e-6,
+                **words,
+            )
+            times.append(
+                theory.wobble_time(spec, {name: float(each[0]) for name, each in whole(spec).items()})
+            )
+        assert math.log2(times[1] / times[0]) == pytest.approx(power, abs=1e-6), (law, power)
+        if law == "moffatt":
+            assert times[1] == pytest.approx(0.1**3 * 0.4 / (2.0 * math.pi * 1.8e-5 * 0.0375), rel=1e-9), (
+                law,
+                power,
+            )
 
 
 def told(start_words, stored=None, **words):

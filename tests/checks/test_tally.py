@@ -1,0 +1,50 @@
+"""The tally of wrong values: what a share lets pass, which value is the worst, and which are named."""
+
+import math
+
+import numpy as np
+
+from sweep.checks.tally import Tally
+from sweep.model.description import CellCheck
+
+
+def stated(wrong, judged, share=0.0, difference=2.0):
+    """Return the statement of values of which the first ones differ by more than 1, which is allowed."""
+    apart = np.zeros(judged)
+    apart[:wrong] = difference
+    tally = Tally("end_time", "s")
+    check = CellCheck("end_time", "another run", apart, np.ones(judged), np.ones(judged, bool), share=share)
+    for start in range(0, judged, 64):
+        part = slice(start, start + 64)
+        cut = CellCheck(
+            check.name, check.against, apart[part], check.allowed[part], check.judged[part], share=share
+        )
+        if (found := tally.add(start, cut)) is not None and not share:
+            tally.add_wrong(start, found)
+    return tally.statement(lambda place: f"value {place}")
+
+
+def test_a_share_of_the_values_may_differ_and_five_standard_deviations_more():
+    """Of 10000 values and a share of 1 % that is 100 + 5 * 10 + 5; of 100 and 0.1 % it is 0.1 + 5 * 0.32 + 5."""
+    for judged, share, most in ((10_000, 0.01, 155), (100, 0.001, 6)):
+        assert stated(most, judged, share).wrong == 0
+        beyond = stated(most + 1, judged, share)
+        assert (beyond.wrong, beyond.named) == (most + 1, ["value 0", "value 1", "value 2"])
+
+
+def test_without_a_share_one_wrong_value_is_one_too_many():
+    """Its difference is told, and what is allowed there; a missing value counts as the worst."""
+    assert stated(0, 300).wrong == 0
+    one = stated(1, 300)
+    assert (one.wrong, one.named, one.difference, one.allowed) == (1, ["value 0"], 2.0, 1.0)
+    missing = stated(4, 300, difference=math.nan)
+    assert (missing.wrong, missing.judged) == (4, 300)
+    assert math.isnan(missing.difference)
+
+
+def test_values_are_counted_that_nothing_is_held_against():
+    """Of every third value of a block the two between are not checked."""
+    tally = Tally("steps", "1")
+    five = np.zeros(5)
+    tally.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
+    assert tally.statement(str).against == "its repetition; otherwise not checked: 10 values"
