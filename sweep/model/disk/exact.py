@@ -9,6 +9,7 @@ from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
 from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk import audit
+from sweep.model.disk.cell_checks import MEASURES
 from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION
 from sweep.model.kernel import Kernel
@@ -74,7 +75,7 @@ class ExactReduction:
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
-        needed = (*audit.MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
+        needed = (*MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
     def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:

@@ -5,7 +5,6 @@ from one another; a sample of cells is integrated with half the step, and some o
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import counted
+from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
 from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample
@@ -51,11 +51,7 @@ AUDIT = Audit(
 # fmt: on
 
 _LOSSES = tuple(measure for _, measure in tables.LOSSES.values())
-_ITSELF, _ENDING, _START = (
-    "the other values of the cell",
-    "the ending, which says where it is missing",
-    "the start",
-)
+_ENDING = "the ending, which says where it is missing"
 
 #: A stated error is a magnitude: a second computation may be this many times as far off, and by this share and number.
 _TIMES, _SHARE, _LEAST = 10.0, 1e-8, 1e-10
@@ -69,9 +65,6 @@ _EXACTLY = ("end_time", "tilt_min", "tilt_max")
 
 #: Share of the cells in which a force only just reaches its limit, so that another step finds it at another moment.
 _GRAZING = 0.01
-
-#: Relative rounding of what follows from stored values by a few operations.
-_ROUNDING = 1e-12
 
 
 class SampledAudit:
@@ -120,40 +113,29 @@ class SampledAudit:
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Hold cells against themselves and against their second computation."""
-        facts = _Facts(spec, starts, stored, truth)
+        cells = _SampledCells(spec, starts, stored, truth)
         checks = [
-            *_decisions(facts), *_of_the_ending(facts), *_ledger(facts), *_following(facts), *_second(facts),
+            *_decisions(cells), *_of_the_ending(cells), *_ledger(cells), *cells.following(), *_second(cells),
         ]  # fmt: skip
-        code = np.full(facts.ending.shape, CONSISTENT, np.int8)
-        code[facts.drawn] = AGREES
-        code[facts.ended("unresolved")] = UNRESOLVED
-        code[facts.ended("invalid")] = INVALID
+        code = np.full(cells.every.shape, CONSISTENT, np.int8)
+        code[cells.drawn] = AGREES
+        code[cells.ended("unresolved")] = UNRESOLVED
+        code[cells.ended("invalid")] = INVALID
         for each in checks:
             if not each.share:
                 code[each.wrong] = DIFFERS if each.against.startswith(_AGAIN) else CONTRADICTORY
-        code[facts.ended("not_computed")] = NOT_COMPUTED
+        code[cells.ended("not_computed")] = NOT_COMPUTED
         with np.errstate(invalid="ignore"):
             apart = np.abs(stored["end_time"] - truth[f"{AGAIN}end_time"])
-        return {"audit": code, "time_difference": apart, "ledger_difference": facts.left}, checks
+        return {"audit": code, "time_difference": apart, "ledger_difference": cells.left}, checks
 
 
-@dataclass(frozen=True)
-class _Facts:
-    """What an audit knows of some cells, arrays of shape (n,): their starts, stored values, and second computation."""
+class _SampledCells(AuditedCells):
+    """Cells of an atlas with losses, some of them with their second computation, arrays of shape (n,)."""
 
-    spec: Request
-    starts: Starts
-    stored: Columns
-    truth: Columns
-
-    def ended(self, *names: str) -> Truths:
-        """Return which cells have one of the endings."""
-        return np.asarray(np.isin(self.ending, [tables.ENDINGS.code(name) for name in names]))
-
-    @property
-    def ending(self) -> npt.NDArray[Any]:
-        """The codes of the endings."""
-        return np.asarray(self.stored["ending"])
+    def __init__(self, spec: Request, starts: Starts, stored: Columns, truth: Columns) -> None:
+        super().__init__(spec, starts, stored)
+        self.truth = truth
 
     @cached_property
     def moved(self) -> Truths:
@@ -186,60 +168,43 @@ class _Facts:
     def slack(self) -> Array:
         """By how much the ledger may be off: its stated imbalance, and rounding of the energy."""
         energy = np.abs(self.left) + np.sum([np.abs(self.stored[name]) for name in _LOSSES], axis=0) + 1.0
-        return np.asarray(_TIMES * np.nan_to_num(self.stored["energy_imbalance"]) + _ROUNDING * energy)
+        return np.asarray(_TIMES * np.nan_to_num(self.stored["energy_imbalance"]) + ROUNDING * energy)
 
 
 #: The beginning of what a second computation is called.
 _AGAIN = "a second computation"
 
 
-def _decided(name: str, against: str, right: Truths, judged: Truths) -> CellCheck:
-    """Return the check of what is right or wrong: the difference is 0 or 1."""
-    return CellCheck(name, against, np.where(right, 0.0, 1.0), np.zeros(right.shape), judged)
-
-
-def _decisions(facts: _Facts) -> Iterator[CellCheck]:
+def _decisions(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of ending and verdict."""
-    spec, stored, model = facts.spec, facts.stored, facts.spec.model
-    every = np.ones(facts.ending.shape, bool)
-    yield _decided(
-        "ending", "the codes that there are", np.isin(facts.ending, list(tables.ENDINGS.flags)), every
-    )
-    with np.errstate(invalid="ignore"):
-        reach = model.reach(spec, facts.starts, stored)
-    scale = model.perturbation(spec, facts.starts)
-    verdict = spec.criterion.verdict(model.endings, {**facts.starts, **stored}, reach, scale)
-    # the last bit of a logarithm in an axis may differ between processors
-    edge = spec.criterion.on_edge(spec, facts.starts, [stored], lambda _: np.full(scale.shape, _ROUNDING))
-    yield _decided(
-        "stability", "the criterion, on the stored values", (stored["stability"] == verdict) | edge, every
-    )
+    known = tables.ENDINGS.among(cells.stored["ending"], *tables.ENDINGS.flags.values())
+    yield cells.decided("ending", "the codes that there are", known)
+    yield cells.decided("stability", "the criterion, on the stored values", cells.verdict_follows)
 
 
-def _of_the_ending(facts: _Facts) -> Iterator[CellCheck]:
+def _of_the_ending(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of what an ending says of time, tilt and of which values are missing."""
-    stored, moved, spec = facts.stored, facts.moved, facts.spec
-    every = np.ones(moved.shape, bool)
+    stored, moved, spec = cells.stored, cells.moved, cells.spec
     for name in ("end_time", "end_tilt", "tilt_min", "tilt_max", *_LOSSES):
-        yield _decided(name, _ENDING, np.isfinite(stored[name]) == moved, every)
+        yield cells.decided(name, _ENDING, np.isfinite(stored[name]) == moved)
     # an older file lacks those of heading and path
     for name in sorted(set(_STATED.values()) & set(stored)):
         error = np.asarray(stored[name], np.float64)
-        yield _decided(name, "finite and 0 or more", (np.isfinite(error) & (error >= 0.0)) | ~moved, every)
+        yield cells.decided(name, "finite and 0 or more", (np.isfinite(error) & (error >= 0.0)) | ~moved)
     time, tilt, duration = stored["end_time"], stored["end_tilt"], np.full(moved.shape, float(spec.duration))
     with np.errstate(invalid="ignore"):
         apart = np.where(
-            facts.ended("horizon"),
+            cells.ended("horizon"),
             np.abs(time - duration),
             np.maximum(time - duration, -np.minimum(time, 0.0)),
         )
-        yield CellCheck("end_time", "the duration", np.where(moved, apart, 0.0), _ROUNDING * duration, moved)
-        flat = facts.ended("flat") & (np.abs(facts.starts["tilt"]) < spec.flat_tilt)
+        yield CellCheck("end_time", "the duration", np.where(moved, apart, 0.0), ROUNDING * duration, moved)
+        flat = cells.ended("flat") & (np.abs(cells.starts["tilt"]) < spec.flat_tilt)
         off = np.abs(np.abs(tilt) - spec.flat_tilt)
         yield CellCheck("end_tilt", "flat_tilt", np.where(flat, off, 0.0), np.full(moved.shape, _LEAST), flat)
         slack = _TIMES * np.nan_to_num(np.asarray(stored["tilt_error"], np.float64)) + _LEAST
         for name, sign in (("tilt_min", 1.0), ("tilt_max", -1.0)):
-            beyond = np.maximum(sign * (stored[name] - tilt), sign * (stored[name] - facts.starts["tilt"]))
+            beyond = np.maximum(sign * (stored[name] - tilt), sign * (stored[name] - cells.starts["tilt"]))
             yield CellCheck(
                 name,
                 "the tilts at start and ending",
@@ -249,129 +214,93 @@ def _of_the_ending(facts: _Facts) -> Iterator[CellCheck]:
             )
 
 
-def _ledger(facts: _Facts) -> Iterator[CellCheck]:
+def _ledger(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of the energy and of the losses."""
-    stored, moved, left = facts.stored, facts.moved, facts.left
+    stored, moved, left = cells.stored, cells.moved, cells.left
     # at rest nothing but the height is left, else what moves has energy above that
-    apart = np.where(facts.ended("rest"), np.abs(left), np.maximum(-left, 0.0))
+    apart = np.where(cells.ended("rest"), np.abs(left), np.maximum(-left, 0.0))
     for name in _LOSSES:
         yield CellCheck(
-            name, "the energy at start and ending", np.where(moved, apart, 0.0), facts.slack, moved
+            name, "the energy at start and ending", np.where(moved, apart, 0.0), cells.slack, moved
         )
     for law, name in tables.LOSSES.values():
         with np.errstate(invalid="ignore"):
-            right = np.where(facts.starts[law] == 0.0, stored[name] == 0.0, stored[name] >= 0.0)
-        yield _decided(name, f"{law}, and no loss below 0", right | ~moved, moved)
+            right = np.where(cells.starts[law] == 0.0, stored[name] == 0.0, stored[name] >= 0.0)
+        yield cells.decided(name, f"{law}, and no loss below 0", right | ~moved, moved)
     stated = np.asarray(stored["energy_imbalance"], np.float64)
     with np.errstate(invalid="ignore"):
-        over = np.where(moved, np.maximum(stated - facts.spec.tolerance, 0.0), 0.0)
+        over = np.where(moved, np.maximum(stated - cells.spec.tolerance, 0.0), 0.0)
     yield CellCheck(
-        "energy_imbalance", "the tolerance", over, np.full(moved.shape, 1e-7 * facts.spec.tolerance), moved
+        "energy_imbalance", "the tolerance", over, np.full(moved.shape, 1e-7 * cells.spec.tolerance), moved
     )
 
 
-def _following(facts: _Facts) -> Iterator[CellCheck]:
-    """Yield the checks of what follows from measures and start."""
-    spec, stored, model = facts.spec, facts.stored, facts.spec.model
-    every = np.ones(facts.ending.shape, bool)
-    derived = model.derive(facts.starts, stored)
-    scale = model.perturbation(spec, facts.starts)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        amplified = np.where(scale > 0.0, model.reach(spec, facts.starts, stored) / scale, np.nan)
-    yield _same("peak_tilt", "the stored extremes", stored["peak_tilt"], derived["peak_tilt"], 0.0, every)
-    yield _same(
-        "amplification",
-        "the stored extremes and the start",
-        stored["amplification"],
-        amplified,
-        _ROUNDING,
-        every,
-    )
-    yield _decided(
-        "largest_loss", "the stored losses", stored["largest_loss"] == derived["largest_loss"], every
-    )
-    for name in (each for each in derived if each not in ("peak_tilt", "largest_loss") and each in stored):
-        yield _same(name, "the stored measures", stored[name], derived[name], _ROUNDING, every)
-    for name in (each for each in ("precession_rate", "roll_rate") if each in stored):
-        values = np.where(np.isfinite(facts.starts[name]), facts.starts[name], np.nan)
-        yield _same(name, _START, stored[name], values, _ROUNDING, every)
-
-
-def _same(
-    name: str, against: str, stored: Array, values: Array, rounding: float, judged: Truths
-) -> CellCheck:
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(stored - values)
-    apart = np.where(np.isnan(stored) & np.isnan(values), 0.0, apart)
-    return CellCheck(name, against, apart, rounding * np.abs(np.nan_to_num(values)), judged)
-
-
-def _second(facts: _Facts) -> Iterator[CellCheck]:
+def _second(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of the sample by its second computations.
 
     Where the motion leaves the model, a force only just reaches its limit once in a while: with another step it may be
     found a swing later. So a few such cells may be further off.
     """
-    again, left = facts.truth[f"{AGAIN}ending"], facts.ended("lift_off", "slip")
+    again, left = cells.truth[f"{AGAIN}ending"], cells.ended("lift_off", "slip")
     left |= np.isin(again, [tables.ENDINGS.code(name) for name in ("lift_off", "slip")])
     for prefix, words in ((AGAIN, f"{_AGAIN} with half the step"), (OTHER, f"{_AGAIN} by DOP853")):
-        there = facts.moved & np.isfinite(facts.truth[f"{prefix}end_time"])
+        there = cells.moved & np.isfinite(cells.truth[f"{prefix}end_time"])
         for judged, share, which in (
             (there & ~left, 0.0, "of a sample"),
             (there & left, _GRAZING, "where it leaves the model"),
         ):
             against = f"{words}, {which}"
             if prefix == AGAIN:
-                apart = np.where(_endings_agree(facts) | ~judged, 0.0, 1.0)
+                apart = np.where(_endings_agree(cells) | ~judged, 0.0, 1.0)
                 yield CellCheck("ending", against, apart, np.zeros(apart.shape), judged, share=share)
-            same_end = judged & ((prefix == OTHER) | (again == facts.ending))
-            for name in (each for each in COMPARED[1:] if each in facts.stored):
-                values = facts.truth[f"{prefix}{name}"]
+            same_end = judged & ((prefix == OTHER) | (again == cells.stored["ending"]))
+            for name in (each for each in COMPARED[1:] if each in cells.stored):
+                values = cells.truth[f"{prefix}{name}"]
                 known = same_end & np.isfinite(values)
                 if name == "breach_time":
                     # a tilt that only just reaches the limit does so with one step and not with the other
-                    known &= np.isfinite(facts.stored[name])
+                    known &= np.isfinite(cells.stored[name])
                 with np.errstate(invalid="ignore"):
-                    apart = np.where(known, np.abs(facts.stored[name] - values), 0.0)
-                yield CellCheck(name, against, apart, _allowed(facts, name, values), known, share=share)
+                    apart = np.where(known, np.abs(cells.stored[name] - values), 0.0)
+                yield CellCheck(name, against, apart, _allowed(cells, name, values), known, share=share)
 
 
-def _endings_agree(facts: _Facts) -> Truths:
+def _endings_agree(cells: _SampledCells) -> Truths:
     """Return where endings are the same, or the motion ends as the duration does."""
-    again = facts.truth[f"{AGAIN}ending"]
+    again = cells.truth[f"{AGAIN}ending"]
     with np.errstate(invalid="ignore"):
-        late = np.abs(facts.truth[f"{AGAIN}end_time"] - facts.spec.duration) <= _allowed(
-            facts, "end_time", facts.stored["end_time"]
+        late = np.abs(cells.truth[f"{AGAIN}end_time"] - cells.spec.duration) <= _allowed(
+            cells, "end_time", cells.stored["end_time"]
         )
-    return np.asarray((again == facts.ending) | late)
+    return np.asarray((again == cells.stored["ending"]) | late)
 
 
-def _allowed(facts: _Facts, name: str, values: Array) -> Array:
+def _allowed(cells: _SampledCells, name: str, values: Array) -> Array:
     """Return how far a value may be from a second computation of it, in its unit."""
     size = np.abs(np.nan_to_num(values))
     rule = tables.VARIABLES[name].tolerance
     own = _SHARE * size + _LEAST if name in _EXACTLY else rule.absolute + rule.relative * size
-    return np.asarray(_TIMES * PROMISED * _error(facts, name, size) + own)
+    return np.asarray(_TIMES * PROMISED * _error(cells, name, size) + own)
 
 
-def _error(facts: _Facts, name: str, size: Array) -> Array:
+def _error(cells: _SampledCells, name: str, size: Array) -> Array:
     """Return the error of a value that a cell states, itself or with that of other values."""
     stated = _STATED.get(name, "")
     # an older file lacks those of heading and path
-    if stated in facts.stored:
-        return _number(facts, stated)
+    if stated in cells.stored:
+        return _number(cells, stated)
     # an error of the tilt is at most as large a share of the energy
-    error = _number(facts, "tilt_error")
+    error = _number(cells, "tilt_error")
     if name == "breach_time":
-        return np.asarray(error + _number(facts, "time_error"))
+        return np.asarray(error + _number(cells, "time_error"))
     if name in _LOSSES:
         # a law takes more for as much longer as the motion lasts
-        time = np.nan_to_num(facts.stored["end_time"])
-        longer = np.divide(_number(facts, "time_error"), time, out=np.zeros(time.shape), where=time > 0.0)
+        time = np.nan_to_num(cells.stored["end_time"])
+        longer = np.divide(_number(cells, "time_error"), time, out=np.zeros(time.shape), where=time > 0.0)
         return np.asarray(error + size * np.minimum(longer, 1.0))
     return error
 
 
-def _number(facts: _Facts, name: str) -> Array:
+def _number(cells: _SampledCells, name: str) -> Array:
     """Return a stored variable, 0 where it is missing."""
-    return np.nan_to_num(np.asarray(facts.stored[name], np.float64))
+    return np.nan_to_num(np.asarray(cells.stored[name], np.float64))

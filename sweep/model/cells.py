@@ -1,0 +1,136 @@
+"""The cells of an atlas as an audit holds them, and the checks that are the same for every model."""
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from sweep.model.description import CellCheck, Columns, Request, Starts
+from sweep.model.quantity import Array, Truths
+
+#: Relative rounding of what follows from stored values by a few operations, on any processor.
+ROUNDING = 1e-12
+
+#: Rounding of the coordinate in its unit: the last bit of a logarithm in an axis differs between processors.
+LAST_BIT = 1e-15
+
+
+class AuditedCells:
+    """Some cells of an atlas with their starts and stored values, arrays of shape (n,).
+
+    Parameters
+    ----------
+    spec : Request
+    starts : mapping of str to array
+    stored : mapping of str to array
+        What the atlas holds of the cells, or of an older atlas some of that.
+    """
+
+    def __init__(self, spec: Request, starts: Starts, stored: Columns) -> None:
+        self.spec, self.starts, self.stored = spec, starts, stored
+        #: all cells, and the difference 0 in all of them
+        self.every, self.nothing = np.ones(stored["ending"].shape, bool), np.zeros(stored["ending"].shape)
+
+    def ended(self, *names: str) -> Truths:
+        """Return which cells have one of the endings."""
+        return self.spec.model.endings.among(self.stored["ending"], *names)
+
+    @cached_property
+    def scale(self) -> Array:
+        """The size of the perturbation, in the unit of the coordinate."""
+        return self.spec.model.perturbation(self.spec, self.starts)
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far the coordinate went by the stored extremes."""
+        with np.errstate(invalid="ignore"):
+            return self.spec.model.reach(self.spec, self.starts, self.stored)
+
+    @cached_property
+    def derived(self) -> Columns:
+        """What follows from the stored measures; one that an older atlas does not hold counts as missing."""
+        model, missing = self.spec.model, np.full(self.every.shape, np.nan)
+        measured = {**dict.fromkeys((*model.measures, *model.counts), missing), **self.stored}
+        return {**model.derive(self.starts, measured), "amplification": amplification(self.reach, self.scale)}
+
+    @cached_property
+    def amplification_rounding(self) -> Array:
+        """By how much an amplification may differ between processors; not finite where there is none."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(ROUNDING * self.derived["amplification"] + LAST_BIT / self.scale)
+
+    @cached_property
+    def verdict_follows(self) -> Truths:
+        """Whether the stored verdict is that of the criterion on the stored values, or they lie on its edge."""
+        spec, columns = self.spec, {**self.stored, **self.derived}
+        stored = self.stored["stability"]
+        verdict = spec.criterion.verdict(
+            spec.model.endings, {**self.starts, **columns}, self.reach, self.scale
+        )
+        follows: Truths = stored == verdict
+        if follows.all():
+            return follows
+        on_edge = spec.criterion.on_edge(
+            spec,
+            self.starts,
+            [columns],
+            lambda name: self.amplification_rounding if name == "amplification" else LAST_BIT,
+        )
+        legal = np.isin(stored, list(spec.model.variables["stability"].flags or ()))
+        return np.asarray(follows | (on_edge & legal))
+
+    def decided(
+        self,
+        name: str,
+        against: str,
+        right: Truths,
+        judged: Truths | None = None,
+        promise: bool = False,
+        unknown: Truths | None = None,
+    ) -> CellCheck:
+        """Return the check of a decision, which is right or wrong: the difference is 0 or 1."""
+        difference = self.nothing if right.all() else np.where(right, 0.0, 1.0)
+        judged = self.every if judged is None else judged
+        return CellCheck(name, against, difference, self.nothing, judged, promise, unknown=unknown)
+
+    def following(self) -> Iterator[CellCheck]:
+        """Yield the checks of what follows from the start and the stored measures."""
+        rounding = self.amplification_rounding
+        for name, against, values, allowed in (
+            ("peak_tilt", "the stored extremes", self.derived["peak_tilt"], self.nothing),
+            (
+                "amplification",
+                "the stored extremes and the start",
+                self.derived["amplification"],
+                np.where(np.isfinite(rounding), rounding, 0.0),
+            ),
+        ):
+            yield self.same(name, against, values, allowed)
+        for name in [each for each in self.derived if each not in ("peak_tilt", "amplification")]:
+            if name in self.stored:
+                yield self.same(name, "the stored measures", np.asarray(self.derived[name], np.float64))
+        for rate in [each for each in ("precession_rate", "roll_rate") if each in self.stored]:
+            known = np.isfinite(self.starts[rate]) & ~self.ended("not_computed")
+            values = np.where(known, self.starts[rate], np.nan)
+            yield self.same(rate, "the equation of steady motion", values)
+
+    def same(self, name: str, against: str, values: Array, allowed: Array | None = None) -> CellCheck:
+        """Return the check of values that have to be others, or missing where those are, but for rounding."""
+        if allowed is None:
+            allowed = ROUNDING * np.abs(np.nan_to_num(values))
+        return CellCheck(name, against, self.unless_same(self.stored[name], values), allowed, self.every)
+
+    def unless_same(self, stored: Array, values: Array) -> Array:
+        """Return how far stored values are from others: 0 where they are the same, or both are missing."""
+        right: Truths = stored == values
+        if right.all():
+            return self.nothing
+        right |= np.isnan(stored) & np.isnan(values)
+        with np.errstate(invalid="ignore"):
+            return np.where(right, 0.0, np.abs(stored - values))
+
+
+def amplification(reach: Array, scale: Array) -> Array:
+    """Return a reach over the size of the perturbation; missing where nothing disturbs the motion."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(scale > 0.0, reach / scale, np.nan)
