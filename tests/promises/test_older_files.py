@@ -72,11 +72,10 @@ def ends(folder):
     # at the ends of the tables, whatever stands there
     copy.edit("kernels/disk/arrays.py", '")\nTILT_MIN, TILT_MAX,', '", "swing")\nTILT_MIN, TILT_MAX,')
     copy.edit("kernels/disk/arrays.py", " = range(len(MEASURES))", ", SWING = range(len(MEASURES))")
-    copy.edit("kernels/disk/leg_control.py", "    TILT_ERROR,\n", "    SWING,\n    TILT_ERROR,\n")
     copy.edit(
         "kernels/disk/leg_control.py",
-        "    measures[TILT_ERROR, cell] = error\n",
-        "    measures[TILT_ERROR, cell] = error\n    measures[SWING, cell] = greatest - least\n",
+        "    measures[row.TILT_ERROR, cell] = error\n",
+        "    measures[row.TILT_ERROR, cell] = error\n    measures[row.SWING, cell] = greatest - least\n",
     )
     copy.edit(
         "sweep/model/disk/tables.py",

@@ -113,9 +113,7 @@ def test_foreign_files_outlive_a_run(tmp_path):
     assert left == sorted(journal.folder / name for name in foreign)
 
 
-@pytest.mark.parametrize(
-    "name", ["manifest.json", "published.json", "assembled.nc", "lock", "owner", "blocks"]
-)
+@pytest.mark.parametrize("name", ["manifest.json", "published.json", "assembled.nc", "lock", "blocks"])
 @pytest.mark.parametrize("kind", ["folder", "link"])
 def test_another_thing_in_the_place_of_a_file_is_told_before_computing(tmp_path, name, kind):
     """A folder or a planted link where a run has a file is named with what to do; nothing is computed or written."""
