@@ -13,11 +13,19 @@ from matplotlib.figure import Figure
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError
-from sweep.figures.arrange import arrange, finish_in
-from sweep.figures.blocks import Block
-from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
-from sweep.figures.drawing import INK, LINES, draw_map, draw_points, sheet, thinning
-from sweep.figures.look import SPEED, Look
+from sweep.figures.drawing import (
+    INK,
+    LINES,
+    add_bar,
+    check_same_quantity,
+    colours_of,
+    draw_map,
+    draw_points,
+    sheet,
+    thinning,
+)
+from sweep.figures.layout import Block, arrange, finish_in
+from sweep.figures.look import SPEED, Look, columns_of, inches, size_of
 from sweep.figures.panels import (
     Panel,
     drawn_dims,
@@ -29,7 +37,6 @@ from sweep.figures.panels import (
     value_text,
 )
 from sweep.figures.scales import add_second_axis, set_scale
-from sweep.figures.sizes import columns_of, inches, size_of
 
 if TYPE_CHECKING:
     import xarray as xr

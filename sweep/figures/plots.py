@@ -14,15 +14,22 @@ from matplotlib.figure import Figure
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError, shown
 from sweep.figures import scatter
-from sweep.figures.arrange import arrange, finish_in, lettered
-from sweep.figures.blocks import Block
-from sweep.figures.colouring import add_bar, check_same_quantity, colours_of
-from sweep.figures.drawing import Colouring, draw_map, draw_profile, draw_ratio, sheet, styled
-from sweep.figures.look import Look, check_friction
+from sweep.figures.drawing import (
+    Colouring,
+    add_bar,
+    check_same_quantity,
+    colours_of,
+    draw_map,
+    draw_profile,
+    draw_ratio,
+    sheet,
+    styled,
+)
+from sweep.figures.layout import Block, arrange, finish_in, lettered
+from sweep.figures.look import BAR, Look, check_friction, columns_of, inches, size_of
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
 from sweep.figures.scales import name_ends
-from sweep.figures.sizes import BAR, columns_of, inches, size_of
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model

@@ -15,13 +15,11 @@ from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
-from sweep.figures.blocks import broken
 from sweep.figures.drawing import HALO, INK, sheet
-from sweep.figures.look import LINEAR, Look
+from sweep.figures.look import LINEAR, Look, columns_of, inches, size_of
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
-from sweep.figures.sizes import columns_of, inches, size_of
-from sweep.figures.texts import wrapped
+from sweep.figures.texts import broken, wrapped
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec

@@ -1,5 +1,6 @@
 """Words of files and requests in figures: drawn as they stand, never as mathematics, in lines that fit."""
 
+import re
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -9,9 +10,13 @@ from sweep.errors import printable
 
 if TYPE_CHECKING:
     from matplotlib.ft2font import FT2Font
+    from matplotlib.text import Text
 
 #: Characters that can be in a line of a figure at most, however narrow they are.
 _MOST = 400
+
+#: What stays together where a line is broken: a word, mathematics, a unit in brackets.
+_PIECES = re.compile(r"(?:\([^()]*\)|\$[^$]*\$|[^ $(]|\()+")
 
 
 def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
@@ -71,6 +76,19 @@ def wrapped(text: str, size: float, width: float, weight: str = "bold", most: in
             lines[-1] = " ".join([lines[-1], *words[i:]])
             break
     return "\n".join(fitted(line, size, width, weight) for line in lines)
+
+
+def broken(probe: "Text", text: str, width: float) -> list[str]:
+    """Return a text in lines that are at most so wide [dots]; mathematics stays together."""
+    lines: list[str] = []
+    for piece in _PIECES.findall(text):
+        longer = f"{lines[-1]} {piece}" if lines else piece
+        probe.set_text(longer)
+        if lines and probe.get_window_extent().width > width:
+            lines.append(piece)
+        else:
+            lines[-1:] = [longer]
+    return lines
 
 
 def _spelled(text: str, weight: str) -> str:

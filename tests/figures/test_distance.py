@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from sweep.figures.distance import distance_to_outside
+from sweep.figures.room import distance_to_outside
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 0.997, 1.0])

@@ -6,7 +6,7 @@ import sweep
 from sweep.commands.report import describe
 from sweep.errors import plain_text
 from sweep.figures import plots
-from sweep.figures.disk import animation, film_words, motion_plots
+from sweep.figures.disk import animation, motion_plots
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.texts import fitted
 
@@ -67,7 +67,7 @@ def test_a_title_with_an_umlaut_is_shown_as_it_was_written(spec, tmp_path, monke
     assert motion.attrs["title"] == r"M\xfcnze \u03b1"
     assert "M\u00fcnze \u03b1" in [each.get_text() for each in motion_plots.figure(motion).texts]
     written = []
-    monkeypatch.setattr(film_words, "wrapped", lambda text, *_, **__: written.append(text) or [text])
+    monkeypatch.setattr(animation, "wrapped", lambda text, *_, **__: written.append(text) or [text])
     animation.save(motion, tmp_path / "film.gif", FilmOptions.read("film.gif", fps=2, size="200x200"))
     assert "M\u00fcnze \u03b1" in written
     atlas = sweep.run(spec.replace(title="M\u00fcnze \u03b1"))

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from sweep.figures.thumbnail import COLOURS, UNDECIDED_COLOUR, thumbnail
+from sweep.figures.summary import COLOURS, UNDECIDED_COLOUR, thumbnail
 from sweep.model.quantity import STABLE, UNSTABLE
 
 SVG = "{http://www.w3.org/2000/svg}"

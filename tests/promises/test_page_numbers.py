@@ -12,8 +12,8 @@ from latex_formula import Page, lines
 import sweep
 from sweep.explorer import export, motion, server, view, window, window_files
 from sweep.explorer import lines as explorer_lines
+from sweep.figures.disk import disk_3d as camera
 from sweep.figures.disk import film_options, film_timing
-from sweep.figures.disk import view as camera
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 

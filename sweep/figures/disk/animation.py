@@ -1,25 +1,45 @@
 """A film of one motion: the disk with its painted radius in perspective, and the trail of the contact point."""
 
+import math
+import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
-from sweep.figures.disk.captions import nice_length
-from sweep.figures.disk.disk_3d import Camera, Pose, draw_disk, draw_floor, draw_trail, frame_picture
-from sweep.figures.disk.film_files import write_gif, write_mp4
+from sweep.errors import plain_text
+from sweep.figures.disk.captions import caption, nice_length, spell_length
+from sweep.figures.disk.disk_3d import (
+    FACE_STRENGTH,
+    FACES,
+    FLOOR,
+    INK,
+    SHADOW,
+    SHADOW_STRENGTH,
+    TRACE,
+    Camera,
+    Pose,
+    dots_per_inch,
+    draw_disk,
+    draw_floor,
+    draw_trail,
+    frame_picture,
+    view,
+)
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.disk.film_timing import Timing, timing
-from sweep.figures.disk.film_words import FilmWords
 from sweep.figures.disk.motion_plots import SHADE, poses_at
-from sweep.figures.disk.view import dots_per_inch, view
 from sweep.figures.drawing import styled
+from sweep.figures.texts import fitted, wrapped
 from sweep.files.publish import published
 from sweep.model.quantity import Array
-from sweep.motion.contact import rolling_limit
+from sweep.motion.contact import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled
 from sweep.motion.tables import TIME
 
@@ -34,6 +54,40 @@ _TRAIL = 4.0
 
 #: Side of the squares of the floor at most, and how far it is drawn, over the radius of the scene.
 _SQUARE, _FLOOR = 0.25, 2.4
+
+#: How long the last frame of a gif is shown [s] before it begins again.
+_HELD = 1.5
+
+#: Colour of the words about what is impossible.
+WARNING = "#a02c00"
+
+#: What a gif shows over paper and shadow, and over a face of the disk -> in how many strengths: they smooth the edges
+#: of lines and words, and let a trail fade. A gif has 256 colours at most.
+_OVER_PAPER = {"black": 6, INK: 1, FLOOR: 2, TRACE: 10, WARNING: 4}
+_OVER_FACE = {INK: 4, TRACE: 4, "white": 3}
+
+#: Sizes of the words [points] of a narrow picture and of one of `_WIDE` inches or more; a caption that is too long is
+#: written smaller, down to this share, and in several lines if that is not enough.
+_WORDS, _WIDE, _SMALLER = (9.0, 12.0), 6.4, 0.8
+
+#: The title in letters of the others.
+_TITLE = 1.1
+
+#: Where the words begin [in] from the left, and from above or below; where the caption begins below a title of one
+#: line, and the height of one line below.
+_LEFT, _FROM_ABOVE, _FROM_BELOW, _CAPTION, _LINE = 0.16, 0.12, 0.14, 0.36, 0.24
+
+#: Between lines of different letters, and around the words [in].
+_GAP = 0.06
+
+#: Height of the words of a picture [in] above and below, at least: most films have the same.
+_ROOM = 0.62, 0.55
+
+#: Lines of a title, a caption, or what is impossible, at most.
+_MOST_LINES = 5
+
+#: As long as the side of the squares of a floor ever is in words.
+_LONGEST_SIDE = "squares of 500 mm"
 
 
 def save(
@@ -142,3 +196,182 @@ class _Trail:
             np.append(self._y[first:last], pose.y),
             np.clip(1.0 - age / self._age, 0.0, 1.0),
         )
+
+
+def write_gif(frames: Iterator[Array], count: int, fps: int, unfinished: Path) -> None:
+    """Write frames as a gif that begins again.
+
+    Parameters
+    ----------
+    frames : iterator of array, shape (height, width, 4), uint8
+    count : int
+        How many there are.
+    fps : int
+        Frames per second.
+    unfinished : Path
+        An empty file.
+    """
+    from PIL import Image
+
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours().ravel().tolist())
+    # the same colours for all frames, and no dither: half the size, a twentieth of the time, and nothing flickers
+    pictures = (
+        Image.fromarray(frame[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    # in whole hundredths of a second, which are rounded so that the film keeps its time
+    ends = np.round(100.0 * np.arange(count + 1) / fps) * 10.0
+    durations = np.diff(ends).astype(int).tolist()
+    durations[-1] += round(1000.0 * _HELD)
+    # opened here, because Pillow leaves its own file open when the frames end early
+    with open(unfinished, "rb+") as file:
+        next(pictures).save(
+            file, format="GIF", save_all=True, append_images=pictures, duration=durations, loop=0
+        )
+
+
+def write_mp4(frames: Iterator[Array], size: tuple[int, int], fps: int, path: Path) -> None:
+    """Write frames, arrays of shape (height, width, 4), uint8, as an mp4 of a size (width, height) [dots].
+
+    Raises
+    ------
+    OSError
+        If ffmpeg fails, with its words.
+    """
+    shape = "x".join(map(str, size))
+    raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", shape, "-framerate", str(fps)]
+    # yuv420p, because many players support no other; the container is named because the temporary name has no extension
+    made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
+    command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]
+    # not by matplotlib's FFMpegWriter: where Ctrl-C ends ffmpeg too, its error would replace the interruption
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
+        assert encoder.stdin is not None
+        try:
+            for frame in frames:
+                encoder.stdin.write(frame.tobytes())
+        except BrokenPipeError:
+            pass  # ffmpeg has ended: its message is read below
+        except BaseException:
+            encoder.kill()
+            raise
+        _, words = encoder.communicate()
+    if encoder.returncode != 0:
+        raise OSError(f"ffmpeg: {words.decode(errors='replace').strip()}")
+
+
+def colours() -> npt.NDArray[np.uint8]:
+    """Return the colours of a gif, red, green and blue, shape (n, 3): all that are drawn, and what is between them."""
+    found = []
+    for paper in ("white", SHADE):
+        for base in (to_rgb(paper), _blend(paper, SHADOW, SHADOW_STRENGTH)):
+            found += [base, *_blends(base, _OVER_PAPER)]
+        for face in FACES:
+            seen = _blend(paper, face, FACE_STRENGTH)
+            found += [seen, *_blends(seen, _OVER_FACE)]
+    return np.unique(np.round(255.0 * np.array(found)), axis=0).astype(np.uint8)
+
+
+def _blends(under: Any, over: dict[str, int]) -> Iterator[tuple[float, ...]]:
+    for colour, count in over.items():
+        for i in range(1, count + 1):
+            yield _blend(under, colour, i / count)
+
+
+def _blend(under: Any, over: Any, share: float) -> tuple[float, ...]:
+    return tuple((1.0 - share) * a + share * b for a, b in zip(to_rgb(under), to_rgb(over), strict=True))
+
+
+class FilmWords:
+    """The words of a film on its sheet.
+
+    Parameters
+    ----------
+    drawn : Figure
+        The sheet of all frames.
+    dataset : xarray.Dataset
+        The motion.
+    times : Timing
+    limit : RollingLimit
+
+    Attributes
+    ----------
+    room : (float, float)
+        Height of the words above and below [in], with what is free around them.
+    """
+
+    def __init__(self, drawn: Figure, dataset: "xr.Dataset", times: Timing, limit: RollingLimit) -> None:
+        self._drawn, self._limit, self._start = drawn, limit, float(dataset[TIME.name][0])
+        self._width, self._height = drawn.get_size_inches()
+        self._letter = min(max(_WORDS[0], _WORDS[1] * self._width / _WIDE), _WORDS[1])
+        self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
+        # as many decimals as tell one frame from the next
+        self._decimals = max(0, math.ceil(-math.log10(times.speed / times.fps) - 1e-9))
+        above = self._write_above(plain_text(dataset.attrs.get("title", "")), caption(dataset))
+        self.room = above, self._write_below(float(times.moments[-1]))
+
+    def scale(self, spacing: float) -> None:
+        """Write the side of the squares of the floor [m]."""
+        self._squares.set_text(f"squares of {spell_length(spacing)}")
+
+    def write(self, moment: float) -> None:
+        """Write what belongs to a moment [s]."""
+        self._time.set_text(self._time_text(moment))
+        self._impossible.set_text(self._impossible_text(moment))
+
+    def _text(self, x: float, y: float, text: str, size: float, **look: Any) -> Text:
+        """Write at a place [in] from the left and, if above 0, from below, else from above."""
+        up = y if y > 0.0 else self._height + y
+        return self._drawn.text(
+            x / self._width, up / self._height, text, parse_math=False, fontsize=size, **look
+        )
+
+    def _across(self) -> float:
+        return float(self._width) - 2.0 * _LEFT
+
+    def _write_above(self, title: str, words: str) -> float:
+        """Write title and caption; return their height [in]."""
+        size = _TITLE * self._letter
+        lines = wrapped(title, size, self._across(), most=_MOST_LINES)
+        bold = self._text(_LEFT, -_FROM_ABOVE, lines, size, fontweight="bold", va="top")
+        begin = max(_CAPTION, _FROM_ABOVE + self._high(bold) + _GAP)
+        size, lines = self._caption(words)
+        small = self._text(_LEFT, -begin, lines, size, va="top")
+        return max(_ROOM[0], begin + self._high(small) + _GAP)
+
+    def _caption(self, words: str) -> tuple[float, str]:
+        """Return the size of the letters of a caption, and its lines."""
+        sizes = (self._letter * share for share in (1.0, 0.9, _SMALLER))
+        for size in sizes:
+            if fitted(words, size, self._across(), "normal") == words:
+                return size, words
+        return size, wrapped(words, size, self._across(), "normal", _MOST_LINES)
+
+    def _write_below(self, last: float) -> float:
+        """Write what no moment changes, and make room for the rest; return the height of all [in]."""
+        size, up = self._letter, _FROM_BELOW
+        beside = f"{self._time_text(last)}   {_LONGEST_SIDE}"
+        self._time = self._text(_LEFT, up, "", size)
+        if fitted(beside, size, self._across(), "normal") == beside:
+            self._squares = self._text(self._width - _LEFT, up, _LONGEST_SIDE, size, ha="right")
+        else:
+            up += _LINE
+            self._squares = self._text(_LEFT, up, _LONGEST_SIDE, size)
+        self._impossible = self._text(_LEFT, up + _LINE, "", size, color=WARNING)
+        self._impossible.set_text(self._impossible_text(last))
+        return max(_ROOM[1], up + _LINE + self._high(self._impossible) + _GAP)
+
+    def _high(self, text: Text) -> float:
+        """Return the height of a text [in]."""
+        return float(text.get_window_extent().height) / self._drawn.dpi if text.get_text() else 0.0
+
+    def _time_text(self, moment: float) -> str:
+        return f"{TIME.symbol} = {moment:.{self._decimals}f} {TIME.units}   ({self._speed})"
+
+    def _impossible_text(self, moment: float) -> str:
+        limit, text = self._limit, ""
+        if limit.lifts_off is not None and moment >= limit.lifts_off:
+            text = f"Impossible: the disk would have lifted off {limit.when(limit.lifts_off, self._start)}"
+        elif limit.slips is not None and moment >= limit.slips:
+            text = f"Impossible: the disk would have slipped {limit.when(limit.slips, self._start)}"
+        return wrapped(text, self._letter, self._across(), "normal", _MOST_LINES)

@@ -15,15 +15,13 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from sweep.atlas.curves import without_curves
 from sweep.atlas.dataset import in_order, require
 from sweep.errors import RequestError
-from sweep.figures.arrange import arrange
-from sweep.figures.blocks import Block
 from sweep.figures.disk.loss_colours import COLOURS
 from sweep.figures.drawing import INK, hatch, sheet
-from sweep.figures.look import Look
+from sweep.figures.layout import Block, arrange
+from sweep.figures.look import Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
 from sweep.figures.shade import common_norm, is_wide
-from sweep.figures.sizes import columns_of, inches, size_of
 from sweep.model.lossy_disk.tables import ENDINGS, LOSSES, VARIABLES
 from sweep.model.quantity import Array, Truths
 

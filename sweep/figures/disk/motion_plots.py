@@ -17,12 +17,12 @@ from sweep.figures.disk.captions import caption, length_unit, nice_length, spell
 from sweep.figures.disk.disk_3d import (
     Camera,
     Pose,
+    azimuth_at_start,
     draw_disk,
     draw_floor,
     draw_trace,
     frame_picture,
 )
-from sweep.figures.disk.view import azimuth_at_start
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import thin_ticks
 from sweep.figures.texts import wrapped

@@ -17,13 +17,11 @@ from sweep.atlas.curves import without_curves
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
-from sweep.figures.arrange import arrange
-from sweep.figures.blocks import Block
 from sweep.figures.drawing import HALO, INK, hatch, sheet
-from sweep.figures.look import Look
+from sweep.figures.layout import Block, arrange
+from sweep.figures.look import Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
 from sweep.figures.scales import add_second_axis, set_scale
-from sweep.figures.sizes import columns_of, inches, size_of
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths

@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sweep.errors import plain_text
+from sweep.checks.explain import Explanation
+from sweep.errors import RequestError, plain_text
 from sweep.figures.disk.captions import caption, spell_length
 from sweep.figures.disk.loss_colours import COLOURS
 from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
+from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths
+from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
 from sweep.motion.tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY, TIME
 from sweep.motion.theory import WobbleLoss, flat_time, wobble_losses, wobbles
+from sweep.motion.trajectory import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -224,3 +228,31 @@ def _law(dataset: "xr.Dataset", name: str) -> str:
     parameter, unit = COEFFICIENTS[name]
     value = float(dataset[parameter])
     return f"{LAWS[name]} {spell_length(value) if unit == 'm' else f'{value:.4g} {unit}'}"
+
+
+def figure_of_cell(explanation: Explanation) -> Figure:
+    """Draw the motion of an explained cell by `sweep.simulate`, with its verdict in the title.
+
+    Raises
+    ------
+    RequestError
+        If the cell has no motion, or one that cannot be integrated.
+    """
+    return figure(motion_of(explanation))
+
+
+def motion_of(explanation: Explanation) -> "xr.Dataset":
+    """Return the motion of an explained cell, at most for the duration of its atlas; raises as `figure_of_cell`."""
+    spec = explanation.spec
+    verdict = LOSSY_DISK.variables["stability"].flag(explanation.stored["stability"])
+    # a friction coefficient without a limit is no number that a request can say
+    start: dict[str, Any] = dict(explanation.start) | {name: getattr(spec, name) for name in spec.constants}
+    impossible = [name for name in ("precession_rate", "roll_rate") if not abs(start[name]) < float("inf")]
+    if impossible:
+        raise RequestError(
+            f"This cell has no motion to draw: no {' and no '.join(impossible)} keeps its tilt constant.",
+            hint="Leave --plot out, or name another cell.",
+        )
+    settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt", "air_law")}
+    title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
+    return simulate(MotionRequest.read(**start, **settings, title=title))

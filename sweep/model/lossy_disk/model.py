@@ -137,7 +137,10 @@ class LossyDisk(Model):
     integrate = integrator(
         contour=True, damping=False, rolling=False, pivoting=False, air=tables.NO_AIR, slips=False
     )
-    trajectory, losses = "sweep.figures.disk.stopping_cell:figure", "sweep.figures.disk.losses_map:figure"
+    trajectory, losses = (
+        "sweep.figures.disk.stopping_plots:figure_of_cell",
+        "sweep.figures.disk.losses_map:figure",
+    )
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
         "energy by friction of its contact and drag of the air: for every start of a grid how long the disk stays "

@@ -10,7 +10,7 @@ import sweep
 from sweep.checks.explain import explain
 from sweep.errors import RequestError
 from sweep.figures import plots
-from sweep.figures.disk import stopping_cell, stopping_plots
+from sweep.figures.disk import stopping_plots
 from sweep.figures.disk.loss_colours import COLOURS
 from sweep.motion.theory import flat_time
 
@@ -169,11 +169,11 @@ def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
     """Its end is that of the cell, its title says the verdict; a cell without a start has none."""
     atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")
     explanation = explain(atlas, {"tilt": "80deg"})
-    drawn = stopping_cell.figure(explanation)
+    drawn = stopping_plots.figure_of_cell(explanation)
     assert drawn.texts[0].get_text() == "The motion of one cell: unstable by aloft:60s"
     assert drawn.axes[TILT].lines[0].get_xdata()[-1] == pytest.approx(float(atlas["end_time"][1]), rel=1e-6)
     impossible = sweep.run(
         sweep.SweepSpec(tilt="0,10deg", roll_rate=0.1, precession_rate="steady-fast", rolling_friction=0)
     )
     with pytest.raises(RequestError, match="no motion to draw: no precession_rate"):
-        stopping_cell.figure(explain(impossible, {"tilt": "10deg"}))
+        stopping_plots.figure_of_cell(explain(impossible, {"tilt": "10deg"}))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import sweep
+from sweep.figures.disk.disk_3d import view
 from sweep.figures.disk.film_options import CAMERAS, FilmOptions
 from sweep.figures.disk.film_timing import timing
 from sweep.figures.disk.motion_plots import poses_at
-from sweep.figures.disk.view import view
 
 pytestmark = pytest.mark.compiled
 
