@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from cases import case
 from explorer_client import ask, post, refused
 
 import sweep
@@ -47,24 +48,26 @@ def losses(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("given", ["file", "dataset", "selection"])
-def test_stored_cells_are_shown_as_they_are(file, given):
+def test_stored_cells_are_shown_as_they_are(file):
     """Each pixel has the value and the verdict of its nearest cell, whether the atlas is a file or a dataset."""
-    with sweep.open_atlas(file) as atlas:
-        chosen = atlas.isel(tilt=slice(2, 9)) if given == "selection" else atlas
-        with explore(file if given == "file" else chosen) as explorer:
-            view = about(explorer)["bases"][0]["view"]
-            head, arrays = post(
-                explorer.url, "window", view=view, width=50, height=40, quantity="peak_tilt", stored=True
-            )
-            x, y = centres(view["x"], 50), centres(view["y"], 40)
-            columns = abs(chosen["roll_rate"].values - x[:, None]).argmin(1)
-            rows = abs(np.log(chosen["tilt"].values / y[:, None])).argmin(1)
-            expected = chosen.transpose("tilt", "roll_rate").isel(tilt=rows, roll_rate=columns)
-            assert np.array_equal(arrays["value"].reshape(40, 50), expected["peak_tilt"].values.astype("f4"))
-            assert np.array_equal(arrays["verdict"].reshape(40, 50), expected["stability"].values)
-            assert (arrays["stored"] == 1).all()
-            assert head["low"] == float(expected["peak_tilt"].min())
+    for given in ["file", "dataset", "selection"]:
+        with case(given), sweep.open_atlas(file) as atlas:
+            chosen = atlas.isel(tilt=slice(2, 9)) if given == "selection" else atlas
+            with explore(file if given == "file" else chosen) as explorer:
+                view = about(explorer)["bases"][0]["view"]
+                head, arrays = post(
+                    explorer.url, "window", view=view, width=50, height=40, quantity="peak_tilt", stored=True
+                )
+                x, y = centres(view["x"], 50), centres(view["y"], 40)
+                columns = abs(chosen["roll_rate"].values - x[:, None]).argmin(1)
+                rows = abs(np.log(chosen["tilt"].values / y[:, None])).argmin(1)
+                expected = chosen.transpose("tilt", "roll_rate").isel(tilt=rows, roll_rate=columns)
+                assert np.array_equal(
+                    arrays["value"].reshape(40, 50), expected["peak_tilt"].values.astype("f4")
+                )
+                assert np.array_equal(arrays["verdict"].reshape(40, 50), expected["stability"].values)
+                assert (arrays["stored"] == 1).all()
+                assert head["low"] == float(expected["peak_tilt"].min())
 
 
 def test_beyond_the_grid_cells_are_computed(file):
@@ -83,34 +86,34 @@ def test_beyond_the_grid_cells_are_computed(file):
     assert not np.array_equal(both["value"].reshape(40, 60)[inside], live["value"].reshape(40, 60)[inside])
 
 
-@pytest.mark.parametrize("words", [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}])
-def test_other_words_have_no_stored_cells(file, words):
+def test_other_words_have_no_stored_cells(file):
     """A view with another parameter or criterion than the file shows computed cells alone."""
-    with explore(file) as explorer:
-        view = {**about(explorer)["bases"][0]["view"], "words": words}
-        asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", "stored": True}
-        assert "stored" not in post(explorer.url, "window", **asked)[1]
-        same = {**view, "words": {"alpha": 0.5, "criterion": "departure:5deg"}}
-        assert "stored" in post(explorer.url, "window", **{**asked, "view": same})[1]
+    for words in [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}]:
+        with case(words), explore(file) as explorer:
+            view = {**about(explorer)["bases"][0]["view"], "words": words}
+            asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", "stored": True}
+            assert "stored" not in post(explorer.url, "window", **asked)[1]
+            same = {**view, "words": {"alpha": 0.5, "criterion": "departure:5deg"}}
+            assert "stored" in post(explorer.url, "window", **{**asked, "view": same})[1]
 
 
-@pytest.mark.parametrize("change", [{"words": {"alpha": 0.7}}, {"stored": False}])
-def test_what_stored_cells_alone_have_is_nowhere_else(file, change):
+def test_what_stored_cells_alone_have_is_nowhere_else(file):
     """The time of a fall was integrated: where other cells are shown no pixel has one, and a sentence says why."""
-    with explore(file) as explorer:
-        view = {**about(explorer)["bases"][0]["view"], "words": change.get("words", {})}
-        asked = {"view": view, "width": 8, "height": 6, "quantity": "fall_time", "stored": True}
-        head, arrays = post(explorer.url, "window", **asked | change | {"view": view})
-        assert "stored cells alone" in head["note"]
-        assert (head["low"], head["high"]) == (None, None)
-        assert np.isnan(arrays["value"]).all()
-        assert (arrays["stored"] == 2).all()
-        head, arrays = post(explorer.url, "window", **asked | {"view": {**view, "words": {}}})
-        assert head["note"] == ""
-        assert (arrays["stored"] == 1).all()
-        base = {**view, "base": "rolling"}
-        status, problem = refused(explorer.url, "window", **asked | {"view": base})
-        assert (status, "fall_time" in problem["error"]) == (400, True)
+    for change in [{"words": {"alpha": 0.7}}, {"stored": False}]:
+        with case(change), explore(file) as explorer:
+            view = {**about(explorer)["bases"][0]["view"], "words": change.get("words", {})}
+            asked = {"view": view, "width": 8, "height": 6, "quantity": "fall_time", "stored": True}
+            head, arrays = post(explorer.url, "window", **asked | change | {"view": view})
+            assert "stored cells alone" in head["note"]
+            assert (head["low"], head["high"]) == (None, None)
+            assert np.isnan(arrays["value"]).all()
+            assert (arrays["stored"] == 2).all()
+            head, arrays = post(explorer.url, "window", **asked | {"view": {**view, "words": {}}})
+            assert head["note"] == ""
+            assert (arrays["stored"] == 1).all()
+            base = {**view, "base": "rolling"}
+            status, problem = refused(explorer.url, "window", **asked | {"view": base})
+            assert (status, "fall_time" in problem["error"]) == (400, True)
 
 
 def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
@@ -141,25 +144,26 @@ def test_a_point_of_a_file_has_both_numbers(file):
         assert post(explorer.url, "point", view=view, x=5.0, y=0.02)["stored"] is None
 
 
-@pytest.mark.parametrize(("spacing", "scale"), [("log", "linear"), ("linear", "log")])
-def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen(spacing, scale):
+def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
     """A pixel has the value of the cell that a point there tells, in every place, and is empty where there is none."""
-    tilt = "1deg:16deg:5:log" if spacing == "log" else "1deg:16deg:5"
-    atlas = sweep.run("rolling", method="exact", roll_rate="2:4:6", tilt=tilt)
-    low, high = np.radians([0.3, 25.0])
-    ends = np.log([low, high]) if scale == "log" else (low, high)
-    side = {"name": "tilt", "centre": np.mean(ends), "half": np.ptp(ends) / 2, "scale": scale}
-    with explore(atlas) as explorer:
-        view = {**about(explorer)["bases"][0]["view"], "y": side}
-        asked = {"view": view, "width": 6, "height": 60, "quantity": "peak_tilt", "stored": True}
-        _, arrays = post(explorer.url, "window", **asked)
-        x = centres(view["x"], 6)[2]
-        for row, y in enumerate(centres(side, 60)):
-            told = post(explorer.url, "point", view=view, x=x, y=y)["stored"]
-            assert (told is not None) == arrays["stored"].reshape(60, 6)[row, 2], np.degrees(y)
-            if told is not None:
-                peak = {each["name"]: each["value"] for each in told["numbers"]}["peak_tilt"]
-                assert arrays["value"].reshape(60, 6)[row, 2] == np.float32(peak), np.degrees(y)
+    for spacing, scale in [("log", "linear"), ("linear", "log")]:
+        with case(spacing, scale):
+            tilt = "1deg:16deg:5:log" if spacing == "log" else "1deg:16deg:5"
+            atlas = sweep.run("rolling", method="exact", roll_rate="2:4:6", tilt=tilt)
+            low, high = np.radians([0.3, 25.0])
+            ends = np.log([low, high]) if scale == "log" else (low, high)
+            side = {"name": "tilt", "centre": np.mean(ends), "half": np.ptp(ends) / 2, "scale": scale}
+            with explore(atlas) as explorer:
+                view = {**about(explorer)["bases"][0]["view"], "y": side}
+                asked = {"view": view, "width": 6, "height": 60, "quantity": "peak_tilt", "stored": True}
+                _, arrays = post(explorer.url, "window", **asked)
+                x = centres(view["x"], 6)[2]
+                for row, y in enumerate(centres(side, 60)):
+                    told = post(explorer.url, "point", view=view, x=x, y=y)["stored"]
+                    assert (told is not None) == arrays["stored"].reshape(60, 6)[row, 2], np.degrees(y)
+                    if told is not None:
+                        peak = {each["name"]: each["value"] for each in told["numbers"]}["peak_tilt"]
+                        assert arrays["value"].reshape(60, 6)[row, 2] == np.float32(peak), np.degrees(y)
 
 
 def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):

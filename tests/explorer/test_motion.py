@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from cases import case
 from explorer_client import ROLLING, post, refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -46,65 +47,72 @@ def by_scipy(start, times):
     return sweep.simulate(**start, duration=times[-1], interval=interval, method="dop853")
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_samples_are_those_of_the_motion(start):
+def test_samples_are_those_of_the_motion():
     """State, angles, path and forces agree with SciPy's DOP853 on the textbook equations."""
-    head, arrays = motion(SPEC, start)
-    assert not head["ended"]
-    every = max(1, arrays["time"].size // 200)
-    times = arrays["time"][::every]
-    other = by_scipy(start, times)
-    weight = start["gravity"]
-    for name in ("tilt", "tilt_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y"):
-        np.testing.assert_allclose(arrays[name][::every], other[name].values, rtol=2e-7, atol=2e-7)
-    for name in ("normal_force", "friction_across", "friction_along"):
-        np.testing.assert_allclose(arrays[name][::every], other[name].values / weight, atol=2e-6)
-    np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-9)
+    for start in STARTS:
+        with case(start):
+            head, arrays = motion(SPEC, start)
+            assert not head["ended"]
+            every = max(1, arrays["time"].size // 200)
+            times = arrays["time"][::every]
+            other = by_scipy(start, times)
+            weight = start["gravity"]
+            for name in ("tilt", "tilt_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y"):
+                np.testing.assert_allclose(arrays[name][::every], other[name].values, rtol=2e-7, atol=2e-7)
+            for name in ("normal_force", "friction_across", "friction_along"):
+                np.testing.assert_allclose(arrays[name][::every], other[name].values / weight, atol=2e-6)
+            np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-9)
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_the_disk_runs_along_its_potential(start):
+def test_the_disk_runs_along_its_potential():
     """Along a motion by SciPy the energy of the tilt is what the potential lacks, as well as a spline can tell."""
-    _, arrays = motion(SPEC, start)
-    other = by_scipy(start, np.linspace(0.0, float(arrays["time"][-1]), 400))
-    unit = math.sqrt(start["radius"] / start["gravity"])
-    energy = 0.5 * (1.0 + 0.5 * start["alpha"]) * (unit * other["tilt_rate"].values) ** 2
-    drawn = CubicSpline(arrays["potential_tilt"], arrays["potential"])(other["tilt"].values)
-    np.testing.assert_allclose(-drawn, energy, atol=5e-4 * energy.max())
+    for start in STARTS:
+        with case(start):
+            _, arrays = motion(SPEC, start)
+            other = by_scipy(start, np.linspace(0.0, float(arrays["time"][-1]), 400))
+            unit = math.sqrt(start["radius"] / start["gravity"])
+            energy = 0.5 * (1.0 + 0.5 * start["alpha"]) * (unit * other["tilt_rate"].values) ** 2
+            drawn = CubicSpline(arrays["potential_tilt"], arrays["potential"])(other["tilt"].values)
+            np.testing.assert_allclose(-drawn, energy, atol=5e-4 * energy.max())
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_turning_points_lie_on_the_line_of_the_energy(start):
+def test_turning_points_lie_on_the_line_of_the_energy():
     """The tilts of the exact reduction are where the potential is as high as the energy, within the picture."""
-    head, arrays = motion(SPEC, start)
-    curve = CubicSpline(arrays["potential_tilt"], arrays["potential"])
-    depth = -arrays["potential"].min()
-    low, high = (turn for turn, _ in head["turns"])
-    assert arrays["potential_tilt"][0] < low < high < arrays["potential_tilt"][-1]
-    np.testing.assert_allclose(curve([low, high]), 0.0, atol=2e-3 * depth)
+    for start in STARTS:
+        with case(start):
+            head, arrays = motion(SPEC, start)
+            curve = CubicSpline(arrays["potential_tilt"], arrays["potential"])
+            depth = -arrays["potential"].min()
+            low, high = (turn for turn, _ in head["turns"])
+            assert arrays["potential_tilt"][0] < low < high < arrays["potential_tilt"][-1]
+            np.testing.assert_allclose(curve([low, high]), 0.0, atol=2e-3 * depth)
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_wells_and_barriers_are_extremes_of_the_curve(start):
+def test_wells_and_barriers_are_extremes_of_the_curve():
     """Every minimum and maximum of the curve is marked, and nothing else."""
-    head, arrays = motion(SPEC, start)
-    slope = CubicSpline(arrays["potential_tilt"], arrays["potential"]).derivative()
-    zeros = list(slope.roots(extrapolate=False))
-    bends = slope.derivative()(zeros)
-    apart = 2e-3 * (arrays["potential_tilt"][-1] - arrays["potential_tilt"][0])
-    for name, sign in (("wells", 1.0), ("barriers", -1.0)):
-        expected = [x for x, bend in zip(zeros, bends, strict=True) if bend * sign > 0.0]
-        np.testing.assert_allclose([tilt for tilt, _ in head[name]], expected, atol=apart)
+    for start in STARTS:
+        with case(start):
+            head, arrays = motion(SPEC, start)
+            slope = CubicSpline(arrays["potential_tilt"], arrays["potential"]).derivative()
+            zeros = list(slope.roots(extrapolate=False))
+            bends = slope.derivative()(zeros)
+            apart = 2e-3 * (arrays["potential_tilt"][-1] - arrays["potential_tilt"][0])
+            for name, sign in (("wells", 1.0), ("barriers", -1.0)):
+                expected = [x for x, bend in zip(zeros, bends, strict=True) if bend * sign > 0.0]
+                np.testing.assert_allclose([tilt for tilt, _ in head[name]], expected, atol=apart)
 
 
-@pytest.mark.parametrize("tilt", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_the_potential_of_a_narrow_swing_is_no_rounding(tilt):
+def test_the_potential_of_a_narrow_swing_is_no_rounding():
     """The curve about a swing of 1e-12 rad has the shape of the parabola of linear theory."""
-    found = potential_of(start_of(tilt=tilt, precession_rate=0.0, roll_rate=3.0), SPEC.fall_tilt)
-    scaled = (found.tilt - found.tilt.mean()) / np.ptp(found.tilt)
-    parabola = np.polynomial.Polynomial.fit(scaled, found.excess, 2)
-    assert np.abs(parabola(scaled) - found.excess).max() <= max(1e-3, 30.0 * tilt) * np.ptp(found.excess)
-    assert len(found.wells) == 1
+    for tilt in [1e-3, 1e-6, 1e-9, 1e-12]:
+        with case(tilt):
+            found = potential_of(start_of(tilt=tilt, precession_rate=0.0, roll_rate=3.0), SPEC.fall_tilt)
+            scaled = (found.tilt - found.tilt.mean()) / np.ptp(found.tilt)
+            parabola = np.polynomial.Polynomial.fit(scaled, found.excess, 2)
+            assert np.abs(parabola(scaled) - found.excess).max() <= max(1e-3, 30.0 * tilt) * np.ptp(
+                found.excess
+            )
+            assert len(found.wells) == 1
 
 
 def test_a_swing_is_followed_for_three_periods_and_a_fall_to_its_end():
@@ -156,16 +164,17 @@ LOSSES = [
 ]
 
 
-@pytest.mark.parametrize("losses", LOSSES)
-def test_the_ledger_adds_up(losses):
+def test_the_ledger_adds_up():
     """What the losses have taken, and the energy that is left, are the energy of the start; each loss only grows."""
-    head, arrays = motion(SPEC, start_of(tilt=0.3, roll_rate=2.0, precession_rate=2.0), 20.0, losses)
-    assert head["lossy"]
-    taken = [arrays[name] for name in head["ledger"]]
-    np.testing.assert_allclose(arrays["energy"] + sum(taken), arrays["energy"][0], atol=1e-7)
-    assert all((np.diff(each) >= -1e-12).all() for each in taken)
-    assert sum(each[-1] for each in taken) > 1e-9
-    assert "potential" not in arrays
+    for losses in LOSSES:
+        with case(losses):
+            head, arrays = motion(SPEC, start_of(tilt=0.3, roll_rate=2.0, precession_rate=2.0), 20.0, losses)
+            assert head["lossy"]
+            taken = [arrays[name] for name in head["ledger"]]
+            np.testing.assert_allclose(arrays["energy"] + sum(taken), arrays["energy"][0], atol=1e-7)
+            assert all((np.diff(each) >= -1e-12).all() for each in taken)
+            assert sum(each[-1] for each in taken) > 1e-9
+            assert "potential" not in arrays
 
 
 def test_a_disk_with_losses_stops():
@@ -197,12 +206,13 @@ def test_little_friction_lets_the_disk_slip():
     assert arrays["friction_needed"].max() == pytest.approx(0.05, rel=1e-6)
 
 
-@pytest.mark.parametrize("end", ["low", "high"])
-def test_both_ends_of_every_slider_are_possible(end):
+def test_both_ends_of_every_slider_are_possible():
     """A slider of a loss asks for nothing that is refused."""
-    for control in controls(SPEC, STARTS[0], {}):
-        if "choices" not in control:
-            motion(SPEC, STARTS[0], 0.5, {control["name"]: control[end]})
+    for end in ["low", "high"]:
+        with case(end):
+            for control in controls(SPEC, STARTS[0], {}):
+                if "choices" not in control:
+                    motion(SPEC, STARTS[0], 0.5, {control["name"]: control[end]})
 
 
 @settings(max_examples=25, deadline=None)
@@ -229,33 +239,35 @@ def test_a_start_without_motion_is_refused_in_words():
         motion(SPEC, start_of(tilt=0.5, roll_rate=math.nan))
 
 
-@pytest.mark.parametrize("name", ["tilt_rate", "precession_rate", "roll_rate", "radius"])
-def test_a_start_whose_energy_is_no_number_is_refused_in_words(name):
+def test_a_start_whose_energy_is_no_number_is_refused_in_words():
     """Numbers whose squares are none have no motion, and the page is told so."""
-    with explore() as explorer:
-        words = {name: "1e220 m" if name == "radius" else "1e160 rad/s"}
-        axis = "alpha" if name == "roll_rate" else "roll_rate"
-        side = {"name": axis, "centre": 0.5, "half": 0.4, "scale": "linear"}
-        view = {**ROLLING, "x": side, "words": words}
-        status, error = refused(explorer.url, "motion", view=view, x=0.5, y=0.02)
-    assert status == 400
-    assert "its energy is no number" in error["error"]
+    for name in ["tilt_rate", "precession_rate", "roll_rate", "radius"]:
+        with case(name):
+            with explore() as explorer:
+                words = {name: "1e220 m" if name == "radius" else "1e160 rad/s"}
+                axis = "alpha" if name == "roll_rate" else "roll_rate"
+                side = {"name": axis, "centre": 0.5, "half": 0.4, "scale": "linear"}
+                view = {**ROLLING, "x": side, "words": words}
+                status, error = refused(explorer.url, "motion", view=view, x=0.5, y=0.02)
+            assert status == 400
+            assert "its energy is no number" in error["error"]
 
 
-@pytest.mark.parametrize(("losses", "units"), [(None, 4e3), ({"rolling_friction": 1e-13}, 4e4)])
-def test_a_small_disk_is_followed_for_so_many_of_its_own_units(losses, units):
+def test_a_small_disk_is_followed_for_so_many_of_its_own_units():
     """A disk of a micrometre that turns on its edge for ever is shown for a shorter time than one of a metre."""
-    start = start_of(radius=1e-6, precession_rate=1.0)
-    unit = math.sqrt(start["radius"] / start["gravity"])
-    for duration in (None, 100.0):
-        _, arrays = motion(SPEC, start, duration, losses)
-        assert arrays["time"][-1] <= 1.000001 * units * unit
-    assert motion(SPEC, STARTS[0], 100.0)[1]["time"][-1] == 100.0
+    for losses, units in [(None, 4e3), ({"rolling_friction": 1e-13}, 4e4)]:
+        with case(losses, units):
+            start = start_of(radius=1e-6, precession_rate=1.0)
+            unit = math.sqrt(start["radius"] / start["gravity"])
+            for duration in (None, 100.0):
+                _, arrays = motion(SPEC, start, duration, losses)
+                assert arrays["time"][-1] <= 1.000001 * units * unit
+            assert motion(SPEC, STARTS[0], 100.0)[1]["time"][-1] == 100.0
 
 
-@pytest.mark.parametrize(
-    ("losses", "said"),
-    [
+def test_a_loss_that_cannot_be_is_refused():
+    """Whatever a page asks for, the answer is a sentence that names the word."""
+    for losses, said in [
         ({"magic": 1.0}, "magic is no loss"),
         ({"rolling_friction": -1.0}, "rolling_friction"),
         ({"rolling_friction": [1.0]}, "rolling_friction"),
@@ -265,15 +277,12 @@ def test_a_small_disk_is_followed_for_so_many_of_its_own_units(losses, units):
         ({"rolling_friction": 5.0}, "A lever arm must be shorter"),
         ({"air_law": "helium"}, "air_law"),
         ({"air_law": ["none"]}, "air_law"),
-    ],
-)
-def test_a_loss_that_cannot_be_is_refused(losses, said):
-    """Whatever a page asks for, the answer is a sentence that names the word."""
-    with explore() as explorer:
-        place = {"view": ROLLING, "x": 3.0, "y": 0.02}
-        status, error = refused(explorer.url, "motion", **place, losses=losses)
-        assert status == 400
-        assert said in error["error"]
+    ]:
+        with case(losses, said), explore() as explorer:
+            place = {"view": ROLLING, "x": 3.0, "y": 0.02}
+            status, error = refused(explorer.url, "motion", **place, losses=losses)
+            assert status == 400
+            assert said in error["error"]
 
 
 def test_the_server_answers_with_the_same_motion():
@@ -294,21 +303,40 @@ def test_an_exported_page_knows_what_it_draws():
     assert stored_motions(SweepSpec.preset("toy")) is None
 
 
-@pytest.mark.parametrize(
-    ("losses", "changed"),
-    [
+def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are():
+    """The air and the mass of the cells stay what they are; only what a slider says is another."""
+    for losses, changed in [
         ({"rolling_friction": 1e-3}, {"rolling_friction": 1e-3}),
         ({"contour_damping": 1e-4}, {"contour_damping": 1e-4}),
         ({"air_law": "none"}, {"air_law": "none", "air_viscosity": 0.0, "air_density": 0.0}),
         ({"mass": 2.0}, {"mass": 2.0}),
-    ],
-)
-def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are(losses, changed):
-    """The air and the mass of the cells stay what they are; only what a slider says is another."""
-    spec = sweep.SweepSpec.preset("toy")
-    start = {"tilt": 0.53, "tilt_rate": 0.0, "precession_rate": 24.5, "roll_rate": 2.2}
-    start |= {name: getattr(spec, name) for name in spec.model.parameters if name not in start}
-    assert spec.air_law == "bildsten"
-    words = words_of(spec, start, losses)
-    assert words == words_of(spec, start, {}) | changed
-    assert motion(spec, start, 0.1, losses)[0]["lossy"]
+    ]:
+        with case(losses, changed):
+            spec = sweep.SweepSpec.preset("toy")
+            start = {"tilt": 0.53, "tilt_rate": 0.0, "precession_rate": 24.5, "roll_rate": 2.2}
+            start |= {name: getattr(spec, name) for name in spec.model.parameters if name not in start}
+            assert spec.air_law == "bildsten"
+            words = words_of(spec, start, losses)
+            assert words == words_of(spec, start, {}) | changed
+            assert motion(spec, start, 0.1, losses)[0]["lossy"]
+
+
+def test_every_well_and_barrier_of_the_curve_is_told():
+    """What turns within the curve that is drawn is among the wells and barriers, at its place and height."""
+    counted = 0
+    for start in STARTS:
+        found = potential_of(start, math.radians(89.0))
+        rising = np.diff(found.excess) > 0.0
+        for told, turns in (
+            (found.wells, ~rising[:-1] & rising[1:]),
+            (found.barriers, rising[:-1] & ~rising[1:]),
+        ):
+            at = np.flatnonzero(turns) + 1
+            assert len(told) == at.size, start
+            width = found.tilt[1] - found.tilt[0]
+            height = np.ptp(found.excess)
+            for (tilt, excess), i in zip(sorted(told), at, strict=True):
+                assert tilt == pytest.approx(found.tilt[i], abs=width)
+                assert excess == pytest.approx(found.excess[i], abs=1e-2 * height)
+            counted += at.size
+    assert counted > 8

@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from cases import case
 from explorer_client import ROLLING, ask, changed, post, raw, refused
 
 from sweep.errors import RequestError
@@ -51,9 +52,9 @@ def test_every_file_of_the_page_is_sent_with_its_type(url):
     assert ask(url, "page/vendor/SOURCES.toml").status == 404
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
+def test_another_host_or_site_is_refused(url):
+    """A name that leads here and is not this machine's, and pages of other sites, get nothing but a refusal."""
+    for headers in [
         {"Host": "evil.example"},
         {"Host": "127.0.0.1"},
         {"Host": "127.0.0.1:1"},
@@ -63,16 +64,14 @@ def test_every_file_of_the_page_is_sent_with_its_type(url):
         {"Origin": "http://127.0.0.1:1"},
         {"Sec-Fetch-Site": "cross-site"},
         {"Sec-Fetch-Site": "same-site", "Sec-Fetch-Mode": "cors"},
-    ],
-)
-@pytest.mark.parametrize("path", ["about", "window"])
-def test_another_host_or_site_is_refused(url, headers, path):
-    """A name that leads here and is not this machine's, and pages of other sites, get nothing but a refusal."""
-    body = json.dumps(changed()).encode() if path == "window" else None
-    assert ask(url, path, body).status == 200
-    answer = ask(url, path, body, headers=headers)
-    assert answer.status == 403
-    assert set(json.loads(answer.body)) == {"error", "hint", "where"}
+    ]:
+        for path in ["about", "window"]:
+            with case(headers, path):
+                body = json.dumps(changed()).encode() if path == "window" else None
+                assert ask(url, path, body).status == 200
+                answer = ask(url, path, body, headers=headers)
+                assert answer.status == 403
+                assert set(json.loads(answer.body)) == {"error", "hint", "where"}
 
 
 def test_a_notebook_may_frame_the_page_and_no_more(url):
@@ -101,19 +100,30 @@ def test_the_token_is_needed(url):
         assert token not in answer.body.decode()
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "page/../server.py", "page/../../pyproject.toml", "page/%2e%2e/server.py", "page//etc/passwd", "../", "page/",
-        "page/..%2fserver.py", "page/vendor/../../guard.py", "page/index.html/", "/etc/passwd", "page/\\..\\guard.py",
-        "about/", "about?x=1", "page/main.js?x", "window/../about", "nothing",
-    ],
-)  # fmt: skip
-def test_no_path_leads_out_of_the_page(url, path):
+def test_no_path_leads_out_of_the_page(url):
     """Only the addresses of a fixed list are answered: no path is put together from what is asked."""
-    answer = ask(url, path.replace("\\", "%5c"))
-    assert answer.status == 404
-    assert b"import" not in answer.body
+    for path in [
+        "page/../server.py",
+        "page/../../pyproject.toml",
+        "page/%2e%2e/server.py",
+        "page//etc/passwd",
+        "../",
+        "page/",
+        "page/..%2fserver.py",
+        "page/vendor/../../guard.py",
+        "page/index.html/",
+        "/etc/passwd",
+        "page/\\..\\guard.py",
+        "about/",
+        "about?x=1",
+        "page/main.js?x",
+        "window/../about",
+        "nothing",
+    ]:
+        with case(path):
+            answer = ask(url, path.replace("\\", "%5c"))
+            assert answer.status == 404
+            assert b"import" not in answer.body
 
 
 def test_methods_have_their_addresses(url):
@@ -125,9 +135,9 @@ def test_methods_have_their_addresses(url):
         assert ask(url, "about", method=method).status in (403, 501)
 
 
-@pytest.mark.parametrize(
-    ("body", "said"),
-    [
+def test_a_malformed_request_is_refused_in_words(url):
+    """What is no request gets status 400 with a sentence, and the server goes on."""
+    for body, said in [
         (b"", "cannot be read"),
         (b"{", "cannot be read"),
         (b"[]", "an object"),
@@ -137,19 +147,17 @@ def test_methods_have_their_addresses(url):
         (b'{"view": NaN}', "no number"),
         (b'{"view": {"base": "/etc/passwd.toml"}}', "base must be one of"),
         (b'{"view": {"base": "rolling", "x": {}, "y": {}}}', "name must be text"),
-    ],
-)
-def test_a_malformed_request_is_refused_in_words(url, body, said):
-    """What is no request gets status 400 with a sentence, and the server goes on."""
-    answer = ask(url, "window", body)
-    assert answer.status == 400
-    assert said in json.loads(answer.body)["error"]
-    assert ask(url, "about").status == 200
+    ]:
+        with case(body, said):
+            answer = ask(url, "window", body)
+            assert answer.status == 400
+            assert said in json.loads(answer.body)["error"]
+            assert ask(url, "about").status == 200
 
 
-@pytest.mark.parametrize(
-    ("fields", "where"),
-    [
+def test_an_impossible_request_names_the_field(url):
+    """A value that is not possible gets status 400, with a sentence and the name of the field."""
+    for fields, where in [
         (changed(width=0), "width"),
         (changed(width=2.5), "width"),
         (changed(width=True), "width"),
@@ -172,13 +180,11 @@ def test_a_malformed_request_is_refused_in_words(url, body, said):
         (changed(view={"words": {"model": "bead"}}), "words"),
         (changed(view={"words": {"criterion": "departure:900deg"}}), "criterion=departure:900deg"),
         (changed(view={"words": {"criterion": "aloft:10s"}}), "criterion"),
-    ],
-)
-def test_an_impossible_request_names_the_field(url, fields, where):
-    """A value that is not possible gets status 400, with a sentence and the name of the field."""
-    status, error = refused(url, "window", **fields)
-    assert (status, error["where"]) == (400, where), error
-    assert error["error"].endswith(".")
+    ]:
+        with case(fields, where):
+            status, error = refused(url, "window", **fields)
+            assert (status, error["where"]) == (400, where), error
+            assert error["error"].endswith(".")
 
 
 def test_a_body_has_a_length_within_limits(url):
@@ -246,33 +252,38 @@ def test_a_port_that_is_taken_is_refused():
             explore(port=port)
 
 
-@pytest.mark.parametrize("port", [-1, 65_536, 99_999_999])
-def test_a_port_that_is_none_is_refused(port):
+def test_a_port_that_is_none_is_refused():
     """What no port can be is refused with the numbers that one can have."""
-    with pytest.raises(RequestError) as refused:
-        explore(port=port)
-    assert refused.value.message == f"A port is a number from 0 to 65535; got {port}."
+    for port in [-1, 65_536, 99_999_999]:
+        with case(port):
+            with pytest.raises(RequestError) as refused:
+                explore(port=port)
+            assert refused.value.message == f"A port is a number from 0 to 65535; got {port}."
 
 
-@pytest.mark.parametrize("words", [[], ["rolling", "alpha=1"], ["spinning"]])
-def test_the_command_prints_the_address_and_ends_with_ctrl_c(words):
+def test_the_command_prints_the_address_and_ends_with_ctrl_c():
     """`eulerdisk explore` prints the address of its page on a line of its own, answers, and ends on Ctrl-C with 0."""
-    command = [sys.executable, "-m", "sweep", "explore", "--no-browser", *words]
-    environment = os.environ | {"PYTHONPATH": str(CHECKOUT)}
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-    ) as running:
-        url = running.stdout.readline().strip()
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", url)
-        first = json.loads(ask(url, "about").body)["bases"][0]
-        assert first["view"]["base"] == ("" if words else "rolling")
-        assert (
-            post(url, "window", view=first["view"], width=8, height=8, quantity="peak_tilt")[0]["width"] == 8
-        )
-        running.send_signal(2)
-        said = running.communicate(timeout=20)[1]
-    assert running.returncode == 0, said
-    assert "Traceback" not in said
+    for words in [[], ["rolling", "alpha=1"], ["spinning"]]:
+        with case(words):
+            command = [sys.executable, "-m", "sweep", "explore", "--no-browser", *words]
+            environment = os.environ | {"PYTHONPATH": str(CHECKOUT)}
+            with subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+            ) as running:
+                url = running.stdout.readline().strip()
+                assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", url)
+                first = json.loads(ask(url, "about").body)["bases"][0]
+                assert first["view"]["base"] == ("" if words else "rolling")
+                assert (
+                    post(url, "window", view=first["view"], width=8, height=8, quantity="peak_tilt")[0][
+                        "width"
+                    ]
+                    == 8
+                )
+                running.send_signal(2)
+                said = running.communicate(timeout=20)[1]
+            assert running.returncode == 0, said
+            assert "Traceback" not in said
 
 
 def test_a_start_without_a_motion_is_answered_in_words(url):

@@ -1,7 +1,10 @@
 """Lines of theory of the circling disk, whose two edges meet: they are whole, and lie where the closed form says."""
 
+from itertools import product
+
 import numpy as np
 import pytest
+from cases import case
 from scipy.optimize import brentq
 
 from sweep.explorer.about import base_of
@@ -64,36 +67,37 @@ def inside(at):
     return (np.abs(at) <= 1.0).all(axis=0)
 
 
-@pytest.mark.parametrize("depth", [0.3, 1e-2, 1e-4, 1e-7, 1e-10])
-@pytest.mark.parametrize("alpha", [0.5, 1.0])
-@pytest.mark.parametrize("turned", [False, True])
-@pytest.mark.parametrize("level", [False, True])
-def test_the_line_has_no_gap_where_both_edges_meet(depth, alpha, turned, level):
+def excess(rates, tilts, alpha):
+    """Return the quadratic of the analytic edge at some starts."""
+    squared, linear, constant = polynomial(tilts, alpha, 0.0)
+    return squared * rates**4 + linear * rates**2 + constant
+
+
+def test_the_line_has_no_gap_where_both_edges_meet():
     """In a window about the top the analytic line is one, goes from border to border, and bends round at the top."""
-    tilt, rate = top(alpha)
-    # it bends in a window that is so much wider than high, and is level in one that is not
-    wide = rate * depth if level else 0.5 * rate * depth**0.5
-    x, y = window("precession_rate", rate, wide), window("tilt", tilt, tilt * depth)
-    (found,) = lines(y, x, alpha=alpha)["analytic"] if turned else lines(x, y, alpha=alpha)["analytic"]
-    if turned:
-        found = found[::-1]
-    at = places(found, x, y)
-    seen = at[:, inside(at)]
-    steps = np.abs(np.diff(seen, axis=1)).max(axis=0)
-    # a screen has 1000 pixels from -1 to 1: a few of them from point to point
-    assert steps.max() < 0.1
-    assert seen[1].max() == pytest.approx(0.0, abs=1e-3 + 2e-15 / depth)
-    assert seen[0].min() < -0.9
-    assert seen[0].max() > 0.9
-
-    # every point solves the quadratic: as far from it as a pixel changes it, or as rounding does
-    def excess(rates, tilts):
-        squared, linear, constant = polynomial(tilts, alpha, 0.0)
-        return squared * rates**4 + linear * rates**2 + constant
-
-    rates, tilts = found[:, inside(at)]
-    slope = np.abs(excess(rates, tilts * (1 + 1e-7)) - excess(rates, tilts)) / 1e-7 / tilts
-    assert (np.abs(excess(rates, tilts)) <= slope * (2e-4 * y["half"] + 4e-15)).all()
+    depths, each_way = (0.3, 1e-2, 1e-4, 1e-7, 1e-10), (False, True)
+    for depth, alpha, turned, level in product(depths, (0.5, 1.0), each_way, each_way):
+        with case(depth, alpha, turned, level):
+            tilt, rate = top(alpha)
+            # it bends in a window that is so much wider than high, and is level in one that is not
+            wide = rate * depth if level else 0.5 * rate * depth**0.5
+            x, y = window("precession_rate", rate, wide), window("tilt", tilt, tilt * depth)
+            (found,) = lines(*((y, x) if turned else (x, y)), alpha=alpha)["analytic"]
+            if turned:
+                found = found[::-1]
+            at = places(found, x, y)
+            seen = at[:, inside(at)]
+            steps = np.abs(np.diff(seen, axis=1)).max(axis=0)
+            # a screen has 1000 pixels from -1 to 1: a few of them from point to point
+            assert steps.max() < 0.1
+            assert seen[1].max() == pytest.approx(0.0, abs=1e-3 + 2e-15 / depth)
+            assert seen[0].min() < -0.9
+            assert seen[0].max() > 0.9
+            # every point solves the quadratic: as far from it as a pixel changes it, or as rounding does
+            rates, tilts = found[:, inside(at)]
+            off = excess(rates, tilts, alpha)
+            slope = np.abs(excess(rates, tilts * (1 + 1e-7), alpha) - off) / 1e-7 / tilts
+            assert (np.abs(off) <= slope * (2e-4 * y["half"] + 4e-15)).all()
 
 
 def rate_at(level, segment):
@@ -102,52 +106,57 @@ def rate_at(level, segment):
     return np.interp(level, tilts, rates)
 
 
-@pytest.mark.parametrize("window_x", [(2.505, 2.495), (2.5, 0.7), (0.0, 5.0), (-2.5, 2.4)])
-def test_both_lines_are_whole_in_any_window(window_x):
+def test_both_lines_are_whole_in_any_window():
     """Both lines are closed at their tops, also on the other side of zero, and both edges are there."""
-    x, y = window("precession_rate", *window_x), window("tilt", 0.264, 0.2596)
-    kick = 0.01
-    found = lines(x, y, tilt_rate=kick, criterion="departure:5deg")
-    signs = [sign for sign in (-1, 1) if sign * window_x[0] + window_x[1] > 1.0]
-    for name, over in (("analytic", 0.0), ("predicted", kick / np.radians(5.0))):
-        tilt, rate = top(0.5, over)
-        curves = found[name]
-        assert len(curves) == len(signs), name
-        for curve, sign in zip(curves, signs, strict=True):
-            assert curve[1].max() == pytest.approx(tilt, abs=1e-4 * y["half"])
-            assert curve[0][curve[1].argmax()] == pytest.approx(sign * rate, rel=2e-2)
-            # at a tilt below the top it has the slow and the fast rate
-            level = 0.8 * tilt
-            squared, linear, constant = polynomial(level, 0.5, over)
-            expected = np.sqrt(np.roots([squared, linear, constant]).real)
-            expected = sorted(sign * each for each in expected)
-            crossed = np.flatnonzero(np.diff(np.sign(curve[1] - level)))
-            low, high = window_x[0] - window_x[1], window_x[0] + window_x[1]
-            met = sorted(rate_at(level, curve[:, i : i + 2]) for i in crossed)
-            met = [each for each in met if low < each < high]
-            # half a pixel of a thousand
-            inside_it = [each for each in expected if low < each < high]
-            assert np.allclose(met, inside_it, rtol=0.0, atol=1e-3 * window_x[1])
+    for window_x in [(2.505, 2.495), (2.5, 0.7), (0.0, 5.0), (-2.5, 2.4)]:
+        with case(window_x):
+            x, y = window("precession_rate", *window_x), window("tilt", 0.264, 0.2596)
+            kick = 0.01
+            found = lines(x, y, tilt_rate=kick, criterion="departure:5deg")
+            signs = [sign for sign in (-1, 1) if sign * window_x[0] + window_x[1] > 1.0]
+            for name, over in (("analytic", 0.0), ("predicted", kick / np.radians(5.0))):
+                tilt, rate = top(0.5, over)
+                curves = found[name]
+                assert len(curves) == len(signs), name
+                for curve, sign in zip(curves, signs, strict=True):
+                    assert curve[1].max() == pytest.approx(tilt, abs=1e-4 * y["half"])
+                    assert curve[0][curve[1].argmax()] == pytest.approx(sign * rate, rel=2e-2)
+                    # at a tilt below the top it has the slow and the fast rate
+                    level = 0.8 * tilt
+                    squared, linear, constant = polynomial(level, 0.5, over)
+                    expected = np.sqrt(np.roots([squared, linear, constant]).real)
+                    expected = sorted(sign * each for each in expected)
+                    crossed = np.flatnonzero(np.diff(np.sign(curve[1] - level)))
+                    low, high = window_x[0] - window_x[1], window_x[0] + window_x[1]
+                    met = sorted(rate_at(level, curve[:, i : i + 2]) for i in crossed)
+                    met = [each for each in met if low < each < high]
+                    # half a pixel of a thousand
+                    inside_it = [each for each in expected if low < each < high]
+                    assert np.allclose(met, inside_it, rtol=0.0, atol=1e-3 * window_x[1])
 
 
-@pytest.mark.parametrize("base", ["rolling", "spinning"])
-def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns(base):
+def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
     """Where a line is nearly level its points are no farther apart than a tenth of the window, at every depth."""
-    first = base_of(base, preset(base))["view"]
-    view = View.read({**first, "words": {"criterion": "departure:5deg"}}, None)
-    curves = {line["name"]: line["points"] for line in theory(view)}["predicted"]
-    curve = np.array(curves[0]).T
-    index = np.argmin(np.abs(curve[0] - view.x.ends()[1]))
-    x, y = curve[:, index]
-    for depth in (1e-1, 1e-3, 1e-6):
-        sides = {"x": window(first["x"]["name"], x, 0.3 * x), "y": window("tilt", y, y * depth)}
-        found = theory(View.read({**first, **sides}, None))
-        (line,) = [
-            np.array(points).T for each in found if each["name"] == "predicted" for points in each["points"]
-        ]
-        at = places(line, sides["x"], sides["y"])
-        seen = at[:, inside(at)]
-        assert np.abs(np.diff(seen, axis=1)).max() < 0.1
+    for base in ["rolling", "spinning"]:
+        with case(base):
+            first = base_of(base, preset(base))["view"]
+            view = View.read({**first, "words": {"criterion": "departure:5deg"}}, None)
+            curves = {line["name"]: line["points"] for line in theory(view)}["predicted"]
+            curve = np.array(curves[0]).T
+            index = np.argmin(np.abs(curve[0] - view.x.ends()[1]))
+            x, y = curve[:, index]
+            for depth in (1e-1, 1e-3, 1e-6):
+                sides = {"x": window(first["x"]["name"], x, 0.3 * x), "y": window("tilt", y, y * depth)}
+                found = theory(View.read({**first, **sides}, None))
+                (line,) = [
+                    np.array(points).T
+                    for each in found
+                    if each["name"] == "predicted"
+                    for points in each["points"]
+                ]
+                at = places(line, sides["x"], sides["y"])
+                seen = at[:, inside(at)]
+                assert np.abs(np.diff(seen, axis=1)).max() < 0.1
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -5,7 +5,7 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
+from cases import case
 
 VENDOR = Path(__file__).parents[2] / "sweep" / "explorer" / "page" / "vendor"
 PACKAGES = tomllib.loads((VENDOR / "SOURCES.toml").read_text(encoding="utf-8"))["packages"]
@@ -27,19 +27,21 @@ def test_every_file_is_the_recorded_one() -> None:
     assert held == FILES
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package["name"])
-def test_every_package_brings_its_licence(package: dict) -> None:
+def test_every_package_brings_its_licence():
     """Each package has its licence beside it, of the kind that is recorded."""
-    (licence,) = (file["to"] for file in package["files"] if file["to"].endswith(".LICENSE"))
-    words = {"MIT": "Permission is hereby granted, free of charge"}
-    assert words[package["licence"]] in (VENDOR / licence).read_text(encoding="utf-8")
+    for package in PACKAGES:
+        with case(package):
+            (licence,) = (file["to"] for file in package["files"] if file["to"].endswith(".LICENSE"))
+            words = {"MIT": "Permission is hereby granted, free of charge"}
+            assert words[package["licence"]] in (VENDOR / licence).read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_modules_import_bare_names_of_each_other(name: str) -> None:
+def test_modules_import_bare_names_of_each_other():
     """A vendored module imports vendored modules alone, each by a bare name: one file without folders can hold them."""
-    known = {module.removesuffix(".js").replace("three.", "three/") for module in MODULES}
-    assert imported(name) <= known
+    for name in MODULES:
+        with case(name):
+            known = {module.removesuffix(".js").replace("three.", "three/") for module in MODULES}
+            assert imported(name) <= known
 
 
 def test_imports_are_seen() -> None:

@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from cases import case
 from explorer_client import ROLLING, ask, post
 
 import sweep
@@ -42,24 +43,26 @@ def same(one, other):
     return np.array_equal(one, other, equal_nan=True)
 
 
-@pytest.mark.parametrize("depth", range(0, -11, -1))
-@pytest.mark.parametrize("quantity", ["peak_tilt", "nutation_period", "amplification", "separatrix"])
-def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(url, depth, quantity):
+def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(url):
     """A window of 10**depth of its centre has the values and verdicts that `sweep.run` finds at the same starts."""
-    x, y = (
-        side(name, at, 0.3 * at * 10.0**depth) for name, at in zip(("roll_rate", "tilt"), EDGE, strict=True)
-    )
-    view = {**ROLLING, "x": x, "y": y}
-    head, arrays = post(url, "window", view=view, width=40, height=30, quantity=quantity)
-    atlas = sweep.run(
-        "rolling", method="exact", roll_rate=list(values(x, 40)), tilt=list(values(y, 30))
-    ).transpose("tilt", "roll_rate")
-    expected = atlas[quantity].values
-    assert same(arrays["value"].reshape(30, 40), expected.astype(arrays["value"].dtype))
-    assert np.array_equal(arrays["verdict"].reshape(30, 40), atlas["stability"].values)
-    known = expected[np.isfinite(expected)]
-    ends = (known.min(), known.max()) if known.size else (None, None)
-    assert (head["low"], head["high"]) == ends
+    for depth in range(0, -11, -1):
+        for quantity in ["peak_tilt", "nutation_period", "amplification", "separatrix"]:
+            with case(depth, quantity):
+                x, y = (
+                    side(name, at, 0.3 * at * 10.0**depth)
+                    for name, at in zip(("roll_rate", "tilt"), EDGE, strict=True)
+                )
+                view = {**ROLLING, "x": x, "y": y}
+                head, arrays = post(url, "window", view=view, width=40, height=30, quantity=quantity)
+                atlas = sweep.run(
+                    "rolling", method="exact", roll_rate=list(values(x, 40)), tilt=list(values(y, 30))
+                ).transpose("tilt", "roll_rate")
+                expected = atlas[quantity].values
+                assert same(arrays["value"].reshape(30, 40), expected.astype(arrays["value"].dtype))
+                assert np.array_equal(arrays["verdict"].reshape(30, 40), atlas["stability"].values)
+                known = expected[np.isfinite(expected)]
+                ends = (known.min(), known.max()) if known.size else (None, None)
+                assert (head["low"], head["high"]) == ends
 
 
 def test_a_narrow_window_is_sent_in_double_precision(url):
@@ -72,17 +75,18 @@ def test_a_narrow_window_is_sent_in_double_precision(url):
     assert np.unique(arrays["value"]).size > 1000
 
 
-@pytest.mark.parametrize("scale", ["linear", "log"])
-def test_zoom_ends_where_pixels_are_a_few_units_wide(url, scale):
+def test_zoom_ends_where_pixels_are_a_few_units_wide(url):
     """The end is told where a pixel is less than 8 units in the last place wide, along either axis, and not before."""
-    centre = np.log(0.01) if scale == "log" else 0.01
-    unit = np.finfo(float).eps if scale == "log" else np.spacing(0.01)
-    unit = max(unit, np.spacing(abs(centre)))
-    for pixels, expected in ((7.0, True), (9.0, False)):
-        half = 0.5 * pixels * unit * 30
-        view = {**ROLLING, "y": side("tilt", centre, half, scale)}
-        head, _ = post(url, "window", view=view, width=40, height=30, quantity="peak_tilt")
-        assert head["end"] is expected
+    for scale in ["linear", "log"]:
+        with case(scale):
+            centre = np.log(0.01) if scale == "log" else 0.01
+            unit = np.finfo(float).eps if scale == "log" else np.spacing(0.01)
+            unit = max(unit, np.spacing(abs(centre)))
+            for pixels, expected in ((7.0, True), (9.0, False)):
+                half = 0.5 * pixels * unit * 30
+                view = {**ROLLING, "y": side("tilt", centre, half, scale)}
+                head, _ = post(url, "window", view=view, width=40, height=30, quantity="peak_tilt")
+                assert head["end"] is expected
 
 
 def test_a_window_of_1e_10_shows_no_steps(url):
@@ -93,67 +97,72 @@ def test_a_window_of_1e_10_shows_no_steps(url):
         assert not given.is_too_fine(1000)
 
 
-@pytest.mark.parametrize("base", BASES)
-def test_the_first_view_of_a_preset_is_all_of_it(url, base):
+def test_the_first_view_of_a_preset_is_all_of_it(url):
     """The window that a preset begins with has the verdicts of its atlas: as many stable and unstable cells."""
-    (given,) = (each for each in about(url)["bases"] if each["name"] == base)
-    view = given["view"]
-    _, arrays = post(url, "window", view=view, width=160, height=120, quantity="stability")
-    assert np.array_equal(arrays["value"], arrays["verdict"])
-    spec = sweep.SweepSpec.preset(base, method="exact")
-    axes = {view[name]["name"]: list(values(view[name], count)) for name, count in (("x", 160), ("y", 120))}
-    atlas = sweep.run(spec.replace(**axes)).transpose(view["y"]["name"], view["x"]["name"])
-    assert np.array_equal(arrays["verdict"].reshape(120, 160), atlas["stability"].values)
-    assert {1, 2} <= set(np.unique(arrays["verdict"]))
+    for base in BASES:
+        with case(base):
+            (given,) = (each for each in about(url)["bases"] if each["name"] == base)
+            view = given["view"]
+            _, arrays = post(url, "window", view=view, width=160, height=120, quantity="stability")
+            assert np.array_equal(arrays["value"], arrays["verdict"])
+            spec = sweep.SweepSpec.preset(base, method="exact")
+            axes = {
+                view[name]["name"]: list(values(view[name], count))
+                for name, count in (("x", 160), ("y", 120))
+            }
+            atlas = sweep.run(spec.replace(**axes)).transpose(view["y"]["name"], view["x"]["name"])
+            assert np.array_equal(arrays["verdict"].reshape(120, 160), atlas["stability"].values)
+            assert {1, 2} <= set(np.unique(arrays["verdict"]))
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_words_change_the_cells_as_on_the_command_line(url):
+    """The other parameters, the criterion and the tilt of a fall act on values and verdicts as in `sweep.run`."""
+    for words in [
         {"alpha": 1.0},
         {"alpha": "0.7", "radius": "12mm"},
         {"criterion": "amplification:20", "gravity": 1.62},
         {"criterion": "peak_tilt > 10deg and nutation_period < 3s"},
         {"tilt_rate": 0.01, "precession_rate": 0.3, "fall_tilt": "60deg"},
-    ],
-)
-def test_words_change_the_cells_as_on_the_command_line(url, words):
-    """The other parameters, the criterion and the tilt of a fall act on values and verdicts as in `sweep.run`."""
-    view = {**ROLLING, "words": words}
-    _, arrays = post(url, "window", view=view, width=20, height=15, quantity="peak_tilt")
-    atlas = sweep.run(
-        "rolling", method="exact", **words,
-        roll_rate=list(values(view["x"], 20)), tilt=list(values(view["y"], 15)),
-    ).transpose("tilt", "roll_rate")  # fmt: skip
-    assert same(arrays["value"].reshape(15, 20), atlas["peak_tilt"].values.astype("f4"))
-    assert np.array_equal(arrays["verdict"].reshape(15, 20), atlas["stability"].values)
+    ]:
+        with case(words):
+            view = {**ROLLING, "words": words}
+            _, arrays = post(url, "window", view=view, width=20, height=15, quantity="peak_tilt")
+            atlas = sweep.run(
+                "rolling", method="exact", **words,
+                roll_rate=list(values(view["x"], 20)), tilt=list(values(view["y"], 15)),
+            ).transpose("tilt", "roll_rate")  # fmt: skip
+            assert same(arrays["value"].reshape(15, 20), atlas["peak_tilt"].values.astype("f4"))
+            assert np.array_equal(arrays["verdict"].reshape(15, 20), atlas["stability"].values)
 
 
-@pytest.mark.parametrize(
-    ("x", "y"),
-    [("alpha", "tilt"), ("tilt", "alpha"), ("precession_rate", "roll_rate"), ("tilt_rate", "radius")],
-)
-def test_any_two_parameters_span_a_map(url, x, y):
+def test_any_two_parameters_span_a_map(url):
     """Every parameter can be a side of the window, alpha by columns and by rows."""
-    ranges = {
-        "alpha": side("alpha", 0.5, 0.4),
-        "tilt": side("tilt", 0.1, 0.05),
-        "roll_rate": side("roll_rate", 0.0, 4.0),
-        "precession_rate": side("precession_rate", 1.0, 4.0),
-        "tilt_rate": side("tilt_rate", 0.0, 0.2),
-        "radius": side("radius", -2.0, 1.0, "log"),
-    }
-    words = {"tilt": 0.02, "roll_rate": 2.6, "alpha": 0.5}
-    view = {
-        "base": "rolling",
-        "words": {name: words[name] for name in words if name not in (x, y)},
-        "x": ranges[x],
-        "y": ranges[y],
-    }
-    _, arrays = post(url, "window", view=view, width=24, height=18, quantity="peak_tilt")
-    given = {**view["words"], x: list(values(ranges[x], 24)), y: list(values(ranges[y], 18))}
-    atlas = sweep.run("rolling", method="exact", **given).transpose(y, x)
-    assert same(arrays["value"].reshape(18, 24), atlas["peak_tilt"].values.astype("f4"))
+    for x, y in [
+        ("alpha", "tilt"),
+        ("tilt", "alpha"),
+        ("precession_rate", "roll_rate"),
+        ("tilt_rate", "radius"),
+    ]:
+        with case(x, y):
+            ranges = {
+                "alpha": side("alpha", 0.5, 0.4),
+                "tilt": side("tilt", 0.1, 0.05),
+                "roll_rate": side("roll_rate", 0.0, 4.0),
+                "precession_rate": side("precession_rate", 1.0, 4.0),
+                "tilt_rate": side("tilt_rate", 0.0, 0.2),
+                "radius": side("radius", -2.0, 1.0, "log"),
+            }
+            words = {"tilt": 0.02, "roll_rate": 2.6, "alpha": 0.5}
+            view = {
+                "base": "rolling",
+                "words": {name: words[name] for name in words if name not in (x, y)},
+                "x": ranges[x],
+                "y": ranges[y],
+            }
+            _, arrays = post(url, "window", view=view, width=24, height=18, quantity="peak_tilt")
+            given = {**view["words"], x: list(values(ranges[x], 24)), y: list(values(ranges[y], 18))}
+            atlas = sweep.run("rolling", method="exact", **given).transpose(y, x)
+            assert same(arrays["value"].reshape(18, 24), atlas["peak_tilt"].values.astype("f4"))
 
 
 def test_starts_that_do_not_exist_have_no_number(url):

@@ -9,7 +9,7 @@
 /** @typedef {import("eulerdisk/types").Axis} Axis */
 
 /** A pixel may not be narrower than this many units in the last place of the value. */
-export const LEAST_ULPS = 8;
+const LEAST_ULPS = 8;
 
 /**
  * Distance from a double to the next one.

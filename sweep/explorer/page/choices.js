@@ -1,6 +1,6 @@
 /** The choices at the top: what to look at, and the light. */
 
-import { html } from "eulerdisk/html";
+import { html } from "eulerdisk/elements";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */

@@ -38,7 +38,7 @@ const SHADES = 1024;
  * @param {string} hex
  * @returns {[number, number, number]}
  */
-export function channels(hex) {
+function channels(hex) {
   const number = parseInt(hex.replace("#", ""), 16);
   return [number >> 16, (number >> 8) & 255, number & 255];
 }

@@ -1,10 +1,8 @@
 /** The menus at the top: copy the address or a command, save pictures and data. */
 
-import { copied } from "eulerdisk/copy";
-import { html } from "eulerdisk/html";
+import { html, svg } from "eulerdisk/elements";
 import { wordsOfProblem } from "eulerdisk/notice";
 import { FINE, pixels } from "eulerdisk/refresh";
-import { download, pngOf, svgOf } from "eulerdisk/save";
 import { isFixed } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").About} About */
@@ -148,4 +146,154 @@ function menu(title, items, say) {
  */
 async function copy(text, say) {
   if (await copied(text)) say("Copied.");
+}
+
+/**
+ * Put a text into the clipboard, or show it.
+ * @param {string} text
+ * @returns {Promise<boolean>}  whether it is in the clipboard
+ */
+export async function copied(text) {
+  try {
+    // some browsers have none, and a frame of another page may not write to it
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return copiedFrom(shownText(text));
+  }
+}
+
+/**
+ * Copy what is selected in a dialog, which stays open where that is not possible.
+ * @param {HTMLDialogElement} dialog
+ */
+function copiedFrom(dialog) {
+  const done = document.execCommand("copy");
+  if (done) dialog.close();
+  return done;
+}
+
+/**
+ * A dialog with a text that is selected. It goes when it is closed; the focus returns to where it was.
+ * @param {string} text
+ */
+function shownText(text) {
+  const area = html("textarea", {
+    readonly: true,
+    rows: "8",
+    spellcheck: "false",
+    "aria-label": "Text to copy",
+  });
+  area.value = text;
+  const close = html("button", { type: "button", click: () => dialog.close() }, "Close");
+  const words = html(
+    "p",
+    { id: "copy-words" },
+    "This browser does not let the page copy. Copy this text yourself:",
+  );
+  const dialog = html("dialog", { class: "copy", "aria-labelledby": "copy-words" }, words, area, close);
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  area.select();
+  return dialog;
+}
+
+/** What a style sheet says of the overlay and a file has to say itself. */
+const STYLES = [
+  "fill",
+  "fill-opacity",
+  "stroke",
+  "stroke-width",
+  "stroke-dasharray",
+  "stroke-opacity",
+  "stroke-linecap",
+  "stroke-linejoin",
+  "opacity",
+  "font-family",
+  "font-size",
+  "font-weight",
+  "paint-order",
+  "display",
+];
+
+/**
+ * The map as it is seen, as the text of an SVG.
+ * @param {AtlasMap} map
+ */
+function svgOf(map) {
+  const { overlay, picture, plot } = map;
+  const copy = /** @type {SVGSVGElement} */ (overlay.cloneNode(true));
+  copyStyles(overlay, copy);
+  const { clientWidth: width, clientHeight: height } = overlay;
+  const attributes = {
+    xmlns: "http://www.w3.org/2000/svg",
+    viewBox: `0 0 ${width} ${height}`,
+    width,
+    height,
+  };
+  for (const [key, value] of Object.entries(attributes)) copy.setAttribute(key, String(value));
+  const page = getComputedStyle(document.body).backgroundColor;
+  const colours = svg("image", {
+    href: picture.canvas.toDataURL("image/png"),
+    x: plot.left,
+    y: plot.top,
+    width: plot.width,
+    height: plot.height,
+    preserveAspectRatio: "none",
+  });
+  copy.prepend(svg("rect", { width, height, fill: page }), colours);
+  return new XMLSerializer().serializeToString(copy);
+}
+
+/**
+ * @param {Element} from
+ * @param {Element} to
+ */
+function copyStyles(from, to) {
+  const style = getComputedStyle(from);
+  for (const name of STYLES) to.setAttribute(name, style.getPropertyValue(name));
+  to.removeAttribute("class");
+  // colours of their own are attributes already, and stay
+  for (const name of ["fill", "stroke"]) {
+    if (from.hasAttribute(name)) to.setAttribute(name, from.getAttribute(name) ?? "");
+  }
+  [...from.children].forEach((child, index) => copyStyles(child, to.children[index]));
+}
+
+/**
+ * The map as PNG, at twice the size of the screen's CSS pixels or finer.
+ * @param {AtlasMap} map
+ * @returns {Promise<Blob>}
+ */
+async function pngOf(map) {
+  const { clientWidth, clientHeight } = map.overlay;
+  const density = Math.max(window.devicePixelRatio || 1, 2);
+  const image = new Image();
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgOf(map))}`;
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  canvas.width = Math.round(clientWidth * density);
+  canvas.height = Math.round(clientHeight * density);
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise((resolve, reject) => {
+    canvas.toBlob(
+      (blob) => (blob ? resolve(blob) : reject(new Error("The picture is too large."))),
+      "image/png",
+    );
+  });
+}
+
+/**
+ * Give a file to the browser's downloads.
+ * @param {Blob} blob
+ * @param {string} name
+ */
+export function download(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  // the browser has begun to read it before the next minute
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }

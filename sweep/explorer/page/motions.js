@@ -1,6 +1,6 @@
 /** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
 
-import { html } from "eulerdisk/html";
+import { html } from "eulerdisk/elements";
 import { tell, wordsOfProblem } from "eulerdisk/notice";
 import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";

@@ -1,6 +1,6 @@
 /** The line below the map: what is wrong, what has been done, and a button where trying again may help. */
 
-import { html } from "eulerdisk/html";
+import { html } from "eulerdisk/elements";
 
 /** Status from which on a request was in order, and the server could not answer it. */
 const FAULT = 500;

@@ -1,10 +1,8 @@
 /** What is drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
 
 import { placeOf } from "eulerdisk/axis_window";
-import { clipped } from "eulerdisk/clip";
-import { drawLegend } from "eulerdisk/legend";
-import { svg } from "eulerdisk/svg";
-import { textWidth } from "eulerdisk/text_width";
+import { flagColour, shade } from "eulerdisk/colours";
+import { svg, textWidth } from "eulerdisk/elements";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").Axis} Axis */
@@ -14,7 +12,6 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 /** @typedef {import("eulerdisk/types").View} View */
 /** @typedef {import("eulerdisk/state").Point} Point */
 /** @typedef {import("eulerdisk/colours").Range} Range */
-/** @typedef {import("eulerdisk/clip").Pixel} Pixel */
 
 /**
  * The place of the picture, in CSS pixels; `right` is the room beside it.
@@ -178,7 +175,7 @@ function yAxis({ view, plot, y }) {
  * @param {string} offset
  * @param {number} power
  */
-export function titleOf({ label, unit }, offset, power) {
+function titleOf({ label, unit }, offset, power) {
   const scale = power === 0 ? "" : `\u00d7\u2009${power === 1 ? "10" : `10${superscript(power)}`}`;
   const printed = printedUnits(unit);
   if (offset) return `${label}: ${offset} + labels ${scale} ${printed}`.trim();
@@ -217,4 +214,195 @@ function cross({ width, height }, [across, up]) {
       d: `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`,
     }),
   );
+}
+
+/** @typedef {[number, number]} Pixel */
+
+/**
+ * Pieces of a polyline inside a rectangle. A place that is not finite ends a piece.
+ * @param {Pixel[]} points
+ * @param {{left: number, top: number, right: number, bottom: number}} box
+ * @returns {Pixel[][]}
+ */
+export function clipped(points, box) {
+  /** @type {Pixel[][]} */
+  const pieces = [];
+  /** @type {Pixel[]} */
+  let piece = [];
+  for (let each = 1; each < points.length; each += 1) {
+    const part = segment(points[each - 1], points[each], box);
+    if (part === null) continue;
+    const last = piece.at(-1);
+    if (!last || last[0] !== part[0][0] || last[1] !== part[0][1]) {
+      piece = [part[0]];
+      pieces.push(piece);
+    }
+    piece.push(part[1]);
+  }
+  return pieces;
+}
+
+/**
+ * Part of a segment inside a rectangle (Liang and Barsky 1984); null if there is none.
+ * @param {Pixel} from
+ * @param {Pixel} to
+ * @param {{left: number, top: number, right: number, bottom: number}} box
+ * @returns {[Pixel, Pixel]|null}
+ */
+function segment(from, to, box) {
+  if (![...from, ...to].every(Number.isFinite)) return null;
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  let [enter, leave] = [0, 1];
+  const sides = [
+    [-dx, from[0] - box.left],
+    [dx, box.right - from[0]],
+    [-dy, from[1] - box.top],
+    [dy, box.bottom - from[1]],
+  ];
+  for (const [slope, distance] of sides) {
+    if (slope === 0 && distance < 0) return null;
+    if (slope < 0) enter = Math.max(enter, distance / slope);
+    if (slope > 0) leave = Math.min(leave, distance / slope);
+  }
+  if (enter > leave) return null;
+  /** @param {number} share @returns {Pixel} */
+  const at = (share) =>
+    share === 0 ? from : share === 1 ? to : [from[0] + share * dx, from[1] + share * dy];
+  return [at(enter), at(leave)];
+}
+
+/** Colours of the gradient that stands for the scale. */
+const STOPS = 24;
+
+/** Height of one row of the legend, and of that with the samples of lines. */
+const [ROW, SAMPLES] = [18, 20];
+
+/** Length of a sample of a line, the room between it and its words, and that between two samples. */
+const USUAL = [20, 6, 18];
+
+/** The same on the smallest screens. */
+const TIGHT = [13, 3, 9];
+
+/**
+ * @param {Scene} scene
+ * @returns {SVGElement}
+ */
+function drawLegend(scene) {
+  const group = svg("g", { class: "legend", transform: `translate(${scene.plot.left} 0)` });
+  group.append(scene.quantity.flags ? flags(scene) : bar(scene));
+  group.append(...samples(scene));
+  const title = group.querySelector(".title")?.textContent ?? "";
+  if (scene.grid) group.append(...storedSample(scene, textWidth(title)));
+  return group;
+}
+
+/**
+ * Height of the legend of a quantity above a plot of some width, in CSS pixels.
+ * @param {import("eulerdisk/types").Quantity} quantity
+ * @param {number} width
+ */
+export function legendHeight({ flags }, width) {
+  if (!flags) return ROW * 3 + SAMPLES;
+  const rows = flagRows(flags, width);
+  return ROW * (rows.at(-1)?.row ?? 0) + ROW * 2 + 6 + SAMPLES;
+}
+
+/**
+ * A sample of each line, from the right border leftward, in the last row; where labels have no room, with one word each.
+ * @param {Scene} scene
+ */
+function samples({ lines, plot }) {
+  const parts = [];
+  const y = plot.top - 12;
+  let x = plot.width;
+  const known = lines.filter((line) => line.points.length);
+  /** @param {number[]} sizes  @param {"name"|"label"} word */
+  const fits = ([length, room, between], word) =>
+    known.reduce((sum, line) => sum + textWidth(line[word]) + length + room + between, -between) <=
+    plot.width;
+  const word = fits(USUAL, "label") ? "label" : "name";
+  const [length, room, between] = fits(USUAL, word) ? USUAL : TIGHT;
+  for (const line of known.toReversed()) {
+    x -= textWidth(line[word]) + length + room;
+    const d = `M${x} ${y}h${length}`;
+    parts.push(
+      svg("path", { class: `halo ${line.name}`, d }),
+      svg("path", { class: `line ${line.name}`, d }),
+    );
+    parts.push(svg("text", { x: x + length + room, y: y + 4 }, line[word]));
+    x -= between;
+  }
+  return parts;
+}
+
+/**
+ * What tells stored cells from computed ones, in the first row, beside a title of some width.
+ * @param {Scene} scene
+ * @param {number} title
+ */
+function storedSample({ plot }, title) {
+  const [length, room, between] = USUAL;
+  const free = plot.width - title - between - length - room;
+  const words = textWidth("border of stored cells") <= free ? "border of stored cells" : "stored";
+  const x = plot.width - textWidth(words) - length - room;
+  const sample = ["halo", "line"].map((kind) =>
+    svg("path", { class: `${kind} stored`, d: `M${x} 7h${length}` }),
+  );
+  return [...sample, svg("text", { x: x + length + room, y: 11 }, words)];
+}
+
+/** @param {Scene} scene */
+function bar({ quantity, range, plot }) {
+  const group = svg("g");
+  const wide = Math.min(plot.width, 420);
+  const gradient = svg("linearGradient", { id: "scale-of-colours" });
+  for (let each = 0; each <= STOPS; each += 1) {
+    const colour = `rgb(${shade(each / STOPS).join(" ")})`;
+    gradient.append(svg("stop", { offset: each / STOPS, "stop-color": colour }));
+  }
+  group.append(
+    gradient,
+    svg("rect", { class: "bar", y: ROW, width: wide, height: 10, fill: "url(#scale-of-colours)" }),
+  );
+  const log = range.scale === "log";
+  const [low, high] = log ? [Math.log(range.low), Math.log(range.high)] : [range.low, range.high];
+  const axis = { centre: (low + high) / 2, half: (high - low) / 2, scale: range.scale };
+  const { ticks, offset, power } = ticksOf(axis, quantity.factor, wide / 80);
+  for (const { place, label } of ticks) {
+    const x = ((place + 1) / 2) * wide;
+    group.append(svg("line", { x1: x, x2: x, y1: ROW + 10, y2: ROW + (label ? 15 : 13) }));
+    if (label) group.append(svg("text", { x, y: ROW + 26, "text-anchor": "middle" }, label));
+  }
+  group.append(svg("text", { class: "title", y: 12 }, titleOf(quantity, offset, power)));
+  return group;
+}
+
+/** @param {Scene} scene */
+function flags({ quantity, plot }) {
+  const group = svg("g");
+  group.append(svg("text", { class: "title", y: 12 }, quantity.label));
+  for (const { code, words, x, row } of flagRows(quantity.flags ?? {}, plot.width)) {
+    const y = ROW * (row + 1) + 2;
+    group.append(
+      svg("rect", { class: "bar", x, y, width: 12, height: 12, fill: flagColour(quantity, Number(code)) }),
+    );
+    group.append(svg("text", { x: x + 18, y: y + 10.5 }, words));
+  }
+  return group;
+}
+
+/**
+ * Where the words of flags stand, in rows that are no wider than the plot.
+ * @param {Record<string, string>} flags
+ * @param {number} width
+ */
+function flagRows(flags, width) {
+  let [x, row] = [0, 0];
+  return Object.entries(flags).map(([code, words]) => {
+    const wide = textWidth(words) + 18;
+    if (x > 0 && x + wide > width) [x, row] = [0, row + 1];
+    const place = { code, words, x, row };
+    x += wide + 18;
+    return place;
+  });
 }

@@ -1,7 +1,7 @@
 /** The numbers of the start that is pointed at: at once those of the picture, then those of the exact reduction. */
 
-import { html } from "eulerdisk/html";
-import { Latest } from "eulerdisk/latest";
+import { html } from "eulerdisk/elements";
+import { Latest } from "eulerdisk/refresh";
 import { isFixed, parameterOf, verdictWords } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 

@@ -1,7 +1,5 @@
 /** When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. */
 
-import { Latest } from "eulerdisk/latest";
-
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/types").View} View */
 /** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
@@ -85,4 +83,43 @@ export class Refresh {
 export function pixels({ width, height }, most) {
   const shrink = Math.min(1, Math.sqrt(most / (width * height)));
   return [Math.max(1, Math.floor(width * shrink)), Math.max(1, Math.floor(height * shrink))];
+}
+
+/** @template Request */
+export class Latest {
+  #run;
+  /** @type {Request|null} */
+  #waiting = null;
+  #busy = false;
+
+  /** @param {(request: Request) => Promise<void>} run  must not reject */
+  constructor(run) {
+    this.#run = run;
+  }
+
+  /** Whether a request is under way. */
+  get busy() {
+    return this.#busy;
+  }
+
+  /** @param {Request} request */
+  ask(request) {
+    this.#waiting = request;
+    if (!this.#busy) void this.#work();
+  }
+
+  /** Forget what waits. */
+  forget() {
+    this.#waiting = null;
+  }
+
+  async #work() {
+    this.#busy = true;
+    while (this.#waiting !== null) {
+      const request = this.#waiting;
+      this.#waiting = null;
+      await this.#run(request);
+    }
+    this.#busy = false;
+  }
 }

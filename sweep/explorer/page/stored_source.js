@@ -1,10 +1,9 @@
 /** Where an exported page gets its numbers from: the cells that it holds, and motions that it integrates itself. */
 
+import { pixelValue } from "eulerdisk/axis_window";
 import { storedMotion } from "eulerdisk/motion/stored_motion";
 import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
-import { cellsOf, nearest, unpackedArray } from "eulerdisk/stored_cells";
-import { wordsOfCell } from "eulerdisk/stored_words";
-import { readable } from "eulerdisk/ticks";
+import { readable, printedUnits } from "eulerdisk/ticks";
 
 /** @typedef {import("eulerdisk/types").About} About */
 /** @typedef {import("eulerdisk/types").Place} Place */
@@ -13,6 +12,10 @@ import { readable } from "eulerdisk/ticks";
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/types").StoredPage} StoredPage */
 /** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+/** @typedef {import("eulerdisk/types").Axis} Axis */
+/** @typedef {import("eulerdisk/types").PackedArray} PackedArray */
+/** @typedef {import("eulerdisk/types").Line} Line */
+/** @typedef {import("eulerdisk/types").Parameter} Parameter */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
@@ -262,4 +265,155 @@ function toldValue({ flags, factor, unit }, values, index) {
   if (flags) return { value, text: flags[String(value)] ?? String(value) };
   const digits = values instanceof Float32Array ? SINGLE_DIGITS : DIGITS;
   return Number.isFinite(value) ? toldNumber(value, factor, unit, digits) : { value: null, text: "none" };
+}
+
+/**
+ * Array of its compressed bytes.
+ * @param {PackedArray} packed
+ * @returns {Promise<Float32Array|Float64Array|Uint8Array>}
+ */
+async function unpackedArray({ type, data }) {
+  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+  const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const buffer = await new Response(inflated).arrayBuffer();
+  return new { f4: Float32Array, f8: Float64Array, u1: Uint8Array }[type](buffer);
+}
+
+/**
+ * Which cell each pixel of a side of the window shows: the nearest one, -1 farther out than half a cell.
+ * @param {Axis} axis
+ * @param {number} count  of pixels
+ * @param {ArrayLike<number>} values  of the cells, in order
+ * @param {boolean} log  whether cells are wide in proportion to their values
+ * @returns {Int32Array}
+ */
+function cellsOf(axis, count, values, log) {
+  const at = (/** @type {number} */ value) => (log ? Math.log(value) : value);
+  const places = Array.from(values, at);
+  return Int32Array.from({ length: count }, (_, pixel) =>
+    nearest(places, at(pixelValue(axis, pixel, count))),
+  );
+}
+
+/**
+ * Index of the nearest place; -1 if none is within half a cell.
+ * @param {number[]} places  in order, rising or falling
+ * @param {number} wanted
+ */
+export function nearest(places, wanted) {
+  const last = places.length - 1;
+  if (last < 1) return 0;
+  const rising = places[last] > places[0];
+  let [low, high] = [0, last];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (places[middle] <= wanted === rising) low = middle;
+    else high = middle;
+  }
+  const found = Math.abs(places[low] - wanted) <= Math.abs(places[high] - wanted) ? low : high;
+  const cell = Math.abs(places[high] - places[low]);
+  return Math.abs(places[found] - wanted) <= (cell / 2) * (1 + 1e-9) ? found : -1;
+}
+
+/**
+ * A cell: where it is in the plane, what it holds, and the parameters and lines of the plane. `counts` has the number of
+ * the cell along each side and how many there are.
+ * @typedef {object} Cell
+ * @property {{x: Parameter, y: Parameter}} sides
+ * @property {{x: [number, number], y: [number, number]}} counts
+ * @property {PointAnswer} numbers
+ * @property {Line[]} lines
+ * @property {string} criterion
+ */
+
+/** Width of the column of names, and of that of values. */
+const NAME = 12;
+const VALUE = 22;
+
+/** Digits of a value on a line. */
+const LINE_DIGITS = 6;
+
+/**
+ * @param {Cell} cell
+ * @returns {string}
+ */
+function wordsOfCell(cell) {
+  const { sides, counts, numbers, criterion } = cell;
+  const { start } = numbers;
+  const told = (/** @type {string} */ name) => printedUnits(start[name].text);
+  const place = /** @type {const} */ (["x", "y"]).map((side) => {
+    const { name, label } = sides[side];
+    return `${label} ${told(name)} (${counts[side].join(" of ")})`;
+  });
+  const others = Object.keys(start).filter((name) => name !== sides.x.name && name !== sides.y.name);
+  const held = numbers.numbers.map(
+    ({ name, text, description }) =>
+      `  ${name.replaceAll("_", " ").padEnd(NAME + 6)}${printedUnits(text).padEnd(VALUE)}${description}`,
+  );
+  return [
+    row("cell", place.join(", ")),
+    row("start", others.map((name) => `${name.replaceAll("_", " ")} ${told(name)}`).join(", ")),
+    "",
+    ...held,
+    "",
+    ...boundaryRows(cell),
+    row("verdict", criterion ? `${numbers.verdict} by ${criterion}` : numbers.verdict),
+  ].join("\n");
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+function row(name, text) {
+  return name.padEnd(NAME) + text;
+}
+
+/**
+ * @param {string} place
+ * @param {string} label
+ */
+function onLine(place, label) {
+  return `${printedUnits(place).padEnd(VALUE + 6)} ${label}`;
+}
+
+/**
+ * Where the lines of the map cross the row of a cell, along the parameter that the boundary is sought along.
+ * @param {Cell} cell
+ */
+function boundaryRows({ sides, numbers, lines }) {
+  const along = sides.x.control ? "x" : "y";
+  const across = along === "x" ? "y" : "x";
+  const { name, label, factor, unit } = sides[along];
+  if (!sides[along].control) return [];
+  const wanted = numbers.start[sides[across].name].value;
+  const order = along === "x" ? [0, 1] : [1, 0];
+  const found = lines.flatMap((line) =>
+    crossings(line.points, wanted, order).map((value) =>
+      onLine(`${label} ${readable(value * factor, LINE_DIGITS)} ${unit}`, line.label),
+    ),
+  );
+  const here = row("", onLine(`${label} ${numbers.start[name].text}`, "this cell"));
+  return found.length === 0 ? [] : [...found.map((text, i) => row(i ? "" : "lines", text)), here, ""];
+}
+
+/**
+ * Values along one side at which polylines have a value along the other.
+ * @param {number[][][]} lines
+ * @param {number} wanted  value along the other side
+ * @param {number[]} order  numbers of both sides in a point
+ */
+export function crossings(lines, wanted, [along, across]) {
+  return lines.flatMap((points) => {
+    if (points.length === 1) return points[0][across] === wanted ? [points[0][along]] : [];
+    const isClosed = points[0].every((value, side) => value === points[points.length - 1][side]);
+    return points.slice(1).flatMap((end, i) => {
+      const begin = points[i];
+      const [before, after] = [begin[across] - wanted, end[across] - wanted];
+      const isLast = i === points.length - 2 && !isClosed;
+      // a segment has its first end, so that a point of the line is met once; the last one has both
+      if (before === after || before * after > 0 || (after === 0 && !isLast)) return [];
+      return [begin[along] + (before / (before - after)) * (end[along] - begin[along])];
+    });
+  });
 }

@@ -44,7 +44,7 @@ export function printedUnits(text) {
  * Largest exponent of ten that is not above a positive number.
  * @param {number} value
  */
-export function decade(value) {
+function decade(value) {
   return Number(value.toExponential().split("e")[1]);
 }
 
@@ -66,7 +66,7 @@ export function readable(value, digits) {
  * @param {number} count
  * @returns {{multiple: number, power: number}}
  */
-export function niceStep(width, count) {
+function niceStep(width, count) {
   const rough = width / Math.max(count, 1);
   const power = decade(rough);
   const lead = rough / 10 ** power;

@@ -186,7 +186,7 @@
  * @property {((point: {x: number, y: number}) => {x: number, y: number}|null)|null} cellAt  the cell that stands for a
  *   point, where nothing is known but cells; null where there is none
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
- * @property {import("eulerdisk/reach").Reach|null} reach  whether a server answers; null without one
+ * @property {import("eulerdisk/server_source").Reach|null} reach  whether a server answers; null without one
  * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data
  */
 

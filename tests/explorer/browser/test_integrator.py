@@ -36,7 +36,7 @@ STORED = """async ([start, stored, title]) => {
 }"""
 
 POSE = """async (poses) => {
-  const { poseOf } = await import("eulerdisk/motion/pose");
+  const { poseOf } = await import("eulerdisk/motion/disk_scene");
   return poses.map((pose) => poseOf(...pose));
 }"""
 

@@ -90,7 +90,7 @@ def test_a_server_that_breaks_off_is_asked_ever_more_seldom(quiet):
     """The wait begins anew only once the server has answered for longer than the longest wait."""
     waits = quiet.evaluate(
         """async () => {
-            const { Reach } = await import("eulerdisk/reach");
+            const { Reach } = await import("eulerdisk/server_source");
             const [after, ask, clock] = [window.setTimeout, window.fetch, performance.now];
             const waits = [];
             let time = 0;
@@ -184,7 +184,7 @@ def test_clipping_keeps_what_is_inside(quiet):
         points = [[random.uniform(-scale, scale + 10), random.uniform(-scale, scale + 6)] for _ in range(30)]
         pieces = quiet.evaluate(
             """async ([points, [left, top, right, bottom]]) => {
-                const { clipped } = await import("eulerdisk/clip");
+                const { clipped } = await import("eulerdisk/overlay");
                 return clipped(points, { left, top, right, bottom });
             }""",
             [points, box],
@@ -210,7 +210,7 @@ def test_pixels_show_the_nearest_cell(quiet, falling):
     wanted = [random.uniform(-1, 11) for _ in range(300)]
     found = quiet.evaluate(
         """async ([places, wanted]) => {
-            const { nearest } = await import("eulerdisk/stored_cells");
+            const { nearest } = await import("eulerdisk/stored_source");
             return wanted.map((each) => nearest(places, each));
         }""",
         [ordered, wanted],
@@ -271,7 +271,7 @@ def test_a_line_crosses_each_of_its_rows_once(quiet):
     ]
     found = quiet.evaluate(
         """async asked => {
-            const { crossings } = await import("eulerdisk/stored_words");
+            const { crossings } = await import("eulerdisk/stored_source");
             return asked.map(([lines, wanted]) => crossings(lines, wanted, [0, 1]));
         }""",
         asked,

@@ -29,7 +29,7 @@ const WIDEST = 0.9;
  * Inner radius over the radius of the ring that has this moment of inertia; 0 for a full disk.
  * @param {number} alpha
  */
-export function innerRadius(alpha) {
+function innerRadius(alpha) {
   // a ring from a R to R has (1 + a^2) / 2
   return Math.min(Math.sqrt(Math.max(2 * alpha - 1, 0)), WIDEST);
 }

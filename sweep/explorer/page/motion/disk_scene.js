@@ -1,5 +1,7 @@
 /** The disk on the table in three dimensions, seen by a camera that goes along with it and can be turned. */
 
+import { diskBody } from "eulerdisk/motion/disk_body";
+import { niceLength, tableOfSquares, Trail } from "eulerdisk/motion/ground";
 import {
   AmbientLight,
   Color,
@@ -14,14 +16,15 @@ import {
   ShadowMaterial,
   Vector3,
   WebGLRenderer,
+  ConeGeometry,
+  CylinderGeometry,
+  Group,
+  MeshBasicMaterial,
+  Quaternion,
 } from "three";
 import { OrbitControls } from "three/orbit_controls";
-import { Arrow } from "eulerdisk/motion/arrow";
-import { diskBody } from "eulerdisk/motion/disk_body";
-import { niceLength, tableOfSquares, Trail } from "eulerdisk/motion/ground";
-import { poseOf } from "eulerdisk/motion/pose";
 
-/** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
+/** @typedef {import("eulerdisk/motion/panel").Samples} Samples */
 
 /**
  * Colours of the scene, as CSS writes them.
@@ -369,4 +372,103 @@ function sun(radius) {
   frame.near = 0.5 * radius;
   frame.far = 12 * radius;
   return light;
+}
+
+/** Radius of the shaft, radius and length of the head, in the unit that is given. */
+const SHAFT = 0.024;
+const HEAD = [0.07, 0.18];
+
+const UP = new Vector3(0, 1, 0);
+
+class Arrow extends Group {
+  /**
+   * @param {number} unit  a length of the scene; the arrow is as thick as suits it
+   * @param {string} colour
+   */
+  constructor(unit, colour) {
+    super();
+    this.unit = unit;
+    // a force is seen through the disk, which it often points into
+    const material = new MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
+    this.shaft = new Mesh(new CylinderGeometry(SHAFT * unit, SHAFT * unit, 1, 16), material);
+    this.head = new Mesh(new ConeGeometry(HEAD[0] * unit, HEAD[1] * unit, 24), material);
+    this.shaft.renderOrder = this.head.renderOrder = 3;
+    this.add(this.shaft, this.head);
+  }
+
+  /**
+   * @param {Vector3} from
+   * @param {Vector3} along  its length is that of the arrow
+   */
+  point(from, along) {
+    const length = along.length();
+    this.visible = length > 1e-6 * this.unit;
+    if (!this.visible) return;
+    this.position.copy(from);
+    this.quaternion.copy(new Quaternion().setFromUnitVectors(UP, along.clone().normalize()));
+    // a short arrow is all head
+    const scale = Math.min(length / (HEAD[1] * this.unit), 1);
+    const shaft = Math.max(length - HEAD[1] * this.unit, 0);
+    this.shaft.visible = shaft > 0;
+    this.shaft.scale.y = Math.max(shaft, 1e-9);
+    this.shaft.position.y = shaft / 2;
+    this.head.scale.setScalar(scale);
+    this.head.position.y = shaft + 0.5 * scale * HEAD[1] * this.unit;
+  }
+}
+
+/** @typedef {[number, number, number]} Vector */
+
+/**
+ * `painted` is the unit vector along the painted radius, `aside` the one a quarter of a turn from it, `axis` that of the
+ * disk: right-handed, in this order. `across` and `along` are the horizontal directions across and along the track.
+ * @typedef {{centre: Vector, contact: Vector, painted: Vector, aside: Vector, axis: Vector, across: Vector, along: Vector}} Pose
+ */
+
+/**
+ * @param {number} tilt
+ * @param {number} heading
+ * @param {number} rollAngle
+ * @param {number} x  of the contact point
+ * @param {number} y
+ * @param {number} radius
+ * @returns {Pose}
+ */
+export function poseOf(tilt, heading, rollAngle, x, y, radius) {
+  /** @type {Vector} */
+  const across = [Math.cos(heading), Math.sin(heading), 0];
+  /** @type {Vector} */
+  const along = [-Math.sin(heading), Math.cos(heading), 0];
+  const down = combined(-Math.sin(tilt), across, -Math.cos(tilt), [0, 0, 1]);
+  const painted = combined(Math.cos(rollAngle), down, -Math.sin(rollAngle), along);
+  const aside = combined(Math.sin(rollAngle), down, Math.cos(rollAngle), along);
+  return {
+    centre: combined(1, [x, y, 0], -radius, down),
+    contact: [x, y, 0],
+    painted,
+    aside,
+    axis: crossed(painted, aside),
+    across,
+    along,
+  };
+}
+
+/**
+ * @param {number} a
+ * @param {Vector} u
+ * @param {number} b
+ * @param {Vector} v
+ * @returns {Vector}
+ */
+function combined(a, u, b, v) {
+  return [a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2]];
+}
+
+/**
+ * @param {Vector} u
+ * @param {Vector} v
+ * @returns {Vector}
+ */
+function crossed(u, v) {
+  return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
 }

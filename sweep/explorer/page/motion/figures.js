@@ -3,7 +3,7 @@
 import { rangeOf } from "eulerdisk/motion/plot";
 import { MINUS, readable } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/motion/samples").Samples} Samples */
+/** @typedef {import("eulerdisk/motion/panel").Samples} Samples */
 /** @typedef {import("eulerdisk/motion/plot").Figure} Figure */
 
 /** Forces stay in view up to this many weights, or this many times what they are for all but a twentieth of the time. */

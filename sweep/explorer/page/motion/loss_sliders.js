@@ -1,6 +1,6 @@
 /** The losses of a motion: a slider for each law, which is off at one of its ends. */
 
-import { html } from "eulerdisk/html";
+import { html } from "eulerdisk/elements";
 
 /** @typedef {import("eulerdisk/motion/types").LossControl} LossControl */
 

@@ -1,7 +1,7 @@
 /** One motion: the disk as it moves, its curves, its losses and what is known of its start in words. */
 
-import { html } from "eulerdisk/html";
-import { clock } from "eulerdisk/motion/clock";
+import { html, svg } from "eulerdisk/elements";
+import { clock, SPEEDS } from "eulerdisk/motion/clock";
 import { DiskScene } from "eulerdisk/motion/disk_scene";
 import {
   forcesFigure,
@@ -12,14 +12,14 @@ import {
 } from "eulerdisk/motion/figures";
 import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
-import { Samples } from "eulerdisk/motion/samples";
-import { Transport } from "eulerdisk/motion/transport";
 import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
 
 /** @typedef {import("eulerdisk/types").Source} Source */
 /** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
 /** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
+/** @typedef {import("eulerdisk/motion/types").MotionAnswer} MotionAnswer */
+/** @typedef {import("eulerdisk/motion/clock").Clock} Clock */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
@@ -326,4 +326,120 @@ function partsOf(element) {
 function lengthText(length) {
   const [unit, factor] = length < 0.01 ? ["mm", 1e3] : length < 1 ? ["cm", 1e2] : ["m", 1];
   return `${Number((length * Number(factor)).toPrecision(3))} ${unit}`;
+}
+
+export class Samples {
+  /** @param {MotionAnswer} answer */
+  constructor({ head, arrays }) {
+    this.head = head;
+    this.arrays = arrays;
+    this.times = arrays.time;
+  }
+
+  /** Length of the motion in seconds. */
+  get length() {
+    return this.times[this.times.length - 1];
+  }
+
+  /**
+   * Number of the last sample at or before a time, but not of the last of all.
+   * @param {number} time
+   */
+  before(time) {
+    let [low, high] = [0, this.times.length - 1];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /**
+   * Value of an array at a time, by the cubic whose slopes at both samples are those of the parabolas through their
+   * neighbours. Beyond its end a motion stays where it is.
+   * @param {string} name
+   * @param {number} time
+   */
+  at(name, time) {
+    const values = this.arrays[name];
+    const t = Math.min(Math.max(time, this.times[0]), this.length);
+    const i = this.before(t);
+    const step = this.times[i + 1] - this.times[i];
+    if (!(step > 0)) return values[i];
+    const share = (t - this.times[i]) / step;
+    const [a, b] = [this.#slope(values, i) * step, this.#slope(values, i + 1) * step];
+    const rise = values[i + 1] - values[i];
+    const bend = share * (1 - share) * ((1 - share) * (a - rise) - share * (b - rise));
+    return values[i] + share * rise + bend;
+  }
+
+  /**
+   * Slope of the parabola through a sample and its neighbours; at an end that of the line to the only one.
+   * @param {Float64Array} values
+   * @param {number} i
+   */
+  #slope(values, i) {
+    const last = values.length - 1;
+    if (i === 0) return (values[1] - values[0]) / (this.times[1] - this.times[0]);
+    if (i === last) return (values[last] - values[last - 1]) / (this.times[last] - this.times[last - 1]);
+    const [before, after] = [this.times[i] - this.times[i - 1], this.times[i + 1] - this.times[i]];
+    const [left, right] = [(values[i] - values[i - 1]) / before, (values[i + 1] - values[i]) / after];
+    return (after * left + before * right) / (before + after);
+  }
+}
+
+/** What the button does, drawn: not every font has signs for it. */
+const SIGNS = { pause: "M3 2h4v12H3zM9 2h4v12H9z", play: "M4 2l10 6-10 6z" };
+
+/** Steps of the slider of time. */
+const STEPS = 1000;
+
+class Transport {
+  /**
+   * @param {HTMLElement} element
+   * @param {Clock} clock
+   */
+  constructor(element, clock) {
+    this.clock = clock;
+    this.button = html("button", { type: "button", class: "play" });
+    this.button.addEventListener("click", () => (clock.playing ? clock.pause() : clock.play()));
+    this.slide = html("input", {
+      type: "range",
+      min: "0",
+      max: String(STEPS),
+      class: "time",
+      "aria-label": "time",
+    });
+    this.slide.addEventListener("input", () => clock.seek((Number(this.slide.value) / STEPS) * clock.length));
+    this.said = html("output", { class: "now" });
+    const options = SPEEDS.map((speed) => html("option", { value: String(speed) }, `${speed}\u00d7`));
+    this.speed = html(
+      "select",
+      { "aria-label": "speed", title: "seconds of the motion in a second" },
+      ...options,
+    );
+    this.speed.addEventListener("change", () => clock.setSpeed(Number(this.speed.value)));
+    element.append(this.button, this.slide, this.said, this.speed);
+    this.follow();
+  }
+
+  /** Show where the clock is. */
+  follow() {
+    const { playing, time, length, speed } = this.clock;
+    const word = playing ? "pause" : "play";
+    if (this.button.dataset.does !== word) {
+      this.button.dataset.does = word;
+      this.button.setAttribute("aria-label", word);
+      const sign = svg("path", { d: SIGNS[word], fill: "currentColor" });
+      const size = { viewBox: "0 0 16 16", width: 14, height: 14, "aria-hidden": "true" };
+      this.button.replaceChildren(svg("svg", size, sign));
+    }
+    this.slide.value = String(length > 0 ? Math.round((time / length) * STEPS) : 0);
+    const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.max(length, 1e-6))));
+    const text = `${time.toFixed(digits)} s`;
+    this.said.textContent = text;
+    this.slide.setAttribute("aria-valuetext", text);
+    this.speed.value = String(speed);
+  }
 }

@@ -1,6 +1,6 @@
 /** A small plot: curves over one axis, marks, and a cursor that can be dragged. */
 
-import { svg } from "eulerdisk/svg";
+import { svg } from "eulerdisk/elements";
 import { superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @typedef {{low: number, high: number}} Range */

@@ -1,0 +1,14 @@
+"""Cases of one test in a loop: a failure names the case that it is about."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def case(*what: object) -> Iterator[None]:
+    """Run one case; an error in it says which one it was."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"in the case {what!r}")
+        raise
