@@ -258,9 +258,11 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             hint="Compare two lists, or two grids.",
         )
     additions = [name for name, word in new.model.options.items() if not word.decides]
-    settled = ("starts", *_STEPPING, *_PRESENTATION, *_EXTENT, *new.model.parameters, *additions)
+    elsewhere = ("starts", *_STEPPING, *_PRESENTATION, *_EXTENT, *new.model.parameters, *additions)
     fields = [
-        name for name in new.words() if name not in settled and getattr(new, name) != getattr(reference, name)
+        name
+        for name in new.words()
+        if name not in elsewhere and getattr(new, name) != getattr(reference, name)
     ]
     if not _same_tables(new, reference):
         fields.append("starts")

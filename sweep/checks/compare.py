@@ -191,7 +191,7 @@ def compare(
 
 
 def _passes(size: int, show: Show) -> Callable[[int], None]:
-    """Return what is to be told how many cells of a pass are done; how many passes there will be nobody knows."""
+    """Return the callback for the number of cells of a pass that are done; the number of passes is not known before."""
     timetable: Timetable | None = None
     last = size
 

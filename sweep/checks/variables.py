@@ -14,9 +14,9 @@ import numpy.typing as npt
 from sweep.atlas.cf_metadata import EDGES, curve_quantities, edge_quantities, point_quantities
 from sweep.checks.alignment import Pair
 from sweep.errors import RequestError, shown
+from sweep.model.cells import magnitude, stated_error
 from sweep.model.description import Starts
 from sweep.model.quantity import BRACKET, DECISION, HALFWIDTH, PROMISED, STEP_COUNT, Array, Quantity
-from sweep.model.stated_error import magnitude, stated_error
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START
 from sweep.request.suggestions import suggestion

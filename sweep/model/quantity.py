@@ -222,7 +222,7 @@ STEP = Input(
 )  # fmt: skip
 
 
-# Roles: what an ending means for the verdict, whatever the model calls it.
+# Roles: what an ending means for the verdict, under any name.
 #: The cell has not been integrated.
 MISSING = "missing"
 #: The extremes that were reached hold for all time; of a model that judges within the duration, for that.

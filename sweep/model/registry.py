@@ -41,7 +41,7 @@ def named(name: str) -> Model:
     Raises
     ------
     RequestError
-        If there is none, or what is registered cannot be imported, for whatever reason, or is no model of that name.
+        If there is none, or what is registered cannot be imported, for any reason, or is no model of that name.
     """
     if name in _OWN:
         module, found = _OWN[name]

@@ -56,8 +56,8 @@ def follow(
     start : array
         That of `start_of`.
     begun : callable
-        Called with the times [s] of all samples each time before they are integrated. Whoever sets them to zero while
-        that lasts ends it at the next sample; what is returned then has no meaning.
+        Called with the times [s] of all samples each time before they are integrated. If it sets them to zero later on,
+        the integration ends at the next sample, and what is returned has no meaning.
 
     Raises
     ------

@@ -150,7 +150,7 @@ def split_motion_words(words: Sequence[str]) -> dict[str, str]:
 
 
 def known_names() -> tuple[str, ...]:
-    """Return all words of a request for one motion, of whatever disk."""
+    """Return all words of a request for one motion, with or without losses."""
     return _NAMES
 
 

@@ -166,7 +166,7 @@ def flat_time(dataset: "xr.Dataset") -> float:
     losses, end = wobble_losses(dataset), float(dataset["end_time"].fillna(dataset[TIME.name][-1]))
     if not losses or not wobbles(dataset):
         return end
-    # with a = a_end x^2 the integrand is smooth down to flat, whatever the losses
+    # with a = a_end x^2 the integrand is smooth down to flat, for any losses
     x = np.linspace(0.0, 1.0, _FINE)[1:]
     last = 0.5 * math.pi - request_of(dataset).flat_tilt
     power = sum(each.coefficient * (last * x**2) ** -float(each.power) for each in losses)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
+from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
     FINAL,
@@ -24,7 +25,6 @@ from sweep.model.quantity import (
     Quantity,
     Truths,
 )
-from sweep.model.stated_error import stated_error
 from sweep.request import expression
 from sweep.request.criterion_base import Criterion, Errors
 from sweep.request.expression_text import read_expression

@@ -319,7 +319,7 @@ def test_a_tolerance_that_cannot_be_is_refused(reference):
 
 
 def test_exact_means_bits(reference):
-    """With exact one bit is a difference, in whatever variable; without it the same is within tolerance."""
+    """With exact one bit is a difference, in any variable; without it the same is within tolerance."""
     for name in ("nutation_period", "tilt_error", "steps", "predicted_roll_rate", "tilt"):
         values = reference[name].values.copy()
         place = tuple(np.argwhere(np.isfinite(values) & (values != 0))[0])

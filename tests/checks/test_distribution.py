@@ -21,7 +21,7 @@ def exact(values):
 
 
 def test_of_few_values_it_is_exact():
-    """The same bits as numpy's, whatever the parts."""
+    """The same bits as numpy's, in parts of any size."""
     for count in [1, 2, 3, 1000]:
         values = np.random.default_rng(count).lognormal(-20.0, 3.0, count)
         values[count // 2 + 1 :: 7] = np.nan

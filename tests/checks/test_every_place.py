@@ -1,4 +1,4 @@
-"""A value that is wrong in one cell is named by `verify` and `compare`, in whatever variable and block it lies."""
+"""A value that is wrong in one cell is named by `verify` and `compare`, in any variable and block."""
 
 import functools
 import itertools

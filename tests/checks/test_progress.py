@@ -34,7 +34,7 @@ def stages(heard):
 
 @pytest.mark.compiled
 def test_verify_tells_its_cells(atlas):
-    """First the cells, then the boundary; its findings are those of a call that nobody follows."""
+    """First the cells, then the boundary; its findings are those of a call without a callback."""
     heard = []
     found = sweep.verify(atlas, progress=heard.append)
     (checking, cells), (searching, _) = stages(heard)

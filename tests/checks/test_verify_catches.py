@@ -171,13 +171,13 @@ def test_an_atlas_made_with_another_constant_is_caught():
     made = sweep.run(coarse("rolling", alpha=0.501))
     claimed = made.assign_attrs(sweep_spec=atlas("rolling").attrs["sweep_spec"]).assign_coords(alpha=0.5)
     found = findings(verify(claimed))
-    # released from 1e-5 rad far above the critical rate the disk hardly moves, whatever its alpha
+    # released from 1e-5 rad far above the critical rate the disk hardly moves, for any alpha
     assert found.counts["extremes_differ"] > 900
     assert not found.passed
 
 
 def test_a_cell_that_is_wrongly_impossible_or_wrongly_possible_is_caught():
-    """Whether a start exists is no matter of resolution: the ending differs, whatever else is missing."""
+    """Whether a start exists is no matter of resolution: the ending differs, even if all else is missing."""
     words = {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3}
     dataset = sweep.run(SweepSpec(**words))
     nothing = dict.fromkeys(("tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"), np.nan)

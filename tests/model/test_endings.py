@@ -18,7 +18,7 @@ ENDINGS = Endings(
 
 
 def test_an_ending_is_found_by_its_name_and_by_its_code():
-    """Names and codes are those of the list, whatever its gaps; another code is an error of a file."""
+    """Names and codes are those of the list, with gaps or without; another code is an error of a file."""
     assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
     for each in ENDINGS:
         assert ENDINGS.code(each.name) == each.code

@@ -145,7 +145,7 @@ def broken(request, installed, tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("broken")
 def test_a_model_that_fails_when_it_is_imported_is_refused_by_name():
-    """Whatever its module raises, a request for it ends with one line that names it; the models beside it are there."""
+    """A request for a module that raises ends with one line that names it; the models beside it are there."""
     with pytest.raises(RequestError, match=r"broken_model:B.*cannot be imported") as caught:
         registry.named("wrecked")
     assert caught.value.where == "model=wrecked"

@@ -1,4 +1,4 @@
-"""Motions are drawn through close samples, whatever samples their dataset holds."""
+"""Motions are drawn through close samples, also where their dataset holds others."""
 
 import json
 

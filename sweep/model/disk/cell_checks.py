@@ -6,11 +6,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from sweep.model.cells import LAST_BIT, AuditedCells, amplification
+from sweep.model.cells import LAST_BIT, AuditedCells, amplification, stated_error
 from sweep.model.description import CellCheck, Columns, Request, Starts
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
-from sweep.model.stated_error import stated_error
 
 _EXACT = "the exact reduction"
 _PRESENT = "the ending, which says where it is missing"

@@ -225,7 +225,7 @@ _NODES = 4000
 #: The curve's ends: where the disk only rolls (0) and where it only spins (1), k = 0 upright.
 _UPRIGHT = 1e-7
 
-#: No steady motion with k = 0 is steeper, whatever its alpha.
+#: No steady motion with k = 0 is steeper, for any alpha.
 _STEEPEST = np.radians(20.0)
 
 

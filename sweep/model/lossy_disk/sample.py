@@ -1,8 +1,13 @@
-"""Cells of an atlas with losses, computed a second time: with half the step, and some by another integrator."""
+"""Cells of an atlas with losses, computed a second time: with half the step, and some by SciPy's DOP853.
 
+What DOP853 integrates shares nothing with the kernels but the laws: tilt and rates with their sines and cosines,
+torques about the contact point as in the literature (Leine, Arch. Appl. Mech. 79 (2009) 1063), signs of dry friction
+taken anew at every step. It follows motions in which dry friction neither holds nor turns round.
+"""
+
+import math
 import secrets
-from collections.abc import Callable
-from importlib import import_module
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +15,116 @@ import numpy.typing as npt
 
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.lossy_disk import tables
+from sweep.model.lossy_disk.tables import BILDSTEN, LOSSES, MOFFATT
 from sweep.model.quantity import Array
+
+#: Relative and absolute error per step that DOP853 is asked for.
+_RELATIVE, _ABSOLUTE = 1e-11, 1e-14
+
+#: Measures that come out of it.
+MEASURES = (
+    "end_time",
+    "tilt_min",
+    "tilt_max",
+    *(measure for _, measure in LOSSES.values()),
+    "heading_turned",
+    "path_length",
+)
+
+
+def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
+    """Return `MEASURES` of a motion that ends flat or with the duration.
+
+    Parameters
+    ----------
+    spec : Request
+    start : mapping of str to float
+        Every parameter of the disk with losses [SI].
+
+    Notes
+    -----
+    Scaled: theta'' = [S + o ((1+alpha) s - alpha o T / 2) + M_t] / (1 + alpha/2), o' = w (o T - 2 s) + 2 M_b / alpha,
+    s' = (M_n - w o) / (1+alpha), torques over m g R about the tilt axis, the diameter through the contact, the axis.
+    """
+    from scipy.integrate import solve_ivp
+
+    unit = math.sqrt(start["radius"] / start["gravity"])
+    tilt, rates = (
+        start["tilt"],
+        [start[name] * unit for name in ("tilt_rate", "precession_rate", "roll_rate")],
+    )
+    first = [tilt, rates[0], rates[1] * math.cos(tilt), rates[2] + rates[1] * math.sin(tilt)]
+    motion = _equations(spec, start, unit)
+
+    def flat(_: float, y: Array) -> float:
+        return abs(float(y[0])) - float(spec.flat_tilt)
+
+    def turning(_: float, y: Array) -> float:
+        return float(y[1])
+
+    flat.terminal = True  # type: ignore[attr-defined]  # as SciPy asks for it
+    found = solve_ivp(
+        motion,
+        (0.0, spec.duration / unit),
+        [*first, *[0.0] * (len(LOSSES) + 2)],
+        method="DOP853",
+        rtol=_RELATIVE,
+        atol=_ABSOLUTE,
+        events=[flat, turning],
+    )
+    # most extreme tilts lie between steps
+    tilts = np.concatenate([found.y[0, [0, -1]], *(events[:, 0] for events in found.y_events if len(events))])
+    *sums, path = found.y[4:, -1]
+    values = (unit * found.t[-1], tilts.min(), tilts.max(), *sums, start["radius"] * path)
+    return dict(zip(MEASURES, values, strict=True))
+
+
+def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callable[[float, Any], list[float]]:
+    """Return the right-hand side for (tilt, w, o, s, loss of each law, heading, path), all scaled."""
+    alpha, radius, mass = start["alpha"], start["radius"], start["mass"]
+    rolling, pivoting, contour = (
+        start[name] / radius for name in ("rolling_friction", "pivoting_friction", "contour_friction")
+    )
+    damping = start["contour_damping"] * unit / (mass * radius**2)
+    film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass if spec.air_law == MOFFATT else 0.0
+    layer = 0.0
+    if spec.air_law == BILDSTEN:
+        layer = math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass
+    inertia = 1.0 + 0.5 * alpha
+
+    def right(_: float, y: Any) -> list[float]:
+        tilt, w, o, s = (float(each) for each in y[:4])
+        sin, cos = math.sin(tilt), math.cos(tilt)
+        tan = sin / cos
+        along, turning = s - o * tan, o * cos + s * sin
+        across = cos * along
+        horizontal = math.hypot(w, across) or 1.0
+        pull = (sin + o * ((1.0 + alpha) * s - 0.5 * alpha * o * tan)) / inertia
+        # the normal force depends on the acceleration of the tilt, which rolling friction depends on
+        share = rolling * w / (horizontal * inertia)
+        normal = (1.0 - w * w * cos - sin * pull) / (1.0 - sin * share)
+        drag = (film / cos + layer * math.sqrt(abs(along))) * along
+        q = -contour * normal * math.copysign(1.0, along) - damping * along - drag
+        h = -rolling * normal * across / horizontal
+        v = -pivoting * normal * math.copysign(1.0, turning)
+        about = -q * tan - h * sin + v * cos
+        axial = q + h * cos + v * sin
+        return [
+            w,
+            pull - share * normal,
+            w * (o * tan - 2.0 * s) + 2.0 * about / alpha,
+            (axial - w * o) / (1.0 + alpha),
+            rolling * normal * horizontal,
+            pivoting * normal * abs(turning),
+            contour * normal * abs(along),
+            damping * along * along,
+            drag * along,
+            o / cos,
+            abs(along),
+        ]
+
+    return right
+
 
 #: Cells of an atlas that are integrated with half the step, and of these by another integrator; steps of such a cell at
 #: most: some seconds of work in all.
@@ -33,8 +147,6 @@ COMPARED = (
     "breach_time",
 )
 AGAIN, OTHER = "again_", "other_"
-
-_OTHER = "sweep.model.lossy_disk.dop853:smooth_motion"
 
 
 class Sample:
@@ -84,10 +196,10 @@ class Sample:
         ends = np.isin(again["ending"], [tables.ENDINGS.code(name) for name in ("flat", "horizon")])
         smooth = ends & (again["switches"] == 0) & (again["steps"] <= _MOST_STEPS)
         smooth &= np.abs(starts["tilt"]) < spec.flat_tilt
-        module, _, function = _OTHER.partition(":")
         for k in np.flatnonzero(smooth)[: _FEW - self.others]:
-            follow: Callable[..., dict[str, float]] = getattr(import_module(module), function)
-            for name, value in follow(spec, {name: float(each[k]) for name, each in starts.items()}).items():
+            for name, value in smooth_motion(
+                spec, {name: float(each[k]) for name, each in starts.items()}
+            ).items():
                 found[OTHER + name][places[k]] = value
             self.others += 1
 

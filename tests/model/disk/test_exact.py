@@ -51,7 +51,7 @@ def test_what_needs_a_history_is_missing():
 
 
 def test_time_never_ends_a_cell():
-    """Verdicts are for all time: none is left open by a horizon, whatever the duration."""
+    """Verdicts are for all time: none is left open by a horizon, for any duration."""
     for duration in [1e-3, 1.0, 300.0]:
         exact = sweep.run(coarse("rolling", method="exact", duration=duration))
         assert set(np.unique(exact.ending)) == {ENDINGS["bounded"]}, duration
