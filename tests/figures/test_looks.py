@@ -11,8 +11,11 @@ from matplotlib.figure import Figure
 import sweep
 from sweep.figures import plots
 from sweep.figures.look import Look
+from sweep.figures.panels import panel
 from sweep.figures.shade import variables_of_cells
 from sweep.files.reading import opened
+from sweep.model.disk.model import DISK
+from sweep.model.quantity import FAILED
 
 pytestmark = pytest.mark.compiled
 
@@ -52,6 +55,18 @@ def told(drawn):
 def maps(drawn):
     """Return the axes with a map, and those with anything else that has a title."""
     return [axes for axes in drawn.axes if axes.get_title(loc="left")]
+
+
+def test_no_number_of_a_failed_cell_is_drawn(plain):
+    """Cells whose integration failed have no colour, whatever number they hold; their error estimate is drawn."""
+    failed = next(each.code for each in DISK.endings if each.role == FAILED)
+    place = {"roll_rate": 3, "tilt": 4}
+    changed = plain.copy(deep=True)
+    changed["ending"][place] = failed
+    for name, is_drawn in (("peak_tilt", False), ("tilt_error", True)):
+        changed[name][place] = 0.25
+        shade = panel(changed, look=Look(quantity=name)).shade
+        assert np.isfinite(shade.values[3, 4]) == is_drawn, name
 
 
 def test_any_number_of_the_cells_is_drawn(plain):

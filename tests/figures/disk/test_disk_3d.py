@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
-from sweep.figures.disk.disk_3d import Camera, Pose
+from sweep.figures.disk.disk_3d import FACES, Camera, Pose, draw_disk
 
 
 def test_the_rim_touches_the_plane():
@@ -29,6 +31,11 @@ def test_the_camera_sees_in_true_perspective():
 
 
 def test_the_faces_of_the_disk_are_told_apart():
-    """An upright disk shows one face from one side and the other from the other."""
+    """An upright disk that heads along y shows its first face towards +x, and its second, of another colour, to -x."""
     pose = Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
-    assert pose.faces(np.array([3.0, 0.0, 1.0])) != pose.faces(np.array([-3.0, 0.0, 1.0]))
+    for azimuth, face in ((0.0, FACES[0]), (180.0, FACES[1])):
+        camera = Camera.on(np.zeros(3), 1.0, azimuth)
+        assert pose.faces(camera.eye) == (face == FACES[0])
+        axes = Figure().add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_disk(axes, camera, pose)
+        assert to_hex(axes.patches[1].get_facecolor()) == face

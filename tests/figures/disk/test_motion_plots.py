@@ -54,18 +54,20 @@ def test_same_motion_same_bytes(unstable, tmp_path, ending):
     assert first == second
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_every_motion_can_be_drawn(tmp_path):
+    """A fall, a circle, a spin on the spot and a disk at rest are drawn without a warning, with their tilt."""
+    for words in (
         {"tilt": 0.1, "tilt_rate": 0.1},  # falls and lifts off
         {"tilt": "10deg", "precession_rate": 0.5, "roll_rate": "steady"},  # nothing but a circle
         {"precession_rate": 5.0},  # does not move from its place
         {"tilt_rate": 0.0},  # stands still
-    ],
-)
-def test_every_motion_can_be_drawn(words, tmp_path):
-    """A fall, a circle, a spin on the spot and a disk at rest are drawn without a warning."""
-    plots.save(motion_plots.figure(sweep.simulate(**words, duration=2.0)), tmp_path / "figure.png")
+    ):
+        motion = sweep.simulate(**words, duration=2.0)
+        drawn = motion_plots.figure(motion)
+        plots.save(drawn, tmp_path / "figure.png")
+        x, y = drawn.axes[1].lines[0].get_data()
+        np.testing.assert_allclose(x, motion["elapsed_time"].values, err_msg=str(words))
+        np.testing.assert_allclose(y, np.degrees(motion["tilt"].values), err_msg=str(words))
 
 
 def panels(motion):
