@@ -27,33 +27,30 @@ def atlas():
     return sweep.run(SPEC)
 
 
-@pytest.mark.parametrize(
-    "imports",
-    [
+def test_the_accessor_is_there_in_any_order():
+    """Once both are imported datasets have the accessor, and xarray and the import system are as they were."""
+    for imports in [
         "import sweep, xarray as xr",
         "import xarray as xr, sweep",
         "import sweep, importlib.util; importlib.util.find_spec('xarray'); import xarray as xr",
         "import sweep; from xarray.core import dataset; import xarray as xr",
         "import sweep, importlib, xarray as xr; importlib.reload(sweep)",
         "import sweep.cli, xarray as xr",
-    ],
-)
-def test_the_accessor_is_there_in_any_order(imports):
-    """Once both are imported datasets have the accessor, and xarray and the import system are as they were."""
-    check = (
-        "; import sys; print(xr.Dataset.eulerdisk.__name__, type(xr.__loader__).__name__,"
-        " [each.name for each in sys.meta_path if type(each).__module__.startswith('sweep')],"
-        " 'exec_module' in vars(xr.__loader__))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", imports + check],
-        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    # Numba has not been imported yet
-    assert done.stdout == "Eulerdisk SourceFileLoader [] False\n", done.stderr
+    ]:
+        check = (
+            "; import sys; print(xr.Dataset.eulerdisk.__name__, type(xr.__loader__).__name__,"
+            " [each.name for each in sys.meta_path if type(each).__module__.startswith('sweep')],"
+            " 'exec_module' in vars(xr.__loader__))"
+        )
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", imports + check],
+            env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        # Numba has not been imported yet
+        assert done.stdout == "Eulerdisk SourceFileLoader [] False\n", done.stderr
 
 
 def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
@@ -119,21 +116,18 @@ def test_a_cell_is_the_nearest(atlas):
     assert "boundary_roll_rate" not in cell
 
 
-@pytest.mark.parametrize(
-    ("given", "facts"),
-    [
+def test_no_cell_is_refused(atlas):
+    """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
+    for given, facts in [
         ({"roll_rate": 2.4}, ["tilt="]),
         ({"roll_rate": 9, "tilt": "1deg"}, ["roll_rate=9", "2 rad s-1 to 4 rad s-1"]),
         ({"roll_rate": 2.4, "tilt": "1deg", "alpha": 1}, ["alpha=1", "0.5"]),
         ({"rol_rate": 2.4, "tilt": "1deg"}, ["rol_rate", "Did you mean roll_rate?"]),
         ({"roll_rate": "2.4m", "tilt": "1deg"}, ["roll_rate=2.4m", "does not fit", "rad/s"]),
-    ],
-)
-def test_no_cell_is_refused(atlas, given, facts):
-    """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
-    with pytest.raises(RequestError) as caught:
-        atlas.eulerdisk.cell(**given)
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+    ]:
+        with pytest.raises(RequestError) as caught:
+            atlas.eulerdisk.cell(**given)
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
 
 
 def test_the_rate_that_is_computed_names_no_cell():
@@ -192,22 +186,19 @@ def test_what_lies_between_cells_says_so(atlas):
     assert "keep" not in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
+def test_places_outside_are_refused_by_the_words_given(atlas):
+    """In their unit, and with limits that are inside."""
+    for words, said in [
         ({"inclination": "50deg"}, r"inclination=50deg: .*: tilt is 0\.1 deg to 30 deg\. Give values inside"),
         ({"inclination": 1.0}, r"inclination=1.0: .*: tilt is [\d.]+ rad to [\d.]+ rad\. Give values inside"),
         ({"tilt": 2.0}, r"tilt=2.0: .* A bare number is in radians"),
         ({"speed": "90m/s"}, r"speed=90m/s: .*: roll_rate is .* rad s-1"),
-    ],
-)
-def test_places_outside_are_refused_by_the_words_given(atlas, words, said):
-    """In their unit, and with limits that are inside."""
-    with pytest.raises(RequestError, match=said) as refused:
-        atlas.eulerdisk.interp(**words)
-    if words == {"tilt": 2.0}:
-        limits = re.findall(r"([\d.]+) rad", refused.value.message)
-        assert len(atlas.eulerdisk.interp(tilt=[float(each) for each in limits]).tilt) == 2
+    ]:
+        with pytest.raises(RequestError, match=said) as refused:
+            atlas.eulerdisk.interp(**words)
+        if words == {"tilt": 2.0}:
+            limits = re.findall(r"([\d.]+) rad", refused.value.message)
+            assert len(atlas.eulerdisk.interp(tilt=[float(each) for each in limits]).tilt) == 2
 
 
 def test_the_order_of_the_dimensions_does_not_matter(atlas):
@@ -321,17 +312,14 @@ def test_an_atlas_is_no_film(atlas):
         atlas.eulerdisk.animate("a.gif")
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_words_of_a_plot_that_cannot_be_are_refused(atlas):
+    """In a sentence that names them."""
+    for words, message in [
         ({"friction": "x"}, "greater than 0; got x"),
         ({"friction": -1}, "greater than 0; got -1"),
         ({"friction": float("nan")}, "greater than 0; got nan"),
         ({"ax": 3}, "ax is an Axes of matplotlib"),
         ({"font_size": "x"}, "font_size=x"),
-    ],
-)
-def test_words_of_a_plot_that_cannot_be_are_refused(atlas, words, message):
-    """In a sentence that names them."""
-    with pytest.raises(RequestError, match=message):
-        atlas.eulerdisk.plot(**words)
+    ]:
+        with pytest.raises(RequestError, match=message):
+            atlas.eulerdisk.plot(**words)

@@ -2,8 +2,6 @@
 
 import pickle
 
-import pytest
-
 from sweep.errors import FailedBlocksError, RequestError, StoppedError, StorageError
 
 TEXTS = ("roll_rate must be finite; got nan.", "Write roll_rate=2.5.", "roll_rate")
@@ -17,16 +15,16 @@ def test_an_error_is_one_line_of_place_message_and_hint():
     assert str(RequestError("tilt must be finite; got nan.")) == "tilt must be finite; got nan."
 
 
-@pytest.mark.parametrize("texts", [TEXTS, TEXTS[:2], TEXTS[:1]])
-@pytest.mark.parametrize(("kind", "status"), [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)])
-def test_an_error_is_sent_between_processes_and_placed(kind, status, texts):
+def test_an_error_is_sent_between_processes_and_placed():
     """A pickled error comes back with kind, text and status; `at` moves it and changes nothing else."""
-    error = kind(*texts)
-    back = pickle.loads(pickle.dumps(error))
-    assert (type(back), str(back), back.status) == (kind, str(error), status)
-    moved = error.at("a.toml")
-    assert type(moved) is kind
-    assert str(moved) == f"a.toml: {error.message} {error.hint}".rstrip()
+    for kind, status in [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)]:
+        for texts in [TEXTS, TEXTS[:2], TEXTS[:1]]:
+            error = kind(*texts)
+            back = pickle.loads(pickle.dumps(error))
+            assert (type(back), str(back), back.status) == (kind, str(error), status)
+            moved = error.at("a.toml")
+            assert type(moved) is kind
+            assert str(moved) == f"a.toml: {error.message} {error.hint}".rstrip()
 
 
 def test_a_stopped_run_says_where_its_blocks_are():

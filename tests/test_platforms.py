@@ -113,20 +113,20 @@ def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
     assert platforms.available_threads() == threads
 
 
-@pytest.mark.parametrize("words", ["--version", "run rolling -o a.nc"])
-def test_a_system_without_locks_is_refused_on_the_command_line(words):
+def test_a_system_without_locks_is_refused_on_the_command_line():
     """Status 2 and one sentence with a hint, no traceback."""
-    argv = f"sys.argv = ['eulerdisk', *{words.split()}]; "
-    done = without_locks(f"{argv}from sweep.cli import main; main()")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.splitlines()) == 1
-    assert "Linux and macOS are supported" in done.stderr
-    assert "WSL" in done.stderr
+    for words in ["--version", "run rolling -o a.nc"]:
+        argv = f"sys.argv = ['eulerdisk', *{words.split()}]; "
+        done = without_locks(f"{argv}from sweep.cli import main; main()")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert len(done.stderr.splitlines()) == 1
+        assert "Linux and macOS are supported" in done.stderr
+        assert "WSL" in done.stderr
 
 
-@pytest.mark.parametrize("use", ["from sweep import run", "import sweep; sweep.SweepSpec"])
-def test_a_system_without_locks_is_refused_in_python(use):
+def test_a_system_without_locks_is_refused_in_python():
     """The first name that is taken from `sweep` raises an ImportError and RequestError that says the same."""
-    caught = "except ImportError as error: print(type(error).__mro__[1].__name__, error)"
-    done = without_locks(f"\ntry: {use}\n{caught}")
-    assert done.stdout.startswith("RequestError Linux and macOS are supported"), done.stderr
+    for use in ["from sweep import run", "import sweep; sweep.SweepSpec"]:
+        caught = "except ImportError as error: print(type(error).__mro__[1].__name__, error)"
+        done = without_locks(f"\ntry: {use}\n{caught}")
+        assert done.stdout.startswith("RequestError Linux and macOS are supported"), done.stderr

@@ -3,7 +3,6 @@
 import re
 
 import numpy as np
-import pytest
 
 import sweep
 from sweep.atlas.boundary import theory_lines
@@ -19,9 +18,9 @@ def request(text):
     return sweep.SweepSpec.from_words(name, words)
 
 
-@pytest.mark.parametrize(
-    ("words", "side"),
-    [
+def test_the_range_to_paste_holds_the_prediction_of_every_row():
+    """The side is told, and the range that is given has the count of the user and holds every edge of theory."""
+    for words, side in [
         ("rolling radius=12mm roll_rate=2:4:801", "unstable"),
         ("rolling roll_rate=20:30:9", "stable"),
         ("rolling roll_rate=-1:-0.5:9", "unstable"),
@@ -33,22 +32,19 @@ def request(text):
         ("circling precession_rate=5:6:9", "stable"),
         ("circling precession_rate=-2:-1:9 tilt=3deg,5deg", "unstable"),
         ("spinning precession_rate=60rpm:80rpm:5 tilt=0.1deg", "stable"),
-    ],
-)
-def test_the_range_to_paste_holds_the_prediction_of_every_row(words, side):
-    """The side is told, and the range that is given has the count of the user and holds every edge of theory."""
-    spec = request(words)
-    (warning,) = one_sided(spec)
-    assert f"lies on the {side} side of the predicted boundary in every row" in warning
-    axis, pasted = re.search(r"A range that holds it: (\w+)=(\S+)$", warning).groups()
-    wider = request(f"{words.split()[0]} {' '.join(words.split()[1:])}").replace(**{axis: pasted})
-    assert one_sided(wider) == []
-    assert len(getattr(wider, axis)) == len(getattr(spec, axis))
-    assert pasted.endswith(":log") == words.endswith("log tilt=1deg")
-    low, high = getattr(wider, axis).ends()
-    for _, predicted in theory_lines(spec, axis).values():
-        assert np.nanmin(predicted) > low
-        assert np.nanmax(predicted) < high
+    ]:
+        spec = request(words)
+        (warning,) = one_sided(spec)
+        assert f"lies on the {side} side of the predicted boundary in every row" in warning
+        axis, pasted = re.search(r"A range that holds it: (\w+)=(\S+)$", warning).groups()
+        wider = request(f"{words.split()[0]} {' '.join(words.split()[1:])}").replace(**{axis: pasted})
+        assert one_sided(wider) == []
+        assert len(getattr(wider, axis)) == len(getattr(spec, axis))
+        assert pasted.endswith(":log") == words.endswith("log tilt=1deg")
+        low, high = getattr(wider, axis).ends()
+        for _, predicted in theory_lines(spec, axis).values():
+            assert np.nanmin(predicted) > low
+            assert np.nanmax(predicted) < high
 
 
 def test_the_coin():
@@ -60,9 +56,9 @@ def test_the_coin():
     assert "it is at 16.46 to 112.8 rad s-1" in warning
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_no_warning_where_nothing_is_missed():
+    """A range that meets the boundary in a row, and what theory does not know, give no warning."""
+    for words in [
         "rolling",
         "spinning",
         "circling",
@@ -77,11 +73,8 @@ def test_the_coin():
         "circling tilt=10deg,20deg precession_rate=-1:1:5",
         "rolling roll_rate=0.1,",
         "rolling roll_rate=3",
-    ],
-)
-def test_no_warning_where_nothing_is_missed(words):
-    """A range that meets the boundary in a row, and what theory does not know, give no warning."""
-    assert one_sided(request(words)) == []
+    ]:
+        assert one_sided(request(words)) == []
 
 
 def test_an_atlas_holds_its_prediction():

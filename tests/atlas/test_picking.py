@@ -17,9 +17,9 @@ def atlas():
     return sweep.run(SweepSpec(alpha="0.5,0.7,1", roll_rate="1:4:16", tilt="0.1deg:10deg:5:log"))
 
 
-@pytest.mark.parametrize(
-    ("words", "places", "noted"),
-    [
+def test_words_pick_values(atlas):
+    """A number takes the axis away; a list and two ends keep it; another value than asked for is told."""
+    for words, places, noted in [
         ({"alpha": "0.5"}, {"alpha": 0}, []),
         ({"alpha": "0.7,1"}, {"alpha": [1, 2]}, []),
         ({"alpha": "0.5:0.8"}, {"alpha": [0, 1]}, []),
@@ -41,22 +41,19 @@ def atlas():
         ({"speed": "0.99:1.51"}, {"roll_rate": [5, 6, 7, 8, 9, 10]}, []),
         ({"speed": "50cm/s,1m/s"}, {"roll_rate": [0, 5]}, []),
         ({"scaled_roll_rate": "0.5", "alpha": "1"}, {"roll_rate": 6, "alpha": 2}, ["roll_rate 2.2 rad s-1"]),
-    ],
-)
-def test_words_pick_values(atlas, words, places, noted):
-    """A number takes the axis away; a list and two ends keep it; another value than asked for is told."""
-    part, notes = picked(atlas, words)
-    expected = atlas.isel(places)
-    np.testing.assert_array_equal(part["peak_tilt"], expected["peak_tilt"])
-    assert part["ending"].dims == expected["ending"].dims
-    assert part.eulerdisk.spec.shape == expected["ending"].shape
-    assert len(notes) == len(noted)
-    assert all(words in note for words, note in zip(noted, notes, strict=True))
+    ]:
+        part, notes = picked(atlas, words)
+        expected = atlas.isel(places)
+        np.testing.assert_array_equal(part["peak_tilt"], expected["peak_tilt"])
+        assert part["ending"].dims == expected["ending"].dims
+        assert part.eulerdisk.spec.shape == expected["ending"].shape
+        assert len(notes) == len(noted)
+        assert all(words in note for words, note in zip(noted, notes, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_bad_words_are_refused(atlas):
+    """In sentences that name the axis."""
+    for words, message in [
         ({"alpha": "2"}, r"alpha=2: 2 is outside this atlas, whose alpha is 0.5 to 1"),
         ({"tilt": "0.5"}, "radians; for degrees write them, as in tilt=0.5deg"),
         ({"tilt": "1,1.5"}, "tilt=1deg,1.5deg"),
@@ -82,12 +79,9 @@ def test_words_pick_values(atlas, words, places, noted):
         ({"alpha": "nan"}, "finite"),
         ({"alpha": ""}, "is no value"),
         ({"alpha": ":"}, "is no value"),
-    ],
-)
-def test_bad_words_are_refused(atlas, words, message):
-    """In sentences that name the axis."""
-    with pytest.raises(RequestError, match=message):
-        picked(atlas, words)
+    ]:
+        with pytest.raises(RequestError, match=message):
+            picked(atlas, words)
 
 
 def test_a_start_has_no_nearest_one():

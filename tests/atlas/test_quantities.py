@@ -1,26 +1,24 @@
 """The quantities of a boundary bear the name and the units of the parameter that it was found along."""
 
-import pytest
-
 from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities, status_name
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS
 
 
-@pytest.mark.parametrize(("edge", "side"), [("upper", ""), ("lower", "lower_")])
-def test_edge_quantities_follow_their_axis(edge, side):
+def test_edge_quantities_follow_their_axis():
     """The quantities of an edge are named after their axis, the lower edge apart, and have its units; one is a flag."""
-    quantities = edge_quantities(DISK, "precession_rate", edge)
-    assert list(quantities) == [
-        f"boundary_{side}precession_rate",
-        f"boundary_{side}precession_rate_halfwidth",
-        f"predicted_{side}precession_rate",
-        f"critical_{side}precession_rate",
-        f"boundary_{side}precession_rate_status",
-    ]
-    names = edge_names("precession_rate", edge)
-    assert tuple(quantities) == (*names, status_name("precession_rate", edge))
-    assert {quantities[name].units for name in names} == {PARAMETERS["precession_rate"].units}
+    for edge, side in [("upper", ""), ("lower", "lower_")]:
+        quantities = edge_quantities(DISK, "precession_rate", edge)
+        assert list(quantities) == [
+            f"boundary_{side}precession_rate",
+            f"boundary_{side}precession_rate_halfwidth",
+            f"predicted_{side}precession_rate",
+            f"critical_{side}precession_rate",
+            f"boundary_{side}precession_rate_status",
+        ]
+        names = edge_names("precession_rate", edge)
+        assert tuple(quantities) == (*names, status_name("precession_rate", edge))
+        assert {quantities[name].units for name in names} == {PARAMETERS["precession_rate"].units}
 
 
 def test_the_edges_have_names_of_their_own():

@@ -233,23 +233,20 @@ def test_a_data_array_gives_points(atlases):
             atlas.eulerdisk.interp(**wrong)
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
+def test_places_that_are_none_are_refused(atlases):
+    """Outside of the axes, and along what is none."""
+    for raw, words in [
         ({"roll_rate": 0.9}, "Outside of the cells nothing is known"),
         ({"radius": 0.5}, "radius"),
         ({"roll_rate": "2m"}, "does not fit"),
         ({"rol_rate": 2}, "Did you mean roll_rate"),
         ({"tilt": np.nan}, "finite"),
         ({"tilt": 1.5}, "A bare number is in radians.*tilt=1.5deg"),
-        ({"speed": 1, "roll_rate": 2}, "given once"),
+        ({"speed": 1, "roll_rate": 2}, "raw once"),
         ({"sped": 1}, "Did you mean speed"),
-    ],
-)
-def test_places_that_are_none_are_refused(atlases, given, words):
-    """Outside of the axes, and along what is none."""
-    with pytest.raises(RequestError, match=words):
-        atlases["three axes"].eulerdisk.interp(**given)
+    ]:
+        with pytest.raises(RequestError, match=words):
+            atlases["three axes"].eulerdisk.interp(**raw)
 
 
 def test_a_list_with_other_starts_is_no_selection():

@@ -64,48 +64,45 @@ def test_the_software_and_its_licence_are_those_of_the_package(atlas):
     assert re.search(r"name: (.*)", cited)[1] in atlas.citation
 
 
-@pytest.mark.parametrize("roll_rate", [5.0, -5.0])
-def test_the_signs_are_those_that_the_comments_say(roll_rate):
+def test_the_signs_are_those_that_the_comments_say():
     """Positive tilt leans to the right of where a positive roll rate goes, positive precession turns left.
 
     From the path of the contact point and of the centre of mass: where the disk goes, and on which side its centre is.
     """
-    tilt, turn, radius = 0.2, 0.3, 0.5
-    words = f"tilt={tilt} precession_rate={turn} roll_rate={roll_rate} radius={radius} duration=0.01 interval=1e-3"
-    motion = sweep.simulate(sweep.TrajectorySpec.from_words(words.split()))
-    x, y = motion["contact_x"].values, motion["contact_y"].values
-    ahead = np.array([x[1] - x[0], y[1] - y[0]]) * np.sign(roll_rate)
-    speed = np.hypot(*ahead) / 1e-3
-    assert speed == pytest.approx(abs(roll_rate) * radius, rel=1e-3)
-    aside = np.array([motion["centre_x"].values[0] - x[0], motion["centre_y"].values[0] - y[0]])
-    # to the right: clockwise from the way ahead
-    assert ahead[0] * aside[1] - ahead[1] * aside[0] < 0.0
-    assert motion["heading"].values[1] > motion["heading"].values[0]
-    table = sweep.run(SweepSpec(tilt="1deg")).coords
-    assert "leans to the right of where a positive roll_rate takes it" in table["tilt"].comment
-    assert "counterclockwise seen from above" in table["precession_rate"].comment
-    assert "speed of the contact point" in table["roll_rate"].comment
+    for roll_rate in [5.0, -5.0]:
+        tilt, turn, radius = 0.2, 0.3, 0.5
+        words = f"tilt={tilt} precession_rate={turn} roll_rate={roll_rate} radius={radius} duration=0.01 interval=1e-3"
+        motion = sweep.simulate(sweep.TrajectorySpec.from_words(words.split()))
+        x, y = motion["contact_x"].values, motion["contact_y"].values
+        ahead = np.array([x[1] - x[0], y[1] - y[0]]) * np.sign(roll_rate)
+        speed = np.hypot(*ahead) / 1e-3
+        assert speed == pytest.approx(abs(roll_rate) * radius, rel=1e-3)
+        aside = np.array([motion["centre_x"].values[0] - x[0], motion["centre_y"].values[0] - y[0]])
+        # to the right: clockwise from the way ahead
+        assert ahead[0] * aside[1] - ahead[1] * aside[0] < 0.0
+        assert motion["heading"].values[1] > motion["heading"].values[0]
+        table = sweep.run(SweepSpec(tilt="1deg")).coords
+        assert "leans to the right of where a positive roll_rate takes it" in table["tilt"].comment
+        assert "counterclockwise seen from above" in table["precession_rate"].comment
+        assert "speed of the contact point" in table["roll_rate"].comment
 
 
-@pytest.mark.parametrize(
-    "spec",
-    [
+def test_comments_say_what_a_missing_value_means():
+    """The endings that a comment names are those of the cells without a value, and of no others."""
+    for spec in [
         sweep.SweepSpec(roll_rate="0:3:7", tilt="0deg:40deg:5", duration="3s"),
         sweep.SweepSpec(precession_rate="steady-slow", roll_rate="0.1:3:5", tilt="5deg:55deg:5"),
-    ],
-)
-def test_comments_say_what_a_missing_value_means(spec):
-    """The endings that a comment names are those of the cells without a value, and of no others."""
-    atlas = sweep.run(spec)
-    words = dict(
-        zip(atlas["ending"].flag_values.tolist(), atlas["ending"].flag_meanings.split(), strict=True)
-    )
-    for name in ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", "nutation_period"):
-        comment = atlas[name].comment
-        told = comment[comment.index("missing where") :]
-        for code in np.unique(atlas["ending"]).tolist():
-            has_none = atlas[name].isnull().values[atlas["ending"].values == code]
-            missing = words[code] in told
-            if "ending is not " in told:
-                missing = not missing
-            assert has_none.all() if missing else not has_none.any(), (name, words[code])
+    ]:
+        atlas = sweep.run(spec)
+        words = dict(
+            zip(atlas["ending"].flag_values.tolist(), atlas["ending"].flag_meanings.split(), strict=True)
+        )
+        for name in ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", "nutation_period"):
+            comment = atlas[name].comment
+            told = comment[comment.index("missing where") :]
+            for code in np.unique(atlas["ending"]).tolist():
+                has_none = atlas[name].isnull().values[atlas["ending"].values == code]
+                missing = words[code] in told
+                if "ending is not " in told:
+                    missing = not missing
+                assert has_none.all() if missing else not has_none.any(), (name, words[code])

@@ -15,13 +15,11 @@ SPEC = sweep.SweepSpec.from_words(
 )
 
 
-@pytest.mark.parametrize(
-    ("count", "total"), [(0, 1), (1, 1), (0, 50), (50, 50), (3, 7), (1, 10**6), (563302, 10**6)]
-)
-def test_wilson(count, total):
+def test_wilson():
     """SciPy gives the same interval."""
-    expected = binomtest(count, total).proportion_ci(method="wilson")
-    assert wilson(count, total) == pytest.approx((expected.low, expected.high), rel=1e-12, abs=1e-15)
+    for count, total in [(0, 1), (1, 1), (0, 50), (50, 50), (3, 7), (1, 10**6), (563302, 10**6)]:
+        expected = binomtest(count, total).proportion_ci(method="wilson")
+        assert wilson(count, total) == pytest.approx((expected.low, expected.high), rel=1e-12, abs=1e-15)
 
 
 def test_of_no_draws_nothing_is_known():

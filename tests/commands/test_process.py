@@ -50,15 +50,13 @@ def test_a_run_needs_no_streams(atlas):
     assert (done.returncode, done.stdout) == (0, "")
 
 
-@pytest.mark.parametrize(
-    ("where", "why"), [(">/dev/full", "No space left on device"), (">&-", "Bad file descriptor")]
-)
-def test_a_result_that_cannot_be_written(atlas, where, why):
+def test_a_result_that_cannot_be_written(atlas):
     """Status 3, as for a file, and one sentence."""
-    done = shell(f"eulerdisk info a.nc {where}", atlas)
-    assert done.returncode == 3
-    assert done.stderr.startswith(f"eulerdisk: standard output: The results cannot be written: {why}.")
-    assert done.stderr.count("\n") == 1
+    for where, why in [(">/dev/full", "No space left on device"), (">&-", "Bad file descriptor")]:
+        done = shell(f"eulerdisk info a.nc {where}", atlas)
+        assert done.returncode == 3
+        assert done.stderr.startswith(f"eulerdisk: standard output: The results cannot be written: {why}.")
+        assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(

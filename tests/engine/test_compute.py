@@ -43,36 +43,31 @@ def test_a_block_holds_every_variable():
             assert (column.dtype, column.shape) == (VARIABLES[name].dtype, (len(each.span),))
 
 
-@pytest.mark.parametrize(
-    "spec", [GRID, SweepSpec.preset("circling").replace(tilt="1deg:25deg:5", precession_rate="-1:4:11")]
-)
-def test_bits_depend_on_the_cell_alone(spec):
+def test_bits_depend_on_the_cell_alone():
     """Neither threads nor blocks nor the cells computed with it change a bit of a cell."""
-    whole = bits(spec, threads=1)
-    for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": compute.usable_threads(None)}):
-        assert bits(spec, **how) == whole
-    alone = compute.compute(spec, starts_of(spec, Span(30, 37)))
-    assert {name: column.tobytes() for name, column in alone.items()} == {
-        name: column[30:37].tobytes() for name, column in columns(spec).items()
-    }
+    for spec in [GRID, SweepSpec.preset("circling").replace(tilt="1deg:25deg:5", precession_rate="-1:4:11")]:
+        whole = bits(spec, threads=1)
+        for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": compute.usable_threads(None)}):
+            assert bits(spec, **how) == whole
+        alone = compute.compute(spec, starts_of(spec, Span(30, 37)))
+        assert {name: column.tobytes() for name, column in alone.items()} == {
+            name: column[30:37].tobytes() for name, column in columns(spec).items()
+        }
 
 
-@pytest.mark.parametrize(
-    ("words", "least", "greatest", "digits"),
-    [
+def test_the_printed_extreme_tilts():
+    """Whole runs meet the extreme tilts that the turning points of the exact reduction give, to the printed digits."""
+    for words, least, greatest, digits in [
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, -41.6082, 41.6082, 4),
         ({"tilt_rate": 0.01, "roll_rate": 2.5}, -13.1205, 13.1205, 4),
         ({"tilt_rate": 0.1, "precession_rate": 3.5}, -28.6591, 28.6591, 4),
         ({"tilt": 0.01, "roll_rate": 3.0}, 0.5730, 3.5887, 4),
         ({"tilt": 0.5, "precession_rate": 4.5}, 28.6479, 79.3831, 4),
-    ],
-)  # fmt: skip
-def test_the_printed_extreme_tilts(words, least, greatest, digits):
-    """Whole runs meet the extreme tilts that the turning points of the exact reduction give, to the printed digits."""
-    found = columns(SweepSpec(**words))
-    assert found["ending"] == BOUNDED
-    assert np.degrees(found["tilt_min"]) == pytest.approx(least, abs=0.5001 * 10**-digits)
-    assert np.degrees(found["tilt_max"]) == pytest.approx(greatest, abs=0.5001 * 10**-digits)
+    ]:
+        found = columns(SweepSpec(**words))
+        assert found["ending"] == BOUNDED
+        assert np.degrees(found["tilt_min"]) == pytest.approx(least, abs=0.5001 * 10**-digits)
+        assert np.degrees(found["tilt_max"]) == pytest.approx(greatest, abs=0.5001 * 10**-digits)
 
 
 def test_derived_measures_follow_from_the_extremes():
@@ -119,12 +114,12 @@ def test_an_impossible_cell_does_not_stop_the_others():
         np.testing.assert_array_equal(np.isnan(found[name]), invalid, err_msg=name)
 
 
-@pytest.mark.parametrize("how", [{"threads": 0}, {"threads": 10**6}, {"block_cells": 0}])
-def test_impossible_ways_to_run_are_refused(how):
+def test_impossible_ways_to_run_are_refused():
     """A number of threads or cells out of range is refused under its name, with what was given."""
-    with pytest.raises(RequestError, match=f"got {next(iter(how.values()))}") as caught:
-        next(compute.run_blocks(GRID, **how))
-    assert caught.value.where == next(iter(how))
+    for how in [{"threads": 0}, {"threads": 10**6}, {"block_cells": 0}]:
+        with pytest.raises(RequestError, match=f"got {next(iter(how.values()))}") as caught:
+            next(compute.run_blocks(GRID, **how))
+        assert caught.value.where == next(iter(how))
 
 
 def test_blocks_are_computed_when_asked_for(monkeypatch):
@@ -137,27 +132,24 @@ def test_blocks_are_computed_when_asked_for(monkeypatch):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_a_block_is_kept_without_what_follows_from_it():
+    """What is measured of a span lacks verdicts and derived columns; these follow from it bit for bit."""
+    for words in [
         {},
         {"method": "exact"},
         {"contact": "yes"},
         {"roll_rate": "steady", "precession_rate": 2.0, "tilt_rate": 1e-3},
-    ],
-)
-def test_a_block_is_kept_without_what_follows_from_it(words):
-    """What is measured of a span lacks verdicts and derived columns; these follow from it bit for bit."""
-    spec, span = GRID.replace(**words), Span(2, 7)
-    measured = compute.measure_block(spec, span)
-    assert not {"stability", "amplification", "peak_tilt"} & set(measured)
-    assert {*DISK.measures, *DISK.counts, *spec.computed} <= set(measured)
-    expected = compute.compute(spec, starts_of(spec, span))
-    found = compute.derive_block(spec, span, measured)
-    assert list(found) == list(expected) == [*spec.model.cell_variables(spec), *spec.computed]
-    for name, column in expected.items():
-        assert found[name].dtype == column.dtype
-        assert found[name].tobytes() == column.tobytes()
+    ]:
+        spec, span = GRID.replace(**words), Span(2, 7)
+        measured = compute.measure_block(spec, span)
+        assert not {"stability", "amplification", "peak_tilt"} & set(measured)
+        assert {*DISK.measures, *DISK.counts, *spec.computed} <= set(measured)
+        expected = compute.compute(spec, starts_of(spec, span))
+        found = compute.derive_block(spec, span, measured)
+        assert list(found) == list(expected) == [*spec.model.cell_variables(spec), *spec.computed]
+        for name, column in expected.items():
+            assert found[name].dtype == column.dtype
+            assert found[name].tobytes() == column.tobytes()
 
 
 @pytest.mark.compiled

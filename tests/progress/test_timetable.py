@@ -73,9 +73,9 @@ def test_compiling_does_not_count_as_pace(clock, heard):
     assert heard[1:] == [Status("a", 100, 1000, None), Status("a", 200, 1000, pytest.approx(8.0))]
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
+def test_times_for_people():
+    """Seconds, minutes, hours or days, whichever is read at a glance."""
+    for seconds, text in [
         (0.24, "0.2 s"),
         (9.94, "9.9 s"),
         (9.96, "10 s"),
@@ -83,8 +83,5 @@ def test_compiling_does_not_count_as_pace(clock, heard):
         (600, "10 min"),
         (9000, "2.5 h"),
         (400000, "4.7 days"),
-    ],
-)
-def test_times_for_people(seconds, text):
-    """Seconds, minutes, hours or days, whichever is read at a glance."""
-    assert duration(seconds) == text
+    ]:
+        assert duration(seconds) == text

@@ -20,26 +20,24 @@ NONE = np.array([np.nan])
 LOSSY = {"contour_friction": "1um", "criterion": "aloft:10s"}
 
 
-@pytest.mark.parametrize(
-    ("text", "limit"), [("aloft:10s", 10.0), (" aloft : 2min", 120.0), ("aloft:0.5", 0.5)]
-)
-def test_it_is_read_and_written(text, limit):
+def test_it_is_read_and_written():
     """Text, kind and number make the same criterion, and so do its text, its plain types and its pickle."""
-    found = Criterion.parse(text)
-    assert found == Criterion("aloft", limit) == Aloft("aloft", limit)
-    assert Criterion.parse(str(found)) == found == pickle.loads(pickle.dumps(found))
-    assert Criterion(**found.kept()) == found
-    spec = SweepSpec(**LOSSY | {"criterion": text})
-    assert SweepSpec.from_canonical(spec.canonical()) == spec
-    assert spec.criterion == found
+    for text, limit in [("aloft:10s", 10.0), (" aloft : 2min", 120.0), ("aloft:0.5", 0.5)]:
+        found = Criterion.parse(text)
+        assert found == Criterion("aloft", limit) == Aloft("aloft", limit)
+        assert Criterion.parse(str(found)) == found == pickle.loads(pickle.dumps(found))
+        assert Criterion(**found.kept()) == found
+        spec = SweepSpec(**LOSSY | {"criterion": text})
+        assert SweepSpec.from_canonical(spec.canonical()) == spec
+        assert spec.criterion == found
 
 
-@pytest.mark.parametrize("text", ["aloft:0s", "aloft:-1", "aloft:nan", "aloft:5deg", "aloft:", "aloft:1,2"])
-def test_what_is_no_time_is_refused(text):
+def test_what_is_no_time_is_refused():
     """Zero, negative, another unit, a list: refused by the word."""
-    with pytest.raises(RequestError) as caught:
-        Criterion.parse(text)
-    assert "criterion" in str(caught.value.where)
+    for text in ["aloft:0s", "aloft:-1", "aloft:nan", "aloft:5deg", "aloft:", "aloft:1,2"]:
+        with pytest.raises(RequestError) as caught:
+            Criterion.parse(text)
+        assert "criterion" in str(caught.value.where)
 
 
 def test_motions_have_to_be_followed_as_long():
@@ -58,9 +56,9 @@ def verdict(model, ending, time):
     return int(Aloft("aloft", 10.0).verdict(model.endings, measured, NONE, NONE)[0])
 
 
-@pytest.mark.parametrize(
-    ("model", "ending", "time", "expected"),
-    [
+def test_the_verdict():
+    """Unstable is what is lost before the time alone; what nobody followed as long is undecided."""
+    for model, ending, time, expected in [
         (LOSSY_DISK, "flat", 9.999, UNSTABLE),
         (LOSSY_DISK, "flat", 10.0, STABLE),
         (LOSSY_DISK, "rest", 3.0, STABLE),
@@ -76,11 +74,8 @@ def verdict(model, ending, time):
         (DISK, "horizon", np.nan, STABLE),
         (DISK, "steady", np.nan, UNDECIDED),
         (DISK, "invalid", np.nan, UNDECIDED),
-    ],
-)
-def test_the_verdict(model, ending, time, expected):
-    """Unstable is what is lost before the time alone; what nobody followed as long is undecided."""
-    assert verdict(model, ending, time) == expected
+    ]:
+        assert verdict(model, ending, time) == expected
 
 
 @pytest.mark.compiled

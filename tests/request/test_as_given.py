@@ -95,9 +95,9 @@ def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path)
             assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
 
 
-@pytest.mark.parametrize(
-    ("name", "raw", "text", "rule"),
-    [
+def test_what_is_allowed_is_said_in_the_unit_of_the_value():
+    """The whole sentence: the number as it was written, and the limits in its unit; bare numbers are SI."""
+    for name, raw, text, rule in [
         ("tilt", "100deg", "100 deg", "|tilt| < 90 deg"),
         ("tilt", "5500arcmin", "5500 arcmin", "|tilt| < 5400 arcmin"),
         ("tilt", "2rad", "2 rad", "|tilt| < 1.570796326 rad"),
@@ -111,46 +111,48 @@ def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path)
         ("tilt", "1.5707963268", "1.5707963268 rad", "|tilt| < 1.570796326 rad"),
         ("tolerance", "1e-11deg", "1e-11 deg", "5.729577952e-11 deg <= tolerance <= 5.729577951 deg"),
         ("tolerance", "6deg", "6 deg", "5.729577952e-11 deg <= tolerance <= 5.729577951 deg"),
-    ],
-)
-def test_what_is_allowed_is_said_in_the_unit_of_the_value(name, raw, text, rule):
-    """The whole sentence: the number as it was written, and the limits in its unit; bare numbers are SI."""
-    with pytest.raises(RequestError) as refusal:
-        SweepSpec(**{name: raw})
-    assert refusal.value.message == f"{text} is not possible: {rule}."
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            SweepSpec(**{name: raw})
+        assert refusal.value.message == f"{text} is not possible: {rule}."
 
 
-@pytest.mark.parametrize(("model", "quantity", "unit"), CASES)
-def test_a_limit_in_a_message_may_be_copied(model, quantity, unit):
+def test_a_limit_in_a_message_may_be_copied():
     """A limit that the rule includes is allowed as it is said, rounded to digits of another unit."""
-    parts = re.split("[<>]=", rule_in(quantity, unit)) if hasattr(quantity, "rule") else []
-    for number, found in filter(None, map(number_and_unit, (part for part in parts if "<" not in part))):
-        assert quantity.allows(float(number) * factor_to_si(found, quantity)), (model.name, number)
+    for model, quantity, unit in CASES:
+        parts = re.split("[<>]=", rule_in(quantity, unit)) if hasattr(quantity, "rule") else []
+        for number, found in filter(None, map(number_and_unit, (part for part in parts if "<" not in part))):
+            assert quantity.allows(float(number) * factor_to_si(found, quantity)), (model.name, number)
 
 
-@pytest.mark.parametrize(
-    ("words", "said", "hint"),
-    [
+def test_lists_and_distributions_are_said_as_given():
+    """Texts in a list of a file or of Python have units too; an inclination is a tilt, whatever form it has."""
+    for words, said, hint in [
         ({"tilt": ["5deg", "1deg"]}, "got ['5deg', '1deg']", ""),
         ({"speed": ("2km/h", "1km/h")}, "got ('2km/h', '1km/h')", ""),
         ({"tilt": [0.5, 0.1]}, "got (0.5, 0.1)", ""),
         ({"tilt": ["1deg", "100deg"]}, "100 deg is not possible", "Choose values with |tilt| < 90 deg."),
         ({"tilt": "95°"}, "95 ° is not possible", "Choose values with |tilt| < 90 °."),
-        ({"tilt": ["1", "80"]}, "80 rad is not", "A bare number is in radians; for degrees write them, as in "),
-        ({"tilt": "1:80:5:log"}, "80 rad is not", "A bare number is in radians; for degrees write them, as in "),
+        (
+            {"tilt": ["1", "80"]},
+            "80 rad is not",
+            "A bare number is in radians; for degrees write them, as in ",
+        ),
+        (
+            {"tilt": "1:80:5:log"},
+            "80 rad is not",
+            "A bare number is in radians; for degrees write them, as in ",
+        ),
         (
             {"inclination": "uniform:0deg:10deg", "samples": 10},
             "inclination=uniform:0deg:10deg: That is a tilt of 90 deg, which is not possible: |tilt| < 90 deg.",
             "Choose values with |tilt| < 90 deg",
         ),
-    ],
-)  # fmt: skip
-def test_lists_and_distributions_are_said_as_given(words, said, hint):
-    """Texts in a list of a file or of Python have units too; an inclination is a tilt, whatever form it has."""
-    with pytest.raises(RequestError) as refusal:
-        SweepSpec(**words)
-    assert said in str(refusal.value)
-    assert refusal.value.hint.startswith(hint)
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            SweepSpec(**words)
+        assert said in str(refusal.value)
+        assert refusal.value.hint.startswith(hint)
 
 
 def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
@@ -164,33 +166,33 @@ def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
             SweepSpec(step=step, duration="3min")
 
 
-@pytest.mark.parametrize("word", ["tilt=1deg:2deg", "duration=1:2", "roll_rate=3:4"])
-def test_a_range_in_place_of_a_number_is_not_told_its_count(word):
+def test_a_range_in_place_of_a_number_is_not_told_its_count():
     """With a count it would be refused as well."""
-    with pytest.raises(RequestError, match="must be one number here; it cannot be an axis") as refusal:
-        TrajectorySpec.from_words(["tilt=1deg"] * ("tilt" not in word) + [word])
-    assert refusal.value.hint == "Give one number, and run once per value."
+    for word in ["tilt=1deg:2deg", "duration=1:2", "roll_rate=3:4"]:
+        with pytest.raises(RequestError, match="must be one number here; it cannot be an axis") as refusal:
+            TrajectorySpec.from_words(["tilt=1deg"] * ("tilt" not in word) + [word])
+        assert refusal.value.hint == "Give one number, and run once per value."
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "said"),
-    [
+def test_two_values_that_differ_are_not_said_alike():
+    """As people write them, and with all digits in SI where that is the same text."""
+    for name, given, said in [
         ("alpha", (0.4, 0.40000000001), ("0.4", "0.40000000001")),
         ("alpha", (0.4, 0.5), ("0.4", "0.5")),
         ("fall_tilt", ("85deg", 1.4835298642), ("1.4835298641951802", "1.4835298642")),
-        ("tilt", ("1deg:5deg:5", "1deg:5.00000000001deg:5"),
-         ("0.017453292519943295:0.08726646259971647:5", "0.017453292519943295:0.08726646259989101:5")),
+        (
+            "tilt",
+            ("1deg:5deg:5", "1deg:5.00000000001deg:5"),
+            ("0.017453292519943295:0.08726646259971647:5", "0.017453292519943295:0.08726646259989101:5"),
+        ),
         ("roll_rate", ("2,3", "2,3.00000000001"), ("2.0,3.0", "2.0,3.00000000001")),
-    ],
-)  # fmt: skip
-def test_two_values_that_differ_are_not_said_alike(name, given, said):
-    """As people write them, and with all digits in SI where that is the same text."""
-    first, second = (SweepSpec(**{name: value}) for value in given)
-    assert both_written((first, second), name) == said
-    assert all(
-        getattr(SweepSpec(**{name: text}), name) == getattr(each, name)
-        for text, each in zip(said, (first, second), strict=True)
-    )
+    ]:
+        first, second = (SweepSpec(**{name: value}) for value in given)
+        assert both_written((first, second), name) == said
+        assert all(
+            getattr(SweepSpec(**{name: text}), name) == getattr(each, name)
+            for text, each in zip(said, (first, second), strict=True)
+        )
 
 
 def test_each_number_of_a_list_has_its_own_unit():
@@ -213,23 +215,20 @@ def test_a_value_of_a_spec_is_written_as_a_person_would():
     assert as_written("steady", PARAMETERS["roll_rate"]) == "steady"
 
 
-@pytest.mark.parametrize(
-    ("words", "hint"),
-    [
+def test_a_range_without_a_count_is_told_with_one():
+    """What was given is kept in the hint."""
+    for words, hint in [
         (["roll_rate=2:4"], "Write 2:4:100, for instance."),
         (["tilt=1deg:5deg"], "Write 1deg:5deg:100, for instance."),
-    ],
-)
-def test_a_range_without_a_count_is_told_with_one(words, hint):
-    """What was given is kept in the hint."""
-    with pytest.raises(RequestError, match="A range is start:stop:count") as refusal:
-        SweepSpec.from_words("rolling", words)
-    assert refusal.value.hint == hint
+    ]:
+        with pytest.raises(RequestError, match="A range is start:stop:count") as refusal:
+            SweepSpec.from_words("rolling", words)
+        assert refusal.value.hint == hint
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_words_that_do_not_go_together_are_said_as_given():
+    """Checks of several words say them as they were given, and those that were not as people write them."""
+    for words, facts in [
         (["step=1ns", "duration=3min"], ["got duration=3min step=1ns"]),
         (["step=1ns"], ["got duration=300s step=1ns"]),
         (
@@ -248,19 +247,16 @@ def test_a_range_without_a_count_is_told_with_one(words, hint):
         (["tilt=normal:1deg:0.2deg"], ["tilt=normal:1deg:0.2deg is a distribution"]),
         (["samples=9", "roll_rate=9rpm:20rpm:4", "tilt=uniform:1deg:2deg"], ["and roll_rate=9rpm:20rpm:4"]),
         (["samples=9", "tilt=normal:1deg:-0.2deg", "roll_rate=3"], ["got normal:1deg:-0.2deg"]),
-    ],
-)
-def test_words_that_do_not_go_together_are_said_as_given(words, facts):
-    """Checks of several words say them as they were given, and those that were not as people write them."""
-    with pytest.raises(RequestError) as refusal:
-        SweepSpec.from_words("rolling", words)
-    for each in facts:
-        assert each in str(refusal.value)
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            SweepSpec.from_words("rolling", words)
+        for each in facts:
+            assert each in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("words", "fact"),
-    [
+def test_a_motion_is_refused_in_the_units_of_its_words():
+    """Words as given, defaults in the unit of the others."""
+    for words, fact in [
         (["tilt=5300arcmin", "fall_tilt=80deg"], "got tilt=5300arcmin fall_tilt=80deg"),
         (["tilt=5340arcmin"], "got tilt=5340arcmin fall_tilt=5100arcmin"),
         (["inclination=12arcmin"], "got tilt=89.8deg fall_tilt=85deg"),
@@ -268,33 +264,36 @@ def test_words_that_do_not_go_together_are_said_as_given(words, facts):
         (["roll_rate=30rpm", "precession_rate=wobble"], "got roll_rate=30rpm."),
         (["speed=1m/s", "precession_rate=wobble"], "got roll_rate=2.0."),
         (["interval=1ns"], "got duration=1e+10ns interval=1ns"),
-    ],
-)
-def test_a_motion_is_refused_in_the_units_of_its_words(words, fact):
-    """Words as given, defaults in the unit of the others."""
-    with pytest.raises(RequestError) as refusal:
-        TrajectorySpec.from_words(words)
-    assert fact in str(refusal.value)
+    ]:
+        with pytest.raises(RequestError) as refusal:
+            TrajectorySpec.from_words(words)
+        assert fact in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"tilt": "600arcmin"}, "tilt=600arcmin: 600 arcmin is outside the atlas, whose tilt is 60 arcmin to 300 arc"),
-        ({"tilt": "0.5 rad"}, "0.5 rad is outside the atlas, whose tilt is 0.01745329252 rad to 0.0872664626 rad."),
+def test_a_cell_outside_an_atlas_is_said_as_given():
+    """The value, and the axis in its unit; of a speed the rate that it is."""
+    for given, said in [
+        (
+            {"tilt": "600arcmin"},
+            "tilt=600arcmin: 600 arcmin is outside the atlas, whose tilt is 60 arcmin to 300 arc",
+        ),
+        (
+            {"tilt": "0.5 rad"},
+            "0.5 rad is outside the atlas, whose tilt is 0.01745329252 rad to 0.0872664626 rad.",
+        ),
         ({"tilt": 0.5}, "tilt=0.5: 0.5 rad is outside the atlas"),
-        ({"inclination": "60deg"}, "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg."),
+        (
+            {"inclination": "60deg"},
+            "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg.",
+        ),
         ({"inclination": 1.0}, "Give a value inside, or compute an atlas that holds it."),
         ({"tilt": 4.0}, "as in tilt=4.0deg"),
         ({"tilt": "1deg", "speed": "9m/s"}, "speed=9m/s: 18 rad s-1 is outside the atlas"),
-    ],
-)  # fmt: skip
-def test_a_cell_outside_an_atlas_is_said_as_given(given, said):
-    """The value, and the axis in its unit; of a speed the rate that it is."""
-    spec = SweepSpec(roll_rate="1:4:4", tilt="1deg:5deg:5", radius=0.5)
-    with pytest.raises(RequestError) as refusal:
-        nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
-    assert said in str(refusal.value)
+    ]:
+        spec = SweepSpec(roll_rate="1:4:4", tilt="1deg:5deg:5", radius=0.5)
+        with pytest.raises(RequestError) as refusal:
+            nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
+        assert said in str(refusal.value)
 
 
 def test_an_atlas_in_place_of_a_spec_is_told_its_option():

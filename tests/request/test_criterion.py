@@ -40,12 +40,10 @@ def test_a_criterion_is_read_from_text():
     assert Criterion.parse("amplification:10") == AMPLIFICATION
 
 
-@pytest.mark.parametrize(
-    "text", ["departure:5deg", "departure:0.1rad", "amplification:10", "amplification:2.5"]
-)
-def test_a_criterion_is_written_as_it_was_read(text):
+def test_a_criterion_is_written_as_it_was_read():
     """A criterion in its own spelling comes back letter for letter."""
-    assert str(Criterion.parse(text)) == text
+    for text in ["departure:5deg", "departure:0.1rad", "amplification:10", "amplification:2.5"]:
+        assert str(Criterion.parse(text)) == text
 
 
 @given(CRITERIA)
@@ -73,9 +71,9 @@ def test_a_criterion_is_one_of_its_kinds():
         DEPARTURE.limit = 0.2
 
 
-@pytest.mark.parametrize(
-    ("text", "facts"),
-    [
+def test_what_is_not_a_criterion_is_refused():
+    """The error stands at the criterion, with the rule that was broken and what was given."""
+    for text, facts in [
         ("", ["departure:ANGLE", "amplification:NUMBER"]),
         ("departure", ["departure:ANGLE", "amplification:NUMBER"]),
         ("energy:3", ["departure:ANGLE", "amplification:NUMBER", "energy:3"]),
@@ -90,30 +88,24 @@ def test_a_criterion_is_one_of_its_kinds():
         ("amplification:inf", ["finite"]),
         ("departure:1deg,2deg", ["one number"]),
         ("departure:", ["a number"]),
-    ],
-)
-def test_what_is_not_a_criterion_is_refused(text, facts):
-    """The error stands at the criterion, with the rule that was broken and what was given."""
-    with pytest.raises(RequestError) as caught:
-        Criterion.parse(text)
-    assert caught.value.where.partition("=")[0] == "criterion"
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            Criterion.parse(text)
+        assert caught.value.where.partition("=")[0] == "criterion"
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint
 
 
-@pytest.mark.parametrize(
-    "given", [("energy", 3.0), ("", 1.0), ("departure", 0.0), ("amplification", math.nan)]
-)
-def test_criteria_made_in_python_are_checked(given):
+def test_criteria_made_in_python_are_checked():
     """A criterion that was not read from text obeys the same rules."""
-    with pytest.raises(RequestError):
-        Criterion(*given)
+    for raw in [("energy", 3.0), ("", 1.0), ("departure", 0.0), ("amplification", math.nan)]:
+        with pytest.raises(RequestError):
+            Criterion(*raw)
 
 
-@pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
-@pytest.mark.parametrize(
-    ("ending", "within", "beyond"),
-    [
+def test_the_verdict_of_every_ending():
+    """Only a bounded cell is stable; a fall is unstable, and so is what left the limit before time ran out."""
+    for ending, within, beyond in [
         (BOUNDED, STABLE, UNSTABLE),
         (HORIZON, UNDECIDED, UNSTABLE),
         (FELL, UNSTABLE, UNSTABLE),
@@ -121,22 +113,20 @@ def test_criteria_made_in_python_are_checked(given):
         (UNRESOLVED, UNDECIDED, UNDECIDED),
         (INVALID, UNDECIDED, UNDECIDED),
         (NOT_COMPUTED, UNDECIDED, UNDECIDED),
-    ],
-)
-def test_the_verdict_of_every_ending(criterion, ending, within, beyond):
-    """Only a bounded cell is stable; a fall is unstable, and so is what left the limit before time ran out."""
-    assert verdict(criterion, ending, -0.05, 0.05) == within
-    assert verdict(criterion, ending, -0.05, 0.2) == beyond
-    assert verdict(criterion, ending, -0.2, 0.05) == beyond
+    ]:
+        for criterion in [DEPARTURE, AMPLIFICATION]:
+            assert verdict(criterion, ending, -0.05, 0.05) == within
+            assert verdict(criterion, ending, -0.05, 0.2) == beyond
+            assert verdict(criterion, ending, -0.2, 0.05) == beyond
 
 
-@pytest.mark.parametrize("ending", {each.code for each in ENDINGS} - {FELL})
-@pytest.mark.parametrize("missing", [math.nan, FILL])
-def test_a_cell_without_numbers_is_never_stable(ending, missing):
+def test_a_cell_without_numbers_is_never_stable():
     """Where a cell has no extremes, be they NaN or the file's fill, no criterion calls it stable."""
-    for criterion in (DEPARTURE, AMPLIFICATION):
-        assert verdict(criterion, ending, missing, missing) != STABLE
-    assert verdict(AMPLIFICATION, BOUNDED, 0.0, 0.0, scale=math.nan) == UNDECIDED
+    for missing in [math.nan, FILL]:
+        for ending in {each.code for each in ENDINGS} - {FELL}:
+            for criterion in (DEPARTURE, AMPLIFICATION):
+                assert verdict(criterion, ending, missing, missing) != STABLE
+            assert verdict(AMPLIFICATION, BOUNDED, 0.0, 0.0, scale=math.nan) == UNDECIDED
 
 
 def test_the_limit_itself_is_stable():
@@ -175,42 +165,43 @@ def test_the_limit_of_a_criterion():
     assert AMPLIFICATION.allowed(scales) == pytest.approx([math.nan, 0.1, 0.3], rel=1e-15, nan_ok=True)
 
 
-@pytest.mark.parametrize(
-    ("criterion", "facts"),
-    [("departure:5deg", ["5 deg"]), ("amplification:10", ["10 times", "perturbation"])],
-)
-def test_a_criterion_says_how_far_is_too_far(criterion, facts):
+def test_a_criterion_says_how_far_is_too_far():
     """Everywhere the limit is said in degrees or as a multiple; figures name the kind, and say what else is lost."""
-    made = Criterion.parse(criterion)
-    assert all(fact in made.limit_text(PARAMETERS["tilt"]) for fact in facts)
-    assert all(fact in made.unstable_if(DISK) for fact in ["tilt", "steady value", *facts, "the disk falls"])
-    assert made.kind in made.label(DISK)
-    assert all(part in made.caption(DISK) for part in (made.label(DISK).split()[-1], "the disk falls"))
+    for criterion, facts in [
+        ("departure:5deg", ["5 deg"]),
+        ("amplification:10", ["10 times", "perturbation"]),
+    ]:
+        made = Criterion.parse(criterion)
+        assert all(fact in made.limit_text(PARAMETERS["tilt"]) for fact in facts)
+        assert all(
+            fact in made.unstable_if(DISK) for fact in ["tilt", "steady value", *facts, "the disk falls"]
+        )
+        assert made.kind in made.label(DISK)
+        assert all(part in made.caption(DISK) for part in (made.label(DISK).split()[-1], "the disk falls"))
 
 
-@pytest.mark.parametrize("criterion", ["departure:5deg", "amplification:10"])
-@pytest.mark.parametrize(
-    ("ending", "reach", "stability", "facts"),
-    [
+def test_a_criterion_gives_the_reason_of_a_verdict():
+    """How far the cell went, beside its limit, and what a multiple of the perturbation is a multiple of."""
+    for ending, reach, stability, facts in [
         (BOUNDED, 6.0, UNSTABLE, ["6 deg", "more than the 5 deg"]),
         (BOUNDED, 4.0, STABLE, ["4 deg", "at most the 5 deg", "turning points"]),
         (HORIZON, 4.0, UNDECIDED, ["4 deg", "at most the 5 deg", "300 s"]),
         (FELL, 85.0, UNSTABLE, ["fall_tilt", "85 deg", "7 s"]),
-    ],
-)
-def test_a_criterion_gives_the_reason_of_a_verdict(criterion, ending, reach, stability, facts):
-    """How far the cell went, beside its limit, and what a multiple of the perturbation is a multiple of."""
-    stored = {"ending": ending, "stability": stability, "fall_time": 7.0}
-    # ten times half a degree are 5 deg
-    reason = Criterion.parse(criterion).reason(SweepSpec(), stored, math.radians(reach), math.radians(0.5))
-    assert all(fact in reason for fact in facts), reason
-    assert ("0.5 deg" in reason) == (criterion.startswith("amplification") and ending != FELL)
+    ]:
+        for criterion in ["departure:5deg", "amplification:10"]:
+            stored = {"ending": ending, "stability": stability, "fall_time": 7.0}
+            # ten times half a degree are 5 deg
+            reason = Criterion.parse(criterion).reason(
+                SweepSpec(), stored, math.radians(reach), math.radians(0.5)
+            )
+            assert all(fact in reason for fact in facts), reason
+            assert ("0.5 deg" in reason) == (criterion.startswith("amplification") and ending != FELL)
 
 
-@pytest.mark.parametrize("criterion", [DEPARTURE, AMPLIFICATION])
-def test_verdicts_follow_from_what_a_criterion_needs(criterion):
+def test_verdicts_follow_from_what_a_criterion_needs():
     """The ending and both extremes are enough: another criterion on an atlas needs no other variable."""
-    assert criterion.needs(DISK) == ("ending", "tilt_min", "tilt_max")
+    for criterion in [DEPARTURE, AMPLIFICATION]:
+        assert criterion.needs(DISK) == ("ending", "tilt_min", "tilt_max")
 
 
 def test_a_criterion_that_the_model_cannot_serve_is_refused(monkeypatch):

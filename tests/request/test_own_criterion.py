@@ -28,9 +28,9 @@ def verdict(text, ending, **values):
     return int(criterion.verdict(DISK.endings, {**cell, "ending": np.array([ending])}, NONE, NONE)[0])
 
 
-@pytest.mark.parametrize(
-    ("ending", "true", "false"),
-    [
+def test_the_verdict_of_every_ending():
+    """True is unstable, false is stable where the ending is final; what could not be computed stays undecided."""
+    for ending, true, false in [
         (BOUNDED, UNSTABLE, STABLE),
         (FELL, UNSTABLE, STABLE),
         (HORIZON, UNSTABLE, UNDECIDED),
@@ -39,34 +39,33 @@ def verdict(text, ending, **values):
         (INVALID, UNDECIDED, UNDECIDED),
         (NOT_COMPUTED, UNDECIDED, UNDECIDED),
         (99, UNDECIDED, UNDECIDED),
-    ],
-)
-def test_the_verdict_of_every_ending(ending, true, false):
-    """True is unstable, false is stable where the ending is final; what could not be computed stays undecided."""
-    assert verdict("peak_tilt > 10deg", ending, peak_tilt=0.2) == true
-    assert verdict("peak_tilt > 10deg", ending, peak_tilt=0.1) == false
-    assert {each.code for each in ENDINGS} == {
-        BOUNDED,
-        FELL,
-        HORIZON,
-        STEADY,
-        UNRESOLVED,
-        INVALID,
-        NOT_COMPUTED,
-    }
+    ]:
+        assert verdict("peak_tilt > 10deg", ending, peak_tilt=0.2) == true
+        assert verdict("peak_tilt > 10deg", ending, peak_tilt=0.1) == false
+        assert {each.code for each in ENDINGS} == {
+            BOUNDED,
+            FELL,
+            HORIZON,
+            STEADY,
+            UNRESOLVED,
+            INVALID,
+            NOT_COMPUTED,
+        }
 
 
-@pytest.mark.parametrize("missing", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "==", "!="])
-def test_a_comparison_with_a_missing_value_is_false(sign, missing):
+def test_a_comparison_with_a_missing_value_is_false():
     """Whatever the sign: only `not` makes it true, and a chain is false if one of its values is missing."""
-    assert verdict(f"fall_time {sign} 2s", BOUNDED, fall_time=missing) == STABLE
-    assert verdict(f"2s {sign} fall_time", BOUNDED, fall_time=missing) == STABLE
-    assert verdict(f"not fall_time {sign} 2s", BOUNDED, fall_time=missing) == UNSTABLE
-    assert (
-        verdict(f"0 <= nutation_period {sign} fall_time", BOUNDED, nutation_period=2.0, fall_time=missing)
-        == STABLE
-    )
+    for sign in ["<", "<=", ">", ">=", "==", "!="]:
+        for missing in [math.nan, math.inf, -math.inf]:
+            assert verdict(f"fall_time {sign} 2s", BOUNDED, fall_time=missing) == STABLE
+            assert verdict(f"2s {sign} fall_time", BOUNDED, fall_time=missing) == STABLE
+            assert verdict(f"not fall_time {sign} 2s", BOUNDED, fall_time=missing) == UNSTABLE
+            assert (
+                verdict(
+                    f"0 <= nutation_period {sign} fall_time", BOUNDED, nutation_period=2.0, fall_time=missing
+                )
+                == STABLE
+            )
 
 
 def test_parameters_of_the_start_are_compared_too():
@@ -128,9 +127,9 @@ def test_it_stands_in_a_spec_file(tmp_path):
     assert "At character 21" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_what_the_atlas_does_not_have_is_refused_by_name():
+    """The variable is named, and the word that adds it."""
+    for words, facts in [
         ({"criterion": "wells == two_wells"}, ["wells", "method=exact"]),
         ({"criterion": "separatrix < 0"}, ["separatrix", "method=exact"]),
         ({"criterion": "friction_needed > 0.2"}, ["friction_needed", "contact=yes"]),
@@ -139,29 +138,23 @@ def test_it_stands_in_a_spec_file(tmp_path):
         ({"criterion": "steps > 100", "method": "exact"}, ["steps", "method=rk4"]),
         ({"criterion": "stability == stable"}, ["stability names nothing"]),
         ({"criterion": "hoop_rate > 3rad/s"}, ["hoop_rate names nothing"]),
-    ],
-)
-def test_what_the_atlas_does_not_have_is_refused_by_name(words, facts):
-    """The variable is named, and the word that adds it."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec(**words)
-    assert caught.value.where.partition("=")[0] == "criterion"
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec(**words)
+        assert caught.value.where.partition("=")[0] == "criterion"
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_what_the_request_adds_can_be_compared():
+    """With the word that adds it a variable can stand in an expression."""
+    for words in [
         {"criterion": "wells == two_wells and separatrix > 0", "method": "exact"},
         {"criterion": "friction_needed > 0.2", "contact": "yes"},
         {"criterion": "friction_needed > 0.2", "contact": "yes", "method": "exact"},
         {"criterion": "nutation_period > 1s", "method": "exact"},
-    ],
-)
-def test_what_the_request_adds_can_be_compared(words):
-    """With the word that adds it a variable can stand in an expression."""
-    assert str(SweepSpec(**words).criterion) == words["criterion"]
+    ]:
+        assert str(SweepSpec(**words).criterion) == words["criterion"]
 
 
 def test_its_words():
@@ -181,23 +174,43 @@ def test_its_words():
     assert criterion.needs(DISK) == ("ending", "peak_tilt", "fall_time", "amplification", "tilt_min")
 
 
-@pytest.mark.parametrize(
-    ("ending", "stability", "values", "facts"),
-    [
-        (BOUNDED, UNSTABLE, {"peak_tilt": 0.2},
-         ["peak_tilt > 10deg is true: peak_tilt is 11.4592 deg", "fall_time < 2s is false: fall_time is missing"]),
-        (BOUNDED, STABLE, {"peak_tilt": 0.1}, ["peak_tilt > 10deg is false", "the ending, bounded, is final"]),
-        (FELL, STABLE, {"peak_tilt": 0.1, "fall_time": 3.0}, ["fall_time is 3 s", "the ending, fell, is final"]),
+def test_it_gives_the_reason_of_a_verdict():
+    """Each comparison with whether it is true, and the values of the cell."""
+    for ending, stability, values, facts in [
+        (
+            BOUNDED,
+            UNSTABLE,
+            {"peak_tilt": 0.2},
+            [
+                "peak_tilt > 10deg is true: peak_tilt is 11.4592 deg",
+                "fall_time < 2s is false: fall_time is missing",
+            ],
+        ),
+        (
+            BOUNDED,
+            STABLE,
+            {"peak_tilt": 0.1},
+            ["peak_tilt > 10deg is false", "the ending, bounded, is final"],
+        ),
+        (
+            FELL,
+            STABLE,
+            {"peak_tilt": 0.1, "fall_time": 3.0},
+            ["fall_time is 3 s", "the ending, fell, is final"],
+        ),
         (HORIZON, UNDECIDED, {"peak_tilt": 0.1}, ["is false", "duration of 300 s was over"]),
         (HORIZON, UNSTABLE, {"peak_tilt": 0.2}, ["is true"]),
-    ],
-)  # fmt: skip
-def test_it_gives_the_reason_of_a_verdict(ending, stability, values, facts):
-    """Each comparison with whether it is true, and the values of the cell."""
-    cell = {"ending": ending, "stability": stability, "peak_tilt": math.nan, "fall_time": math.nan, **values}
-    reason = Criterion.parse(TEXT).reason(SweepSpec(), cell, math.nan, math.nan)
-    assert all(fact in reason for fact in facts), reason
-    assert "any criterion" not in reason
+    ]:
+        cell = {
+            "ending": ending,
+            "stability": stability,
+            "peak_tilt": math.nan,
+            "fall_time": math.nan,
+            **values,
+        }
+        reason = Criterion.parse(TEXT).reason(SweepSpec(), cell, math.nan, math.nan)
+        assert all(fact in reason for fact in facts), reason
+        assert "any criterion" not in reason
 
 
 def test_a_function_is_no_criterion_of_a_request():

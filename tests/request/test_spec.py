@@ -83,9 +83,9 @@ def test_changes_keep_the_place_of_an_axis(spec_file):
     assert SweepSpec.from_toml(path).replace(roll_rate=3).axes == ("tilt",)
 
 
-@pytest.mark.parametrize(
-    ("name", "axes", "fixed", "criterion"),
-    [
+def test_the_presets():
+    """The presets are the three classical motions of the uniform disk, axes in this order."""
+    for name, axes, fixed, criterion in [
         (
             "rolling",
             {"roll_rate": (2, 4, 801), "tilt": (0.001, 5, 200)},
@@ -104,20 +104,17 @@ def test_changes_keep_the_place_of_an_axis(spec_file):
             {"roll_rate": "steady", "tilt_rate": 1e-4},
             "amplification:10",
         ),
-    ],
-)
-def test_the_presets(name, axes, fixed, criterion):
-    """The presets are the three classical motions of the uniform disk, axes in this order."""
-    spec = SweepSpec.preset(name)
-    assert spec.axes == tuple(axes)
-    for axis, (start, stop, count) in axes.items():
-        scale = math.pi / 180 if axis == "tilt" else 1.0
-        value = getattr(spec, axis)
-        assert (value.start, value.stop, value.count) == (start * scale, stop * scale, count)
-    assert {word: getattr(spec, word) for word in fixed} == fixed
-    assert str(spec.criterion) == criterion
-    assert (spec.alpha, spec.radius, spec.gravity, spec.duration) == (0.5, 0.5, 9.81, 300.0)
-    assert circling(spec) == (name == "circling")
+    ]:
+        spec = SweepSpec.preset(name)
+        assert spec.axes == tuple(axes)
+        for axis, (start, stop, count) in axes.items():
+            scale = math.pi / 180 if axis == "tilt" else 1.0
+            value = getattr(spec, axis)
+            assert (value.start, value.stop, value.count) == (start * scale, stop * scale, count)
+        assert {word: getattr(spec, word) for word in fixed} == fixed
+        assert str(spec.criterion) == criterion
+        assert (spec.alpha, spec.radius, spec.gravity, spec.duration) == (0.5, 0.5, 9.81, 300.0)
+        assert circling(spec) == (name == "circling")
 
 
 def test_the_presets_straddle_the_critical_rates():
@@ -159,25 +156,29 @@ def test_the_canonical_text():
     assert spec.fingerprint() == hashlib.sha256(text.encode()).hexdigest()
 
 
-@pytest.mark.parametrize(
-    ("spec", "fingerprint"),
-    [
+def test_fingerprints_outlive_versions():
+    """The canonical text of a request is that of the first release with models: its files and runs go on."""
+    for spec, fingerprint in [
         (SweepSpec.preset("rolling"), "1f71ec614d181b948e4a3bf9124d424fb68a6adb2f46bd4279ea3b3553852ee7"),
         (SweepSpec.preset("spinning"), "6a344830c4c9fd353465a9708b0f1eb709453f658d75ea48e40f75a68be0cb80"),
         (SweepSpec.preset("circling"), "ee2b9ee8c3a46132eef204f247f80a63f3141783c2ad241488d52acba07726d8"),
         (
             SweepSpec(
-                tilt="0.1:0.2:3:log", alpha=[0.5, 1], roll_rate="-8:8:5", precession_rate="steady-slow", title="Münze",
-                criterion="amplification:10", step="2ms", method="exact", contact=True, boundary="refined:1e-6",
+                tilt="0.1:0.2:3:log",
+                alpha=[0.5, 1],
+                roll_rate="-8:8:5",
+                precession_rate="steady-slow",
+                title="Münze",
+                criterion="amplification:10",
+                step="2ms",
+                method="exact",
+                contact=True,
+                boundary="refined:1e-6",
             ),
             "a2b24f21f10a0d0d9a74e92710472e08c5c0b3d20e3ad8bb444db607038e1c45",
         ),
-    ],
-    ids=["rolling", "spinning", "circling", "every word"],
-)  # fmt: skip
-def test_fingerprints_outlive_versions(spec, fingerprint):
-    """The canonical text of a request is that of the first release with models: its files and runs go on."""
-    assert spec.fingerprint() == fingerprint
+    ]:
+        assert spec.fingerprint() == fingerprint
 
 
 #: The canonical text of a file that is older than the words contact, boundary and device.
@@ -209,9 +210,9 @@ def test_a_parameter_that_comes_later_leaves_older_texts_readable(monkeypatch):
     assert SweepSpec.from_canonical(other.canonical()) == other
 
 
-@pytest.mark.parametrize(
-    ("text", "facts"),
-    [
+def test_other_text_is_not_canonical():
+    """What `canonical` did not write is refused: no JSON, missing words, unknown words, unknown models."""
+    for text, facts in [
         ("", []),
         ("[]", []),
         ("{}", ["tilt", "axes", "criterion"]),
@@ -226,14 +227,11 @@ def test_a_parameter_that_comes_later_leaves_older_texts_readable(monkeypatch):
         (OLDER.replace('"method"', '"model":"sphere","method"'), ["sphere", "disk"]),
         (OLDER.replace('"linear"', '"linear","colour":"red"'), ["colour"]),
         (OLDER.replace("9.81", "NaN"), ["gravity"]),
-    ],
-)
-def test_other_text_is_not_canonical(text, facts):
-    """What `canonical` did not write is refused: no JSON, missing words, unknown words, unknown models."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_canonical(text)
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_canonical(text)
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint
 
 
 def test_different_specs_have_different_fingerprints():
@@ -283,9 +281,9 @@ def test_contact_is_silent_unless_asked_for():
     assert caught.value.where == "contact"
 
 
-@pytest.mark.parametrize(
-    ("preset", "changes", "headline"),
-    [
+def test_headline_says_what_is_looked_at():
+    """A preset with other words is not called what it no longer is; a title of one's own stays."""
+    for preset, changes, headline in [
         ("rolling", {}, "Rolling along a line: stability of the upright disk"),
         ("rolling", {"alpha": 1.0}, "Rolling along a line: stability of the upright disk"),
         ("rolling", {"precession_rate": 0.5}, "Rolling and precessing: stability of the upright disk"),
@@ -299,11 +297,8 @@ def test_contact_is_silent_unless_asked_for():
         ("circling", {}, "Circling at constant tilt: stability of the steady motion"),
         ("circling", {"roll_rate": "1:3:5"}, "Rolling and precessing: stability of the upright disk"),
         ("circling", {"title": "Mine", "alpha": 1.0}, "Mine"),
-    ],
-)
-def test_headline_says_what_is_looked_at(preset, changes, headline):
-    """A preset with other words is not called what it no longer is; a title of one's own stays."""
-    assert SweepSpec.preset(preset).replace(**changes).headline == headline
+    ]:
+        assert SweepSpec.preset(preset).replace(**changes).headline == headline
 
 
 @pytest.mark.parametrize(
@@ -341,17 +336,14 @@ def test_any_word_of_a_file_is_a_word(spec_file):
             SweepSpec.from_canonical(re.sub(r'"count":\d+', f'"count":{count}', held, count=1))
 
 
-@pytest.mark.parametrize(
-    ("word", "hint"),
-    [
+def test_words_of_other_models_are_suggested_too():
+    """A loss that is misspelt would have chosen the disk with losses."""
+    for word, hint in [
         ("rolling_frcition", "Did you mean rolling_friction?"),
         ("friktion", "Did you mean friction?"),
         ("friction", "a disk with losses, beside a loss such as rolling_friction=10um"),
         ("tillt", "Did you mean tilt?"),
-    ],
-)
-def test_words_of_other_models_are_suggested_too(word, hint):
-    """A loss that is misspelt would have chosen the disk with losses."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec(**{word: 1e-5})
-    assert hint in caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec(**{word: 1e-5})
+        assert hint in caught.value.hint

@@ -91,9 +91,9 @@ def test_spellings_of_samples(spec, count):
     assert spec.replace(samples=count) == spec
 
 
-@pytest.mark.parametrize(
-    ("words", "where", "says"),
-    [
+def test_what_does_not_go_together():
+    """It is refused with the word that is wrong and what to write."""
+    for words, where, says in [
         (["samples=10"], "samples", "no parameter has a distribution"),
         (RANDOM[:2], "tilt", "how many starts are drawn from it is not said. Add samples=1e6"),
         (RANDOM[:1] + RANDOM[2:], "preset rolling: tilt", "Give tilt one number or a distribution"),
@@ -115,14 +115,11 @@ def test_spellings_of_samples(spec, count):
         (["start=3"], "start", "start belongs to random starts"),
         (["duration=uniform:1:2"], "duration=uniform:1:2", "no value"),
         (["sample=10"], "sample", "Did you mean samples?"),
-    ],
-)
-def test_what_does_not_go_together(words, where, says):
-    """It is refused with the word that is wrong and what to write."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_words("rolling", words)
-    assert says in str(caught.value)
-    assert caught.value.where == where
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_words("rolling", words)
+        assert says in str(caught.value)
+        assert caught.value.where == where
 
 
 def test_rates_that_a_cell_computes_follow_from_its_start():

@@ -224,9 +224,9 @@ def test_other_encodings_and_missing_files(table, tmp_path):
             read_table(path, DISK)
 
 
-@pytest.mark.parametrize(
-    ("raw", "says"),
-    [
+def test_what_are_no_columns():
+    """They are refused with the name of the column and the number of the start."""
+    for raw, says in [
         ({}, "a column or more"),
         ({"tilt": [0.1], "roll_rate": [1, 2]}, "equally long; got tilt 1, roll_rate 2"),
         ({"tilt": []}, "1 to 10000000 starts; got 0"),
@@ -239,14 +239,11 @@ def test_other_encodings_and_missing_files(table, tmp_path):
         (xr.Dataset({"roll_rate": ("n", [1.0], {"units": "1"})}), "The unit '1' is not known"),
         (3, "starts is a CSV file, or columns"),
         (xr.Dataset({"tilt": ("n", [1.0], {"units": "m"})}), "does not fit"),
-    ],
-)
-def test_what_are_no_columns(raw, says):
-    """They are refused with the name of the column and the number of the start."""
-    with pytest.raises(RequestError, match=says):
-        SweepSpec.preset("rolling").replace(starts=raw, roll_rate=3.0) if not isinstance(raw, dict) or (
-            "roll_rate" not in raw
-        ) else SweepSpec.preset("rolling").replace(starts=raw)
+    ]:
+        with pytest.raises(RequestError, match=says):
+            SweepSpec.preset("rolling").replace(starts=raw, roll_rate=3.0) if not isinstance(raw, dict) or (
+                "roll_rate" not in raw
+            ) else SweepSpec.preset("rolling").replace(starts=raw)
 
 
 @pytest.mark.parametrize(

@@ -117,13 +117,13 @@ def test_the_inclination_of_random_starts():
         SweepSpec(inclination="loguniform:1deg:10deg", **random)
 
 
-@pytest.mark.parametrize("raw", ["0", "-3deg", "180deg", 10, "1deg:200deg:5", "uniform:-1deg:3deg"])
-def test_an_inclination_of_no_tilt_is_refused_by_its_name(raw):
+def test_an_inclination_of_no_tilt_is_refused_by_its_name():
     """Flat and below, and degrees taken for radians: the message names what was given, and the rule of the tilt."""
-    random = {"samples": 3} if "uniform" in str(raw) else {}
-    with pytest.raises(RequestError, match=r"\|tilt\| < (90 deg|1.570796326 rad)") as caught:
-        SweepSpec(inclination=raw, **random)
-    assert str(caught.value.where).startswith("inclination=")
+    for raw in ["0", "-3deg", "180deg", 10, "1deg:200deg:5", "uniform:-1deg:3deg"]:
+        random = {"samples": 3} if "uniform" in str(raw) else {}
+        with pytest.raises(RequestError, match=r"\|tilt\| < (90 deg|1.570796326 rad)") as caught:
+            SweepSpec(inclination=raw, **random)
+        assert str(caught.value.where).startswith("inclination=")
 
 
 def test_a_logarithmic_range_of_the_inclination_is_no_longer_than_a_list():
@@ -180,31 +180,33 @@ def test_a_spec_is_changed_in_the_same_way():
     np.testing.assert_allclose(ends, spec.roll_rate.ends() * math.sqrt(0.5 / 0.012), rtol=1e-15)
 
 
-@pytest.mark.parametrize("name", FINGERPRINTS)
-def test_the_presets_of_the_default_disk_are_those_in_rad_per_second(name):
+def test_the_presets_of_the_default_disk_are_those_in_rad_per_second():
     """To the bit: what was computed, kept or compared with a preset stays valid."""
-    assert SweepSpec.preset(name).fingerprint() == FINGERPRINTS[name]
-    assert SweepSpec.preset(name, radius="50cm", gravity="9.81m/s2").fingerprint() == FINGERPRINTS[name]
+    for name in FINGERPRINTS:
+        assert SweepSpec.preset(name).fingerprint() == FINGERPRINTS[name]
+        assert SweepSpec.preset(name, radius="50cm", gravity="9.81m/s2").fingerprint() == FINGERPRINTS[name]
 
 
-@pytest.mark.parametrize("name", FINGERPRINTS)
-@pytest.mark.parametrize("disk", [{"radius": "12mm"}, {"gravity": 1.62}, {"radius": 40.0, "gravity": 274.0}])
-def test_a_preset_covers_the_boundary_of_every_disk(name, disk):
+def test_a_preset_covers_the_boundary_of_every_disk():
     """The analytic line lies inside the range in as many rows as for the default disk, and nothing is warned of."""
-    inside = []
-    for spec in (SweepSpec.preset(name), SweepSpec.preset(name, **disk)):
-        (axis,) = spec.model.controls(spec.axes)
-        low, high = getattr(spec, axis).ends()
-        lines = theory_lines(spec, axis)
-        inside.append({edge: int(np.sum((low < line[0]) & (line[0] < high))) for edge, line in lines.items()})
-        assert one_sided(spec) == []
-    assert inside[0] == inside[1]
-    assert inside[0]["upper"] == 200 if name != "circling" else max(inside[0].values()) > 100
+    for disk in [{"radius": "12mm"}, {"gravity": 1.62}, {"radius": 40.0, "gravity": 274.0}]:
+        for name in FINGERPRINTS:
+            inside = []
+            for spec in (SweepSpec.preset(name), SweepSpec.preset(name, **disk)):
+                (axis,) = spec.model.controls(spec.axes)
+                low, high = getattr(spec, axis).ends()
+                lines = theory_lines(spec, axis)
+                inside.append(
+                    {edge: int(np.sum((low < line[0]) & (line[0] < high))) for edge, line in lines.items()}
+                )
+                assert one_sided(spec) == []
+            assert inside[0] == inside[1]
+            assert inside[0]["upper"] == 200 if name != "circling" else max(inside[0].values()) > 100
 
 
-@pytest.mark.parametrize(
-    ("words", "facts"),
-    [
+def test_what_cannot_be_resolved_is_refused():
+    """Two ways at once, units that do not fit, numbers beyond any float, names that are nearly right."""
+    for words, facts in [
         (
             "roll_rate=3 scaled_roll_rate=0.5",
             ["roll_rate is given once", "roll_rate=3 and scaled_roll_rate=0.5"],
@@ -221,21 +223,18 @@ def test_a_preset_covers_the_boundary_of_every_disk(name, disk):
         ("spede=2", ["speed?"]),
         ("scaled_rol_rate=2", ["scaled_roll_rate?"]),
         ("velocity=2", ["Did you mean speed?"]),
-    ],
-)
-def test_what_cannot_be_resolved_is_refused(words, facts):
-    """Two ways at once, units that do not fit, numbers beyond any float, names that are nearly right."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_words("rolling", words.split())
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
-    with pytest.raises(RequestError):
-        SweepSpec.preset("rolling").replace(**dict(word.split("=") for word in words.split()))
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_words("rolling", words.split())
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint
+        with pytest.raises(RequestError):
+            SweepSpec.preset("rolling").replace(**dict(word.split("=") for word in words.split()))
 
 
-@pytest.mark.parametrize(
-    ("preset", "words", "where", "instead"),
-    [
+def test_where_the_disk_varies_the_words_to_add_are_told():
+    """A scaled rate is none in rad/s if radius or gravity is an axis; the words of the refusal make a request of it."""
+    for preset, words, where, instead in [
         ("rolling", "radius=5mm,12mm", "radius", ["roll_rate=12.91:40:801"]),
         ("rolling", "radius=0.25:1:5:log", "radius", ["roll_rate=1.414:5.657:801"]),
         ("spinning", "gravity=9.81,39.24", "gravity", ["precession_rate=3:12:801"]),
@@ -244,18 +243,15 @@ def test_what_cannot_be_resolved_is_refused(words, facts):
         ("rolling", "scaled_roll_rate=0.5:1:9:log gravity=2,8", "gravity", ["roll_rate=1:4:9:log"]),
         ("rolling", "speed=-2 radius=0.5,2", "radius", ["roll_rate=-2"]),
         ("rolling", "speed=-2:-1:3 radius=0.5,2", "radius", ["roll_rate=-4:-0.5:3"]),
-    ],
-)
-def test_where_the_disk_varies_the_words_to_add_are_told(preset, words, where, instead):
-    """A scaled rate is none in rad/s if radius or gravity is an axis; the words of the refusal make a request of it."""
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_words(preset, words.split())
-    assert caught.value.where == where
-    told = caught.value.hint.rpartition("for example ")[2].removesuffix(".").split()
-    assert told == instead
-    kept = [word for word in words.split() if word.partition("=")[0] not in DISK.substitutes]
-    spec = SweepSpec.from_words(preset, [*kept, *told])
-    assert where in spec.axes
+    ]:
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_words(preset, words.split())
+        assert caught.value.where == where
+        told = caught.value.hint.rpartition("for example ")[2].removesuffix(".").split()
+        assert told == instead
+        kept = [word for word in words.split() if word.partition("=")[0] not in DISK.substitutes]
+        spec = SweepSpec.from_words(preset, [*kept, *told])
+        assert where in spec.axes
 
 
 LIST = "gravity=uniform:2:8 samples=5 tilt=1deg"

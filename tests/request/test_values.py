@@ -22,9 +22,9 @@ NO_VALUE = ["a number", "a,b,c", "start:stop:count"]
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@pytest.mark.parametrize(
-    ("raw", "quantity", "expected"),
-    [
+def test_a_number_is_read_in_si():
+    """A number with any fitting unit, or bare, becomes one float in SI."""
+    for raw, quantity, expected in [
         ("3", TILT, 3.0),
         (" -.5e-1 ", TILT, -0.05),
         ("180deg", TILT, math.pi),
@@ -45,33 +45,27 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
         (3, TILT, 3.0),
         (np.float32(0.5), TILT, 0.5),
         (np.array(0.5), TILT, 0.5),
-    ],
-)
-def test_a_number_is_read_in_si(raw, quantity, expected):
-    """A number with any fitting unit, or bare, becomes one float in SI."""
-    value = read_value(raw, quantity)
-    assert type(value) is float
-    assert value == pytest.approx(expected, rel=1e-15)  # the conversion rounds once or twice
+    ]:
+        value = read_value(raw, quantity)
+        assert type(value) is float
+        assert value == pytest.approx(expected, rel=1e-15)  # the conversion rounds once or twice
 
 
-@pytest.mark.parametrize(
-    ("raw", "expected"),
-    [
+def test_a_list_is_an_axis():
+    """Text with commas, sequences and arrays are axes with these values, one element included."""
+    for raw, expected in [
         ("0.5,1", (0.5, 1.0)),
         ("0.5,", (0.5,)),
         ([0.5, 1], (0.5, 1.0)),
         (("50%", "100%"), (0.5, 1.0)),
         (np.array([0.25, 0.5]), (0.25, 0.5)),
         (Values((0.5, 1.0)), (0.5, 1.0)),
-    ],
-)
-def test_a_list_is_an_axis(raw, expected):
-    """Text with commas, sequences and arrays are axes with these values, one element included."""
-    value = read_value(raw, ALPHA)
-    assert isinstance(value, Values)
-    assert value.values == expected
-    assert value.array().tolist() == list(expected)
-    assert len(value) == len(expected)
+    ]:
+        value = read_value(raw, ALPHA)
+        assert isinstance(value, Values)
+        assert value.values == expected
+        assert value.array().tolist() == list(expected)
+        assert len(value) == len(expected)
 
 
 def test_a_range_is_an_axis():
@@ -98,9 +92,9 @@ def test_a_list_reads_back_as_itself(numbers):
     assert read_value(str(axis), ROLL) == axis
 
 
-@pytest.mark.parametrize(
-    ("raw", "quantity", "facts"),
-    [
+def test_what_is_not_a_value_is_refused():
+    """The error stands at the key with what was given, says the rule that was broken, and what to do."""
+    for raw, quantity, facts in [
         ("6:0.5:400", ROLL, ["start < stop", "got 6:0.5:400"]),
         ("1:1:2", ROLL, ["neighbouring values"]),
         ("1:2:1", ROLL, ["both ends", "equal"]),
@@ -153,15 +147,12 @@ def test_a_list_reads_back_as_itself(numbers):
         ("5 m/", RADIUS, ["not known"]),
         ("0.1:20deg:300", TILT, ["own unit"]),
         ("1,20deg", TILT, ["own unit"]),
-    ],
-)
-def test_what_is_not_a_value_is_refused(raw, quantity, facts):
-    """The error stands at the key with what was given, says the rule that was broken, and what to do."""
-    with pytest.raises(RequestError) as caught:
-        read_value(raw, quantity)
-    assert caught.value.where == f"{quantity.name}={shown(raw)}"
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-    assert caught.value.hint
+    ]:
+        with pytest.raises(RequestError) as caught:
+            read_value(raw, quantity)
+        assert caught.value.where == f"{quantity.name}={shown(raw)}"
+        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
+        assert caught.value.hint
 
 
 def test_zero_needs_no_unit():
@@ -175,12 +166,12 @@ def test_minus_zero_is_zero():
     assert str(read_value("-0,1", TILT)) == "0.0,1.0"
 
 
-@pytest.mark.parametrize("raw", ["1,2", "1:2:3", [1.0]])
-def test_a_setting_is_not_an_axis(raw):
+def test_a_setting_is_not_an_axis():
     """Where one number is wanted, a list or a range is refused under its name."""
-    with pytest.raises(RequestError, match="one number") as caught:
-        read_number(raw, DURATION)
-    assert caught.value.where.startswith("duration=")
+    for raw in ["1,2", "1:2:3", [1.0]]:
+        with pytest.raises(RequestError, match="one number") as caught:
+            read_number(raw, DURATION)
+        assert caught.value.where.startswith("duration=")
 
 
 @settings(max_examples=300)
@@ -202,37 +193,35 @@ SPELLINGS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("quantity", "unit"), [(quantity, unit) for quantity, line in SPELLINGS.items() for unit in line.split()]
-)
-def test_a_unit_is_spelled_as_people_spell_it(quantity, unit):
+def test_a_unit_is_spelled_as_people_spell_it():
     """Dots, raised powers, brackets and the factor 1 are read as the SI unit that they spell."""
-    assert read_number(f"1.5 {unit}", quantity) == 1.5
+    for quantity, unit in [(quantity, unit) for quantity, line in SPELLINGS.items() for unit in line.split()]:
+        assert read_number(f"1.5 {unit}", quantity) == 1.5
 
 
-@pytest.mark.parametrize("unit", _EVERYDAY)
-def test_everyday_units_agree_with_pint(unit):
+def test_everyday_units_agree_with_pint():
     """The units that are read without pint have pint's factors."""
-    import pint
+    for unit in _EVERYDAY:
+        import pint
 
-    spelled = (
-        unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2").replace("m-3", "m**-3")
-    )
-    units, factor = _EVERYDAY[unit]
-    si = {
-        "rad": "rad",
-        "rad s-1": "rad/s",
-        "m": "m",
-        "m s-1": "m/s",
-        "m s-2": "m/s**2",
-        "s": "s",
-        "kg": "kg",
-        "kg m-3": "kg/m**3",
-        "Pa s": "Pa*s",
-        "N m s": "N*m*s",
-    }[units]
-    # 1e-15: pint may round its own product once.
-    assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)
+        spelled = (
+            unit.replace("s-1", "s**-1").replace("s-2", "s**-2").replace("s2", "s**2").replace("m-3", "m**-3")
+        )
+        units, factor = _EVERYDAY[unit]
+        si = {
+            "rad": "rad",
+            "rad s-1": "rad/s",
+            "m": "m",
+            "m s-1": "m/s",
+            "m s-2": "m/s**2",
+            "s": "s",
+            "kg": "kg",
+            "kg m-3": "kg/m**3",
+            "Pa s": "Pa*s",
+            "N m s": "N*m*s",
+        }[units]
+        # 1e-15: pint may round its own product once.
+        assert factor == pytest.approx(pint.UnitRegistry().Quantity(1.0, spelled).to(si).magnitude, rel=1e-15)
 
 
 def test_no_unit_is_si():
@@ -240,9 +229,9 @@ def test_no_unit_is_si():
     assert factor_to_si("", TILT) == 1.0
 
 
-@pytest.mark.parametrize(
-    ("raw", "quantity", "value"),
-    [
+def test_units_are_multiplied_and_divided():
+    """The algebra of units that a hand writes: products, quotients and small whole powers of names."""
+    for raw, quantity, value in [
         ("2 m*m/m", RADIUS, 2.0),
         ("2 m**2/m", RADIUS, 2.0),
         ("2 m^2 / m", RADIUS, 2.0),
@@ -253,11 +242,8 @@ def test_no_unit_is_si():
         ("5 m/s\u00b2", GRAVITY, 5.0),
         ("6 \u00b5m", RADIUS, 6e-6),
         ("50 %", ALPHA, 0.5),
-    ],
-)
-def test_units_are_multiplied_and_divided(raw, quantity, value):
-    """The algebra of units that a hand writes: products, quotients and small whole powers of names."""
-    assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
+    ]:
+        assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -278,8 +264,8 @@ def test_nothing_but_units_reaches_pint(unit, monkeypatch):
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("text", ["\uff11e-6", "1_0", "1 m", "0x1", "", "1e", "nan"])
-def test_a_plain_number_is_ascii(text):
+def test_a_plain_number_is_ascii():
     """Digits of other scripts, underscores and units make no plain number."""
-    assert math.isnan(plain_number(text))
-    assert plain_number(" 1e-6 ") == 1e-6
+    for text in ["\uff11e-6", "1_0", "1 m", "0x1", "", "1e", "nan"]:
+        assert math.isnan(plain_number(text))
+        assert plain_number(" 1e-6 ") == 1e-6

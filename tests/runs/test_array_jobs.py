@@ -66,11 +66,11 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "w.nc"]
 
 
-@pytest.mark.parametrize("begin", [array_jobs.prepare, run_to_file])
-def test_the_command_of_a_run_that_python_began_exists(begin):
+def test_the_command_of_a_run_that_python_began_exists():
     """Without a command line the history names the function that was called, where it can be imported from."""
-    command = inspect.signature(begin).parameters["command"].default
-    assert pkgutil.resolve_name(command) is begin
+    for begin in [array_jobs.prepare, run_to_file]:
+        command = inspect.signature(begin).parameters["command"].default
+        assert pkgutil.resolve_name(command) is begin
 
 
 def test_the_documented_array_job(command, tmp_path, monkeypatch):

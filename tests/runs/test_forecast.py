@@ -16,9 +16,9 @@ from sweep.runs.run import run_to_file
 MILLION = SweepSpec(roll_rate="1:4:1000", tilt="1deg:5deg:1000")
 
 
-@pytest.mark.parametrize(
-    ("rate", "threads", "processors", "expected"),
-    [
+def test_the_time_of_a_run():
+    """A million cells cost a second of one processor beside their computation; start, search and check are added."""
+    for rate, threads, processors, expected in [
         (1e3, 1, 2, 1000.0),  # computing is all
         (1e9, 1, 2, 1.0),  # one thread keeps what is computed
         (1e9, 2, 2, 0.5),  # two do
@@ -26,13 +26,10 @@ MILLION = SweepSpec(roll_rate="1:4:1000", tilt="1deg:5deg:1000")
         (1e6, 2, 2, 1.5),  # both at once, on the same processors
         (1e6, 1, 1, 2.0),  # one after the other
         (1e6, 8, 64, 1.0),
-    ],
-)
-def test_the_time_of_a_run(rate, threads, processors, expected):
-    """A million cells cost a second of one processor beside their computation; start, search and check are added."""
-    found = Forecast(rate, 1e-6, 20.0, 30.0, 0.4, 0.25)
-    more = 0.4 + 0.25 + CHECKING_PACE * 1e6
-    assert found.seconds(MILLION, threads, processors) - more == pytest.approx(expected, rel=3e-3)
+    ]:
+        found = Forecast(rate, 1e-6, 20.0, 30.0, 0.4, 0.25)
+        more = 0.4 + 0.25 + CHECKING_PACE * 1e6
+        assert found.seconds(MILLION, threads, processors) - more == pytest.approx(expected, rel=3e-3)
 
 
 @pytest.fixture
@@ -114,22 +111,19 @@ def test_the_search_for_the_boundary_grows_with_its_rows(monkeypatch):
     assert forecast._search_seconds(spec.replace(boundary="grid"), 1e6) == 0.0
 
 
-@pytest.mark.parametrize("rate", [1e8, 1e4, 10.0])
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_the_rows_in_which_the_boundary_is_searched_have_one():
+    """However few values the control has, or however many: several in each row, and no more than there is time for."""
+    for words in [
         ["roll_rate=1:5:5", "tilt=1deg:20deg:400", "alpha=0.4:1:400"],
         ["tilt=0.0001deg:2deg:100000:log", "roll_rate=0.5:6:6"],
         ["roll_rate=1:5:100000"],
         ["roll_rate=1:5:300", "precession_rate=1:5:300", "tilt=1deg:20deg:300"],
-    ],
-)
-def test_the_rows_in_which_the_boundary_is_searched_have_one(words, rate):
-    """However few values the control has, or however many: several in each row, and no more than there is time for."""
-    spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
-    sample = forecast._some_rows(spec, rate, max(1, min(2048, int(rate / 400))))
-    controls = spec.model.controls(spec.axes)
-    assert all(len(getattr(sample, axis)) >= 2 for axis in controls)
-    rows = sample.size / len(getattr(sample, controls[0]))
-    assert sample.size <= max(4 ** len(controls), 0.3 * rate)
-    assert rows <= 3000 or len(controls) > 1
+    ]:
+        for rate in [1e8, 1e4, 10.0]:
+            spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
+            sample = forecast._some_rows(spec, rate, max(1, min(2048, int(rate / 400))))
+            controls = spec.model.controls(spec.axes)
+            assert all(len(getattr(sample, axis)) >= 2 for axis in controls)
+            rows = sample.size / len(getattr(sample, controls[0]))
+            assert sample.size <= max(4 ** len(controls), 0.3 * rate)
+            assert rows <= 3000 or len(controls) > 1

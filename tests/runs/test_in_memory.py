@@ -153,21 +153,23 @@ def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path):
         assert atlas.sizes == {"roll_rate": 20, "tilt": 10}
 
 
-@pytest.mark.parametrize(("cells", "seconds", "then"), [
-    (2**12, 0.001, 2**17), (2**12, 0.0, 2**17), (2**14, 0.5, 2**13), (2**12, 9.0, 2**12), (2**17, 0.1, 2**17),
-])  # fmt: skip
-def test_blocks_take_a_quarter_of_a_second(cells, seconds, then):
+def test_blocks_take_a_quarter_of_a_second():
     """They are never smaller than the first one, nor larger than a block of the engine usually is."""
-    assert in_memory._next_size(cells, seconds) == then
+    for cells, seconds, then in [
+        (2**12, 0.001, 2**17),
+        (2**12, 0.0, 2**17),
+        (2**14, 0.5, 2**13),
+        (2**12, 9.0, 2**12),
+        (2**17, 0.1, 2**17),
+    ]:
+        assert in_memory._next_size(cells, seconds) == then
 
 
-@pytest.mark.parametrize(
-    ("how", "words"), [({"block_cells": 0}, "at least one cell"), ({"progress": 3}, "progress")]
-)
-def test_what_cannot_be_is_refused(how, words):
+def test_what_cannot_be_is_refused():
     """In a sentence, before anything is computed."""
-    with pytest.raises(RequestError, match=words):
-        sweep.run(SPEC, **how)
+    for how, words in [({"block_cells": 0}, "at least one cell"), ({"progress": 3}, "progress")]:
+        with pytest.raises(RequestError, match=words):
+            sweep.run(SPEC, **how)
 
 
 #: A program that is interrupted from outside, by the signal that a terminal or a notebook sends, and goes on.
