@@ -242,7 +242,7 @@ def test_places_that_are_none_are_refused(atlases):
         ({"rol_rate": 2}, "Did you mean roll_rate"),
         ({"tilt": np.nan}, "finite"),
         ({"tilt": 1.5}, "A bare number is in radians.*tilt=1.5deg"),
-        ({"speed": 1, "roll_rate": 2}, "raw once"),
+        ({"speed": 1, "roll_rate": 2}, "given once"),
         ({"sped": 1}, "Did you mean speed"),
     ]:
         with pytest.raises(RequestError, match=words):

@@ -75,7 +75,10 @@ def refused(facts, make, *given):
         ({"title": "two\nlines"}, ["one line"]),
         ({"title": 3}, ["text"]),
         ({"model": "sphere"}, ["sphere", "disk"]),
-        ({"tilt": "0:1:1000000", "roll_rate": "0:1:10000000"}, ["1000000 x 10000000", "at most 1000000000 cells"]),
+        (
+            {"tilt": "0:1:1000000", "roll_rate": "0:1:10000000"},
+            ["1000000 x 10000000", "at most 1000000000 cells"],
+        ),
         ({"tilt": [0.1], "axes": ["alpha"]}, ["alpha", "tilt"]),
         ({"tilt": [0.1], "axes": []}, ["tilt"]),
         ({"tilt": [0.1], "axes": ["tilt", "tilt"]}, ["tilt"]),
