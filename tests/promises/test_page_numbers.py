@@ -10,7 +10,7 @@ import pytest
 from latex_formula import Page, lines
 
 import sweep
-from sweep.explorer import export, motion, server, view, window, window_files
+from sweep.explorer import export, motion, server, take_away, view, window
 from sweep.explorer import lines as explorer_lines
 from sweep.figures.disk import disk_3d as camera
 from sweep.figures.disk import film_options, film_timing
@@ -34,10 +34,10 @@ def missing(name, stated):
 def test_the_explorer():
     """Limits of docs/explorer.md."""
     stated = {
-        "at most 64 KiB and ten seconds": server.MOST_BYTES == 65536 and server.ARRIVAL == 10.0,
+        "at most 64 KiB": server.MOST_BYTES == 65536,
         "a window at most four million pixels": window.MOST_PIXELS == 4_000_000,
-        "128 connections": server.MOST_CONNECTIONS == 128,
-        "CSV, netCDF, up to a million": window_files.MOST_CELLS == 1_000_000,
+        "64 requests are answered at a time": server.MOST_REQUESTS == 64,
+        "CSV, netCDF, up to a million": take_away.MOST_CELLS == 1_000_000,
         "4000 of its own units of time": motion._UNITS == 4000.0,
         "`method=exact`; up to a million": export.MOST_CELLS == 1_000_000,
         "grid of 96 x 72 exact cells": explorer_lines.COARSE == (96, 72),
