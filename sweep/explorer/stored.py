@@ -187,7 +187,7 @@ class Stored:
         axis = getattr(self.spec, name)
         held = axis.array()
         if isinstance(axis, Range) and axis.spacing == "log":
-            # whatever is not positive lies below all of its cells
+            # what is not positive lies below all of its cells
             held, values = np.log(held), np.log(np.maximum(values, np.finfo(float).tiny))
         borders = borders_of(held)
         places = np.searchsorted(borders, values, side="right") - 1

@@ -35,7 +35,7 @@ def value_at(found, place):
     return math.exp(at) if scale == "log" else at
 
 
-def settled(page):
+def wait_for_picture(page):
     """Wait until the address and the complete picture are those of what was done last."""
     page.wait_for_timeout(300)
     page.wait_for_selector(COMPLETE)

@@ -7,7 +7,7 @@ import pytest
 from explorer_browser import COMPLETE
 from PIL import Image
 
-from tests.explorer.browser.map_page import BOTH, axis, click, entries, point, settled, shown
+from tests.explorer.browser.map_page import BOTH, axis, click, entries, point, shown, wait_for_picture
 
 #: A panel whose motion is shown.
 SHOWN = "#motions .slot[data-shown] .motion.shown:not(.waiting)"
@@ -39,7 +39,7 @@ def test_address_holds_all(opened):
     # a motion that is given a time stands there, however much the system likes motion
     page = opened(fragment, reduced_motion="no-preference")
     page.locator(SHOWN).nth(1).wait_for()
-    settled(page)
+    wait_for_picture(page)
     assert fragment_of(page) == fragment
     assert page.locator("#base").input_value() == "circling"
     assert page.locator("#quantity").input_value() == "amplification"
@@ -54,7 +54,7 @@ def test_address_holds_all(opened):
     assert first.get_by_role("slider", name="contour friction").get_attribute("aria-valuetext") == "2 mm"
     assert second.locator("details.words").evaluate("each => each.open")
     page.evaluate("fragment => { location.hash = fragment }", BOTH)
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["base"] == "rolling"
     assert shown(page)["quantity"] == "stability"
 
@@ -74,7 +74,7 @@ def test_what_is_set_of_a_motion_is_shared(opened):
         canvas.press(key)
     page.locator("select[aria-label=speed]").select_option("0.5")
     page.locator("input.time").fill("300")
-    settled(page)
+    wait_for_picture(page)
     held = entries(page)
     assert held["a.open"] == "laws"
     assert float(held["a.loss.contour_friction"]) > 0.0
@@ -85,13 +85,13 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     # on a screen of the same size it is the same picture but for rounding, and another one than at first
     again = opened(fragment_of(page))
     again.locator(SHOWN).wait_for()
-    settled(again)
+    wait_for_picture(again)
     again.wait_for_timeout(600)
     assert np.abs(stage(again) - stage(page)).mean() < 0.5 < 5.0 < np.abs(stage(page) - behind).mean()
     assert fragment_of(again) == fragment_of(page)
     # what stands in the place of another motion comes with what was set of it
     again.get_by_role("button", name="Close A").click()
-    settled(again)
+    wait_for_picture(again)
     assert not {"a", "a.open", "a.camera", "a.loss.contour_friction"} & entries(again).keys()
 
 
@@ -102,7 +102,7 @@ def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
     )
     page.locator(SHOWN).nth(1).wait_for()
     page.get_by_role("button", name="Close A").click()
-    settled(page)
+    wait_for_picture(page)
     held = entries(page)
     assert (held["a"], held["a.loss.contour_friction"], held["a.open"]) == ("2.6,0.03", "0.002", "laws")
     assert not {"b", "b.open", "b.loss.contour_friction"} & held.keys()
@@ -110,7 +110,7 @@ def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
     page.evaluate("scrollTo(0, 0)")
     click(page, 0.3, 0.2)
     page.wait_for_url(lambda url: "&a=2.6,0.03" not in url)
-    settled(page)
+    wait_for_picture(page)
     assert "a" in entries(page)
     assert "time" not in entries(page)
 
@@ -120,7 +120,7 @@ def test_addresses_that_others_have_written(opened):
     page = opened(
         "x=roll_rate%2C%2B2.5%2C5e-1%2Clinear&y=tilt,-4.5e+0,1.5,log&with.criterion=departure%3A7deg&theme=dark)"
     )
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 2.5, 0.5, "linear")
     assert axis(page, "y") == ("tilt", -4.5, 1.5, "log")
     assert entries(page)["with.criterion"] == "departure:7deg"
@@ -130,7 +130,7 @@ def test_addresses_that_others_have_written(opened):
         "text => { location.hash = `with.criterion=${encodeURIComponent(text)}`; }",
         criterion,
     )
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["with.criterion"] == criterion
     assert page.locator(".own-criterion").inner_text() == criterion
     assert page.locator("#notice").inner_text() == ""
@@ -143,26 +143,26 @@ def test_back_returns_to_what_was_given_up(opened):
     page.locator("#base").select_option("spinning")
     # at once: what was before it is in the address though it was not at rest yet
     page.locator("#slide-alpha").press("ArrowRight")
-    settled(page)
+    wait_for_picture(page)
     spinning = fragment_of(page)
     assert spinning != first
     page.go_back()
-    settled(page)
+    wait_for_picture(page)
     assert (fragment_of(page), page.locator("#base").input_value()) == (first, "rolling")
     page.locator("#motions .motion.shown").wait_for()
     page.go_forward()
-    settled(page)
+    wait_for_picture(page)
     assert (fragment_of(page), page.locator("#base").input_value()) == (spinning, "spinning")
     page.go_back()
-    settled(page)
+    wait_for_picture(page)
     page.locator("#whole").click()
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     # what is whole already gives up nothing
     page.locator("#whole").click()
-    settled(page)
+    wait_for_picture(page)
     page.go_back()
-    settled(page)
+    wait_for_picture(page)
     assert fragment_of(page) == first
     assert shown(page)["view"]["x"]["half"] == 0.5
 
@@ -172,16 +172,16 @@ def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
     page = opened(f"{BOTH}&a=2.4,0.02")
     first, entries_before = fragment_of(page), page.evaluate("history.length")
     page.mouse.dblclick(*point(page, 0.1, 0.1))
-    settled(page)
+    wait_for_picture(page)
     whole = fragment_of(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     # what is whole already gives up nothing
     for across in (-0.5, 0.0, 0.5):
         page.mouse.dblclick(*point(page, across, 0.1))
-        settled(page)
+        wait_for_picture(page)
     assert (fragment_of(page), page.evaluate("history.length")) == (whole, entries_before + 1)
     page.go_back()
-    settled(page)
+    wait_for_picture(page)
     assert fragment_of(page) == first
 
 
@@ -189,13 +189,13 @@ def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
     """Beside the picture nothing is chosen: the start and the words that were set before stay."""
     page = opened(BOTH)
     click(page, 0.3, 0.2)
-    settled(page)
+    wait_for_picture(page)
     start = entries(page)["a"]
     page.locator("#slide-alpha").press("ArrowRight")
-    settled(page)
+    wait_for_picture(page)
     page.evaluate("scrollTo(0, 0)")
     page.mouse.dblclick(*point(page, -1.05, 0.0))
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     assert (entries(page).get("a"), "with.alpha" in entries(page)) == (start, True)
 
@@ -223,7 +223,7 @@ def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
 def test_address_that_makes_no_sense_shows_the_first_view(opened, fragment):
     """What cannot be read of an address is as at the start; one that no page has written is not read."""
     page = opened(fragment)
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     assert entries(page).keys() == {"base", "x", "y", "quantity"}
 
@@ -245,7 +245,7 @@ def test_what_makes_no_sense_of_a_motion_is_not_set(opened, set_of_it):
     """The motion of a start in the address is shown as it is where a camera, a part or a loss cannot be read."""
     page = opened(f"{BOTH}&a=2.4,0.02&a.{set_of_it}")
     page.locator(SHOWN).wait_for()
-    settled(page)
+    wait_for_picture(page)
     assert fragment_of(page) == f"{BOTH}&a=2.4,0.02"
     assert page.locator(".problem").first.text_content() == ""
     assert not page.locator(".motion").first.evaluate("each => each.classList.contains('lossy')")
@@ -259,7 +259,7 @@ def test_losses_that_are_not_possible_are_told_and_left_out(browser, explorer):
     page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02&a.loss.air_law=fog&a.loss.friction=-1")
     page.wait_for_selector(COMPLETE)
     page.locator(SHOWN).wait_for()
-    settled(page)
+    wait_for_picture(page)
     assert (
         "friction" in page.locator(".problem").inner_text() or "air" in page.locator(".problem").inner_text()
     )

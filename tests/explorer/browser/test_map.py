@@ -23,10 +23,10 @@ from tests.explorer.browser.map_page import (
     plot,
     point,
     random_pixels,
-    settled,
     shown,
     ticks,
     value_at,
+    wait_for_picture,
     wait_for_text,
 )
 
@@ -52,7 +52,7 @@ def test_wheel_zooms_about_the_pointer(opened):
     page.mouse.move(x, y)
     for _ in range(3):
         page.mouse.wheel(0, -400)
-    settled(page)
+    wait_for_picture(page)
     after = axis(page, "x"), axis(page, "y")
     for old, new, at in zip(before, after, place, strict=True):
         assert new[2] < 0.5 * old[2]
@@ -69,7 +69,7 @@ def test_wheel_over_one_axis_zooms_that_axis(opened):
     box = plot(page)
     page.mouse.move(box["x"] + 100, box["y"] + box["height"] + 20)
     page.mouse.wheel(0, -400)
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[2] < before[0][2]
     assert axis(page, "y") == before[1]
 
@@ -80,13 +80,13 @@ def test_zoom_ends_where_pixels_are_eight_units_in_the_last_place(opened):
     page.mouse.move(*point(page, 0.2, 0.1))
     for _ in range(20):
         page.mouse.wheel(0, -800)
-    settled(page)
+    wait_for_picture(page)
     picture, x, y = shown(page), axis(page, "x"), axis(page, "y")
     assert 8.0 <= 2 * x[2] / picture["width"] / math.ulp(x[1]) < 8.1
     assert 8.0 <= 2 * y[2] / picture["height"] / math.ulp(y[1]) < 8.1
     assert "Zoom ends here" in page.locator("#notice").text_content()
     page.mouse.wheel(0, 400)
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
 
 
@@ -118,12 +118,12 @@ def test_drag_moves_and_double_click_shows_all(opened):
     page.mouse.move(*point(page, 0.0, 0.0), steps=5)
     page.mouse.move(*point(page, -0.5, 0.0), steps=5)
     page.mouse.up()
-    settled(page)
+    wait_for_picture(page)
     moved = axis(page, "x")
     assert moved[1] - before[1] == pytest.approx(before[2], abs=2 * before[2] / box["width"])
     assert moved[2] == before[2]
     page.mouse.dblclick(*point(page, 0.1, 0.1))
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     assert "a" not in entries(page)
 
@@ -149,7 +149,7 @@ def test_pinch_zooms(opened):
     for apart in range(44, 81, 4):
         fingers("touchMove", apart)
     fingers("touchEnd", 80)
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[2] == pytest.approx(0.5 * before[2], rel=0.05)
     assert "a" not in entries(page)
 
@@ -159,7 +159,7 @@ def test_tap_shows_numbers_and_motion(opened):
     page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True, reduced_motion="reduce")
     page.touchscreen.tap(*point(page, 0.3, 0.2))
     wait_for_text(page, "#readout", "nutation period")
-    settled(page)
+    wait_for_picture(page)
     assert "a" in entries(page)
 
 
@@ -176,7 +176,7 @@ def test_slider_acts_on_picture_and_lines(opened):
     """Alpha at another value moves the analytic line to sqrt(g / (2 (1 + alpha) R)), and the verdicts with it."""
     page = opened(BOTH)
     page.locator("#slide-alpha").fill("1000")
-    settled(page)
+    wait_for_picture(page)
     assert float(entries(page)["with.alpha"]) == 1.0
     assert shown(page)["view"]["words"] == {"alpha": 1}
     check_analytic_line(page, alpha=1.0)
@@ -191,11 +191,11 @@ def test_number_beside_a_slider_is_exact(opened):
     page = opened(BOTH)
     page.locator("#value-radius").fill("0.123456789")
     page.keyboard.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["words"] == {"radius": 0.123456789}
     page.locator("#value-radius").fill("thick")
     page.keyboard.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["words"] == {"radius": 0.123456789}
 
 
@@ -214,7 +214,7 @@ def test_last_of_many_changes_is_shown(opened):
         }"""
     )
     page.wait_for_timeout(700)
-    settled(page)
+    wait_for_picture(page)
     last = float(entries(page)["with.alpha"])
     assert shown(page)["view"]["words"] == {"alpha": last}
     check_analytic_line(page, last)
@@ -227,7 +227,7 @@ def test_last_of_many_changes_is_shown(opened):
 def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
     """The menu of criteria names one that has no slider, and what it asks stands below."""
     page = opened(url=served_with("rolling", "criterion=peak_tilt > 10deg", "roll_rate=2:4:20").url)
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#criterion-kind option:checked").text_content() == "another one"
     assert "peak_tilt" in page.locator(".own-criterion").text_content()
 
@@ -246,7 +246,7 @@ def test_criterion_acts(opened):
     page = opened(BOTH)
     page.locator("#value-criterion-departure").fill("1.5")
     page.keyboard.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["with.criterion"] == "departure:1.5deg"
     size = shown(page)["width"], shown(page)["height"]
     pixels = random_pixels(*size, 12)
@@ -270,7 +270,7 @@ def test_numbers_under_the_pointer_are_those_of_the_server(opened, explorer):
     box = plot(page)
     # which start it was follows from the address of a click there
     page.mouse.click(*point(page, 0.25, 0.5))
-    settled(page)
+    wait_for_picture(page)
     x, y = map(float, entries(page)["a"].split(","))
     assert x == pytest.approx(value_at(axis(page, "x"), 0.25), abs=2 * axis(page, "x")[2] / box["width"])
     answer = post(explorer.url, "point", view=shown(page)["view"], x=x, y=y)
@@ -290,13 +290,13 @@ def test_click_shows_a_motion_and_a_second_one_beside_it(opened):
     click(page, 0.6, -0.4)
     page.keyboard.up("Shift")
     page.wait_for_selector("#motions .slot[data-shown] >> nth=1")
-    settled(page)
+    wait_for_picture(page)
     chosen = entries(page)
     assert chosen["compare"] == "yes"
     assert chosen["a"] != chosen["b"]
     assert page.locator("#map circle.mark").count() == 2
     page.get_by_role("button", name="Close A").click()
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["a"] == chosen["b"]
     assert "compare" not in entries(page)
     assert page.locator("#motions .slot").nth(1).is_hidden()
@@ -315,20 +315,20 @@ def test_keyboard_goes_everywhere(opened, explorer):
     assert answer["start"]["roll_rate"]["text"] in spoken
     assert answer["verdict"] in spoken
     page.keyboard.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert tuple(map(float, entries(page)["a"].split(","))) == pytest.approx((x, y), rel=1e-12)
     before = axis(page, "x")
     page.keyboard.press("+")
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[2] == pytest.approx(0.7 * before[2])
     page.keyboard.press("0")
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
     # the cursor that reaches the border takes the window with it
     page.keyboard.press("Shift+ArrowLeft")
     for _ in range(4):
         page.keyboard.press("Shift+ArrowLeft")
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[1] < 3.0
 
 
@@ -341,7 +341,7 @@ def test_refusal_is_told_in_words(opened):
     wait_for_text(page, "#notice", re.compile(r"\S"))
     page.unroute("**/window")
     page.locator("#slide-alpha").fill("500")
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
 
 
@@ -349,12 +349,12 @@ def test_axes_can_be_others(opened):
     """Another parameter goes across: the one that was there keeps the value in the middle, and gets a slider."""
     page = opened(BOTH)
     page.locator("#axis-x").select_option("alpha")
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[0] == "alpha"
     assert float(entries(page)["with.roll_rate"]) == 2.7
     assert page.locator("#slide-roll_rate").count() == 1
     page.locator("#log-x").check()
-    settled(page)
+    wait_for_picture(page)
     assert axis(page, "x")[3] == "log"
 
 
@@ -403,7 +403,7 @@ def test_window_is_copied_as_command(opened, explorer):
     assert item.evaluate("each => each.hidden")
     click(page, 0.3, 0.2)
     page.wait_for_selector("#motions .slot[data-shown]")
-    settled(page)
+    wait_for_picture(page)
     page.locator("details.laws summary").first.click()
     page.get_by_role("slider", name="contour friction").press("PageUp")
     page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
@@ -423,11 +423,11 @@ def test_a_criterion_that_is_none_is_not_asked_for(opened):
         page.keyboard.press("Enter")
         assert field.evaluate("each => each.classList.contains('wrong')"), wrong
         assert field.get_attribute("title") == "This must be above 0 and below 180 deg."
-    settled(page)
+    wait_for_picture(page)
     assert "with.criterion" not in entries(page)
     field.fill("7")
     page.keyboard.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["with.criterion"] == "departure:7deg"
     assert not field.evaluate("each => each.classList.contains('wrong')")
     assert not field.get_attribute("title")

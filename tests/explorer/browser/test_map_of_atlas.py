@@ -16,9 +16,9 @@ from tests.explorer.browser.map_page import (
     entries,
     point,
     random_pixels,
-    settled,
     shown,
     value_at,
+    wait_for_picture,
     wait_for_text,
 )
 
@@ -37,7 +37,7 @@ def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas)
     """Within the grid a pixel has the verdict of its cell, and says so; beyond it that of its own start."""
     served = served_with(atlas)
     page = opened("quantity=stability", url=served.url)
-    settled(page)
+    wait_for_picture(page)
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
     stored = sweep.open_atlas(atlas)
     pixels = random_pixels(size["width"], size["height"], 60)
@@ -51,7 +51,7 @@ def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas)
     page.mouse.move(*point(page, 0.3, 0.3))
     wait_for_text(page, "#readout", "stored cell")
     page.locator("#show-stored").uncheck()
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["stored"] == "no"
     assert not opened(page.url.split("#")[1], url=served.url).locator("#show-stored").is_checked()
     pixels = pixels[:12]
@@ -82,12 +82,12 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
     assert "end time" in offered.all_text_contents()
     assert shown(page)["quantity"] == "end_time"
     page.locator("#base").select_option("rolling")
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["base"] == "rolling"
     assert shown(page)["quantity"] == entries(page)["quantity"] == page.locator("#quantity").input_value()
     assert "end time" not in offered.all_text_contents()
     page.evaluate("location.hash = 'base=rolling&quantity=end_time'")
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["quantity"] != "end_time"
 
 
@@ -96,14 +96,14 @@ def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with
     path = tmp_path / "integrated.nc"
     sweep.run_to_file("rolling", path, roll_rate="2.3:3.1:8", tilt="0.2deg:4deg:6:log", progress=False)
     page = opened("quantity=fall_time", url=served_with(path).url)
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["quantity"] == "fall_time"
     page.locator("#slide-alpha").fill("800")
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#notice").text_content().startswith("Fall time is known of stored cells alone")
     assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
     page.locator("#quantity").select_option("peak_tilt")
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
 
 
@@ -120,7 +120,7 @@ def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with
     assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
     page.unroute("**/window")
     page.locator("#base").select_option("")
-    settled(page)
+    wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
 
 
@@ -132,7 +132,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     wait_for_text(page, "#readout", "verdict")
     for _ in range(2):
         page.mouse.wheel(0, 800)
-    settled(page)
+    wait_for_picture(page)
     width = shown(page)["width"]
     assert set(colours(page, [[column, 3] for column in range(0, width, 20)])) == {None}
     page.mouse.move(*point(page, 0.9, -0.9))
@@ -165,7 +165,7 @@ def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_
     page.mouse.move(*point(page, 0.0, 0.0))
     wait_for_text(page, "#readout", "verdict")
     page.mouse.wheel(0, 1600)
-    settled(page)
+    wait_for_picture(page)
     asked = []
     page.on("request", lambda request: asked.append(request.url) if request.url.endswith("/point") else None)
     page.mouse.move(*point(page, 0.9, -0.9))
@@ -195,14 +195,14 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     page.mouse.move(*point(page, 0.3, 0.3))
     wait_for_text(page, "#readout", "peak tilt")
     page.mouse.wheel(0, -1200)
-    settled(page)
+    wait_for_picture(page)
     assert "24 x 16 cells" in page.locator("#notice").text_content()
     page.locator("#whole").click()
-    settled(page)
+    wait_for_picture(page)
     # beyond its cells it knows nothing, and shows nothing
     page.mouse.move(*point(page, 0.0, 0.0))
     page.mouse.wheel(0, 400)
-    settled(page)
+    wait_for_picture(page)
     assert colours(page, [[1, 1], [shown(page)["width"] // 2, shown(page)["height"] // 2]])[0] is None
     page.mouse.move(*point(page, -0.98, -0.98))
     wait_for_text(page, "#readout", "No cell here.")

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.explorer.browser.map_page import BOTH, plot, settled, wait_for_text
+from tests.explorer.browser.map_page import BOTH, plot, wait_for_picture, wait_for_text
 
 #: Titles of the menus that are open, and the words of what has the focus.
 OPEN = "[...document.querySelectorAll('details.menu[open] > summary')].map((each) => each.textContent)"
@@ -98,7 +98,7 @@ def test_a_text_is_copied_without_the_clipboard_of_the_page(opened, clipboard):
 def test_a_text_that_cannot_be_copied_is_shown(opened):
     """Else it is shown as it is, line by line and selected; Escape and a button close it, and the focus returns."""
     page = opened(BOTH)
-    settled(page)
+    wait_for_picture(page)
     page.evaluate(REFUSED + NO_COPY)
     choose(page, "window as Python")
     area = page.get_by_role("dialog").get_by_role("textbox")

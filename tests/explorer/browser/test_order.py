@@ -2,7 +2,7 @@
 
 import json
 
-from tests.explorer.browser.map_page import BOTH, axis, click, entries, settled, shown, wait_for_text
+from tests.explorer.browser.map_page import BOTH, axis, click, entries, shown, wait_for_picture, wait_for_text
 
 #: Begin to note lane and words of each picture that is shown, in `lanes`.
 RECORD = """() => {
@@ -29,7 +29,7 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     page.locator("#slide-alpha").fill("300")
     page.wait_for_timeout(150)
     page.locator("#slide-alpha").fill("700")
-    settled(page)
+    wait_for_picture(page)
     words = shown(page)["view"]["words"]
     assert page.evaluate(RECORD) == []
     (late,) = held
@@ -56,7 +56,7 @@ def test_a_coarse_picture_does_not_take_the_place_of_the_fine_one_of_its_view(op
 
     page.route("**/window", hold_the_first_coarse_one_and_fine_ones_after_it)
     page.locator("#slide-alpha").fill("300")
-    settled(page)
+    wait_for_picture(page)
     first = shown(page)["view"]["words"]
     (late,) = held["coarse"]
     fine_ones_wait = True
@@ -71,7 +71,7 @@ def test_a_coarse_picture_does_not_take_the_place_of_the_fine_one_of_its_view(op
     fine_ones_wait = False
     for route in held["fine"]:
         route.continue_()
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["words"] != first
 
 
@@ -113,7 +113,7 @@ def test_losses_of_an_address_are_kept_while_another_motion_is_followed(opened):
     page.route("**/motion", lambda route: route.fulfill(json=words))
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.loss.friction=0.1")
     wait_for_text(page, ".motion .problem", "ANOTHER IS FOLLOWED.")
-    settled(page)
+    wait_for_picture(page)
     assert entries(page)["a.loss.friction"] == "0.1"
 
 
@@ -129,7 +129,7 @@ def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
             # both ask at the same time
             page.wait_for_timeout(40)
     for number, page in enumerate(pages):
-        settled(page)
+        wait_for_picture(page)
         view = shown(page)["view"]
         assert (view["base"], view["words"]) == (("rolling", "spinning")[number], {"alpha": 0.8})
         assert page.locator("#notice").inner_text() == ""

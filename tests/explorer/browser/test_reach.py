@@ -7,7 +7,16 @@ from explorer_browser import COMPLETE, served
 
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
-from tests.explorer.browser.map_page import BOTH, click, entries, plot, point, settled, shown, wait_for_text
+from tests.explorer.browser.map_page import (
+    BOTH,
+    click,
+    entries,
+    plot,
+    point,
+    shown,
+    wait_for_picture,
+    wait_for_text,
+)
 
 GONE = "The explorer does not answer"
 
@@ -73,7 +82,7 @@ def test_a_page_goes_on_when_its_server_answers_again(unwatched, explorer):
     assert plot(page)["width"] > 100
     page.unroute("**/*")
     page.locator("#notice").filter(has_not_text=GONE).wait_for(state="attached")
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["view"]["words"] == {"alpha": 1}
     page.wait_for_selector("#motions .motion.shown:not(.waiting)")
     wait_for_text(page, "#readout", "nutation period")
@@ -170,7 +179,7 @@ def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
         page.unroute(f"**/{each}")
     told.get_by_role("button", name="Try again").click()
     told.filter(has_not_text="no room").wait_for(state="attached")
-    settled(page)
+    wait_for_picture(page)
     page.locator("#motions .motion.shown:not(.waiting)").wait_for()
     page.locator("#motions .motion .verdict").first.filter(has_text=re.compile(r"\w")).wait_for()
     page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
@@ -187,7 +196,7 @@ def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explor
     page.route("**/lines", lambda route: held.append(route))
     with page.expect_request("**/lines"), page.expect_response(lambda found: found.url.endswith("/window")):
         page.get_by_role("button", name="Try again").click()
-    settled(page)
+    wait_for_picture(page)
     held[0].continue_()
     page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
     page.locator("#notice").filter(has_not_text="no room").wait_for(state="attached")
@@ -200,7 +209,7 @@ def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6")
     button = page.locator("#notice button")
     button.wait_for()
-    settled(page)
+    wait_for_picture(page)
     page.evaluate(
         """() => {
             window.changes = 0;
@@ -211,7 +220,7 @@ def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
     button.focus()
     with page.expect_response("**/lines"):
         button.press("Enter")
-    settled(page)
+    wait_for_picture(page)
     assert button.evaluate("each => each === document.activeElement")
     assert page.evaluate("changes") == 0
     page.unroute("**/lines")

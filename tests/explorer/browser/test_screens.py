@@ -6,7 +6,7 @@ import pytest
 from explorer_browser import COMPLETE
 
 import sweep
-from tests.explorer.browser.map_page import BOTH, click, entries, plot, settled, shown
+from tests.explorer.browser.map_page import BOTH, click, entries, plot, shown, wait_for_picture
 
 
 def test_dark_and_light(opened):
@@ -15,12 +15,12 @@ def test_dark_and_light(opened):
     background = "getComputedStyle(document.body).backgroundColor"
     dark = page.evaluate(background)
     page.locator("#theme").click()
-    settled(page)
+    wait_for_picture(page)
     light = page.evaluate(background)
     assert sum(map(int, re.findall(r"\d+", dark))) < 120 < 600 < sum(map(int, re.findall(r"\d+", light)))
     assert entries(page)["theme"] == "light"
     page.locator("#theme").click()
-    settled(page)
+    wait_for_picture(page)
     assert page.evaluate(background) == dark
     assert "theme" not in entries(page)
 
@@ -68,7 +68,7 @@ def test_page_fits_its_width(opened, width):
     assert box["width"] > (0.7 if width < 500 else 0.35) * width
     assert shown(page)["width"] == box["width"]
     page.set_viewport_size({"width": width - 40, "height": 800})
-    settled(page)
+    wait_for_picture(page)
     assert shown(page)["width"] == plot(page)["width"] < box["width"]
 
 
@@ -114,7 +114,7 @@ def test_nothing_is_cut(opened, width):
     click(page, 0.1, 0.2)
     page.locator("#motions .motion.shown:not(.waiting)").wait_for()
     page.locator("#readout").filter(has_not_text="\u2026").filter(has_text="wells").wait_for()
-    settled(page)
+    wait_for_picture(page)
     assert page.evaluate(CUT) == []
     assert page.locator("#map .legend .line").count() == 3
     assert page.evaluate("document.documentElement.scrollWidth") == width
