@@ -123,7 +123,7 @@ class ShownFigure(Figure):
 
 @contextmanager
 def styled(font_size: float = 8.0) -> Iterator[None]:
-    """Draw in the style of this package alone, whatever matplotlib was told by files or programs."""
+    """Draw in the style of this package alone; settings of matplotlib by files or programs have no effect."""
     with matplotlib.rc_context(_DEFAULTS | style(font_size)):
         yield
 

@@ -22,7 +22,7 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Points on a line of theory: a curve looks smooth, whatever the grid.
+#: Points on a line of theory: a curve looks smooth on any grid.
 _FINE = 400
 
 #: First value of the coordinate on lines that end at zero, where their motions do not exist.

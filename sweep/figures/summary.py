@@ -263,7 +263,7 @@ def thumbnail(
     lines: Sequence[Line],
     labels: tuple[str, str],
 ) -> str:
-    """Return an SVG of a plane of verdicts, each cell as large as any other, whatever the spacing of the axes.
+    """Return an SVG of a plane of verdicts, each cell as large as any other, for any spacing of the axes.
 
     Parameters
     ----------

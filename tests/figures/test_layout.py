@@ -55,18 +55,6 @@ LOOKS = {
 }
 
 
-@pytest.fixture(scope="module", params=AWKWARD)
-def atlas(request):
-    """Return one of the awkward atlases."""
-    return sweep.run(AWKWARD[request.param])
-
-
-@pytest.fixture(scope="module", params=["default", "column"])
-def drawn(request, atlas):
-    """Return a figure of one of them, wide or as wide as a column of a journal."""
-    return drawn_as(atlas, LOOKS[request.param])
-
-
 def drawn_as(atlas, look):
     """Return a figure of an atlas, drawn; None where the look is refused in words."""
     try:
@@ -119,18 +107,49 @@ def overlap(one, other):
     return min(min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0))
 
 
-def test_no_word_lies_on_another(drawn):
+def test_nothing_lies_on_anything_else_in_a_column():
     """Neither do the boxes of two words overlap, nor does any leave the figure, nor a legend lie on a panel."""
-    check_words(drawn)
+    check_all("column")
 
 
-@pytest.mark.parametrize("look", ["narrow", "large letters", "scaled", "low"])
-@pytest.mark.parametrize("name", ["circling", "negative", "decades", "alphas and radii"])
-def test_no_word_lies_on_another_in_other_looks(name, look):
+@pytest.mark.release
+def test_nothing_lies_on_anything_else_in_a_wide_figure():
+    """The same holds where the figure is as wide as its panels like to be."""
+    check_all("default")
+
+
+def check_all(look):
+    """Check words, maps and names of all awkward atlases in a look."""
+    for name, spec in AWKWARD.items():
+        atlas = sweep.run(spec)
+        drawn = drawn_as(atlas, LOOKS[look])
+        if drawn is not None:
+            check_words(drawn, name)
+            check_maps(drawn, name)
+            check_verdicts(atlas, drawn, name)
+
+
+#: Atlas -> one look of it that is drawn by day.
+OTHERS = {"circling": "scaled", "negative": "narrow", "decades": "large letters", "alphas and radii": "low"}
+
+
+def test_no_word_lies_on_another_in_other_looks():
     """The same holds for a narrow figure, for large letters, scaled rates and a low figure, or they are refused."""
-    drawn = drawn_as(sweep.run(AWKWARD[name]), LOOKS[look])
-    if drawn is not None:
-        check_words(drawn)
+    for name, look in OTHERS.items():
+        drawn = drawn_as(sweep.run(AWKWARD[name]), LOOKS[look])
+        if drawn is not None:
+            check_words(drawn, (name, look))
+
+
+@pytest.mark.release
+def test_no_word_lies_on_another_in_all_looks():
+    """Each of those atlases in each of those looks."""
+    for name in OTHERS:
+        atlas = sweep.run(AWKWARD[name])
+        for look in OTHERS.values():
+            drawn = drawn_as(atlas, LOOKS[look])
+            if drawn is not None:
+                check_words(drawn, (name, look))
 
 
 TITLED = {
@@ -141,15 +160,13 @@ TITLED = {
 }
 
 
-@pytest.mark.parametrize("look", ["default", "column", "narrow"])
-@pytest.mark.parametrize("name", TITLED)
-def test_the_title_that_the_program_gives_is_whole(name, look):
+def test_the_title_that_the_program_gives_is_whole():
     """Where it is longer than a line it takes several; nothing is cut, and no word leaves its place."""
-    spec = sweep.SweepSpec.preset("rolling" if name == "random" else name, **TITLED[name])
-    drawn = plots.figure([sweep.run(spec)], look=LOOKS[look])
-    assert misplaced(drawn) == []
-    several = plots.figure([sweep.run(spec)] * 2, look=Look.read(width="160mm"))
-    assert misplaced(several) == []
+    for name, words in TITLED.items():
+        atlas = sweep.run(sweep.SweepSpec.preset("rolling" if name == "random" else name, **words))
+        for look in ("default", "column", "narrow"):
+            assert misplaced(plots.figure([atlas], look=LOOKS[look])) == [], (name, look)
+        assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == [], name
 
 
 def test_the_title_of_axes_of_a_user_is_whole():
@@ -164,17 +181,17 @@ def test_the_title_of_axes_of_a_user_is_whole():
 LONG = "A coin of twelve millimetres on glass, nudged by four degrees as it rolls"
 
 
-@pytest.mark.parametrize("look", ["default", "column", "narrow"])
-@pytest.mark.parametrize("name", ["rolling", "random"])
-def test_a_long_title_pushes_the_panels_down(name, look):
+def test_a_long_title_pushes_the_panels_down():
     """Its lines lie above the panels, and none of them is cut; in several panels, beside a common title too."""
-    spec = sweep.SweepSpec.preset("rolling", title=LONG, **TITLED[name])
-    atlas = sweep.run(spec)
-    drawn = plots.figure([atlas], look=LOOKS[look])
-    assert misplaced(drawn) == []
-    assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
-    if name == "rolling":
-        assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == []
+    for name in ("rolling", "random"):
+        for look in ("default", "column", "narrow"):
+            spec = sweep.SweepSpec.preset("rolling", title=LONG, **TITLED[name])
+            atlas = sweep.run(spec)
+            drawn = plots.figure([atlas], look=LOOKS[look])
+            assert misplaced(drawn) == []
+            assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
+            if name == "rolling":
+                assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == []
 
 
 def test_a_long_title_of_more_than_two_axes_is_whole():
@@ -186,30 +203,32 @@ def test_a_long_title_of_more_than_two_axes_is_whole():
         assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
 
 
-@pytest.mark.parametrize("start", [{}, {"rolling_friction": "10um"}], ids=["disk", "losses"])
-def test_a_long_title_of_a_motion_is_whole(start):
+def test_a_long_title_of_a_motion_is_whole():
     """The panels of a motion lie below all lines of its title and caption."""
-    rates = {"tilt_rate": -1.234, "precession_rate": -12.34, "roll_rate": -12.34, "gravity": 9.625}
-    motion = sweep.simulate(radius="12.345mm", tilt="1.234deg", duration=1.0, title=LONG, **rates, **start)
-    drawn = plots.motion_figure(motion)
-    assert misplaced(drawn) == []
-    assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
+    for start in ({}, {"rolling_friction": "10um"}):
+        rates = {"tilt_rate": -1.234, "precession_rate": -12.34, "roll_rate": -12.34, "gravity": 9.625}
+        motion = sweep.simulate(
+            radius="12.345mm", tilt="1.234deg", duration=1.0, title=LONG, **rates, **start
+        )
+        drawn = plots.motion_figure(motion)
+        assert misplaced(drawn) == []
+        assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
 
 
-def check_words(drawn):
+def check_words(drawn, case):
     """Hold the boxes of all words of a figure against each other and against its panels."""
     words = words_of(drawn)
     touching = [(a[0], b[0]) for a, b in itertools.combinations(words, 2) if overlap(a[1], b[1]) > 1.0]
-    assert not touching
+    assert not touching, case
     outside = [text for text, box in words if overlap(box, drawn.bbox) < min(box.width, box.height) - 1.0]
-    assert not outside
+    assert not outside, case
     for axes in drawn.axes:
         legend = axes.get_legend()
         if legend is not None:
-            assert all(overlap(legend.get_window_extent(), each.bbox) <= 0.0 for each in drawn.axes)
+            assert all(overlap(legend.get_window_extent(), each.bbox) <= 0.0 for each in drawn.axes), case
 
 
-def test_maps_are_full_of_cells_and_nothing_lies_on_markers(drawn):
+def check_maps(drawn, case):
     """Axes end where the cells do; no word in a map covers a point of a boundary or of a line; no panel is empty."""
     for axes in drawn.axes:
         meshes = [
@@ -226,17 +245,17 @@ def test_maps_are_full_of_cells_and_nothing_lies_on_markers(drawn):
                 at = each.get_transform().transform_path(each.get_path()).interpolated(50).vertices
             for text, box in boxes:
                 on = (at[:, 0] > box.x0) & (at[:, 0] < box.x1) & (at[:, 1] > box.y0) & (at[:, 1] < box.y1)
-                assert not on.any(), (text, each.get_label())
+                assert not on.any(), (case, text, each.get_label())
 
 
-def test_every_verdict_is_named(atlas, drawn):
+def check_verdicts(atlas, drawn, case):
     """Each verdict that a panel has is a word in it, or beside it with a marker."""
     names = {0: "undecided", 1: "stable", 2: "unstable"}
     there = {names[int(code)] for code in np.unique(atlas["stability"].values)}
     if (atlas["ending"].values >= 5).any():
         there.discard("undecided")
     told = {text.partition(",")[0] for text, _ in words_of(drawn)}
-    assert there <= told
+    assert there <= told, case
 
 
 def test_a_marker_points_at_a_region_without_room():
@@ -250,16 +269,14 @@ def test_a_marker_points_at_a_region_without_room():
     assert "stable, at the marker" in [text.get_text() for text in axes.get_legend().get_texts()]
 
 
-@pytest.mark.parametrize(
-    ("width", "font_size"), [("25mm", 8), ("86mm", 30), ("40mm", 8)], ids=["narrow", "large", "both"]
-)
-def test_too_small_a_figure_is_refused_with_the_size_that_will_do(width, font_size):
+def test_too_small_a_figure_is_refused_with_the_size_that_will_do():
     """The size that a refusal names is enough."""
-    atlas = sweep.run(PLAIN)
-    with pytest.raises(sweep.RequestError, match=r"no room for its panels.*width=\d+mm") as caught:
-        plots.figure([atlas], look=Look.read(width=width, font_size=font_size))
-    named = str(caught.value).partition("width=")[2].partition("mm")[0]
-    plots.figure([atlas], look=Look.read(width=f"{named}mm", font_size=font_size))
+    for width, font_size in (("25mm", 8), ("86mm", 30), ("40mm", 8)):
+        atlas = sweep.run(PLAIN)
+        with pytest.raises(sweep.RequestError, match=r"no room for its panels.*width=\d+mm") as caught:
+            plots.figure([atlas], look=Look.read(width=width, font_size=font_size))
+        named = str(caught.value).partition("width=")[2].partition("mm")[0]
+        plots.figure([atlas], look=Look.read(width=f"{named}mm", font_size=font_size))
 
 
 def test_a_figure_has_the_size_that_was_asked_for(tmp_path):

@@ -58,7 +58,7 @@ def maps(drawn):
 
 
 def test_no_number_of_a_failed_cell_is_drawn(plain):
-    """Cells whose integration failed have no colour, whatever number they hold; their error estimate is drawn."""
+    """Cells whose integration failed have no colour for their numbers; their error estimate is drawn."""
     failed = next(each.code for each in DISK.endings if each.role == FAILED)
     place = {"roll_rate": 3, "tilt": 4}
     changed = plain.copy(deep=True)
@@ -133,9 +133,9 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
     assert 2 <= len(automatic.levels) <= 12
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_bad_looks_are_refused(plain):
+    """What is not possible is refused in a sentence with what is, and with the bad word; the rest is drawn."""
+    for words, message in (
         ({"rate": "sqared"}, r"linear, squared, scaled or speed; got sqared\. Did you mean squared"),
         ({"quantity": "peak_tlt"}, r"no peak_tlt of its cells; it has ending, .*Did you mean peak_tilt"),
         ({"quantity": "roll_rate"}, r"no roll_rate of its cells"),
@@ -157,15 +157,12 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
         ({"contours": "1", "quantity": "ending"}, r"ending is a flag"),
         ({"family": True}, r"at least three axes; this one has the axes roll_rate, tilt"),
         ({"family": True, "quantity": "steps"}, r"got family with quantity"),
-    ],
-)
-def test_bad_looks_are_refused(plain, words, message):
-    """What is not possible is refused in a sentence with what is, and with the bad word; the rest is drawn."""
-    if not message:
-        assert draw(plain, **words).axes
-        return
-    with pytest.raises(sweep.RequestError, match=message):
-        draw(plain, **words)
+    ):
+        if not message:
+            assert draw(plain, **words).axes
+            return
+        with pytest.raises(sweep.RequestError, match=message):
+            draw(plain, **words)
 
 
 def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
@@ -237,32 +234,32 @@ def test_scaled_rates_of_unlike_disks_meet():
         draw(atlas.isel(tilt=0), rate="scaled")
 
 
-@pytest.mark.parametrize(
-    ("radius", "unit", "factor"), [("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)]
-)
-def test_a_rate_is_drawn_as_the_speed_of_the_contact_point(radius, unit, factor):
+def test_a_rate_is_drawn_as_the_speed_of_the_contact_point():
     """Rate times radius: rolling upright is stable above sqrt(g R / 3), which the legend says as a number."""
-    spec = sweep.SweepSpec.preset("rolling", radius=radius).replace(tilt="0.1deg:1deg:8")
-    atlas = sweep.run(spec)
-    drawn = draw(atlas, rate="speed")
-    [axes] = maps(drawn)
-    critical = factor * np.sqrt(9.81 * spec.radius / 3.0)
-    line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
-    np.testing.assert_allclose(line.get_ydata(), critical, rtol=1e-12)
-    label = axes.get_ylabel().replace("\n", " ")
-    assert label == rf"speed $R\dot\phi_0$ ({unit} s$^{{-1}}$)"
-    assert f"={NB}{critical:.4g}{NB}{unit}{NB}s$^{{-1}}$" in str(line.get_label())
-    rows = mesh(axes).get_coordinates()[:, 0, 1]
-    np.testing.assert_allclose(
-        0.5 * (rows[1:] + rows[:-1]), factor * spec.radius * atlas["roll_rate"].values, rtol=1e-9
-    )
-    other = axes.child_axes[0]
-    drawn.draw_without_rendering()
-    np.testing.assert_allclose(other.get_ylim(), np.array(axes.get_ylim()) / critical / 3.0**0.5, rtol=1e-9)
-    along = draw(atlas.isel(tilt=2), rate="speed").axes[0]
-    assert along.get_xlabel().replace("\n", " ") == label
-    family = draw(sweep.run(spec.replace(alpha="0.2,1")), rate="speed", family=True)
-    assert family.axes[0].get_ylabel().replace("\n", " ") == label
+    for radius, unit, factor in (("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)):
+        spec = sweep.SweepSpec.preset("rolling", radius=radius).replace(tilt="0.1deg:1deg:8")
+        atlas = sweep.run(spec)
+        drawn = draw(atlas, rate="speed")
+        [axes] = maps(drawn)
+        critical = factor * np.sqrt(9.81 * spec.radius / 3.0)
+        line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
+        np.testing.assert_allclose(line.get_ydata(), critical, rtol=1e-12)
+        label = axes.get_ylabel().replace("\n", " ")
+        assert label == rf"speed $R\dot\phi_0$ ({unit} s$^{{-1}}$)"
+        assert f"={NB}{critical:.4g}{NB}{unit}{NB}s$^{{-1}}$" in str(line.get_label())
+        rows = mesh(axes).get_coordinates()[:, 0, 1]
+        np.testing.assert_allclose(
+            0.5 * (rows[1:] + rows[:-1]), factor * spec.radius * atlas["roll_rate"].values, rtol=1e-9
+        )
+        other = axes.child_axes[0]
+        drawn.draw_without_rendering()
+        np.testing.assert_allclose(
+            other.get_ylim(), np.array(axes.get_ylim()) / critical / 3.0**0.5, rtol=1e-9
+        )
+        along = draw(atlas.isel(tilt=2), rate="speed").axes[0]
+        assert along.get_xlabel().replace("\n", " ") == label
+        family = draw(sweep.run(spec.replace(alpha="0.2,1")), rate="speed", family=True)
+        assert family.axes[0].get_ylabel().replace("\n", " ") == label
 
 
 def test_what_is_no_speed_is_refused():
@@ -306,20 +303,17 @@ def test_a_map_is_drawn_into_axes_of_a_caller(plain, cube):
     assert below.y0 >= 0.0
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_what_axes_of_a_caller_cannot_hold_is_refused(cube):
+    """A size belongs to the figure, and several maps need several axes; the axes stay empty."""
+    for words, message in (
         ({"width": "86mm"}, "got ax with width"),
         ({"dpi": 300, "height": 0.1}, "got ax with height and dpi"),
         ({}, r"Axes hold one map; this atlas has 3 axes: roll_rate, tilt, alpha.*family=True"),
-    ],
-)
-def test_what_axes_of_a_caller_cannot_hold_is_refused(cube, words, message):
-    """A size belongs to the figure, and several maps need several axes; the axes stay empty."""
-    ax, _ = own_axes()
-    with pytest.raises(sweep.RequestError, match=message):
-        cube.eulerdisk.plot(ax=ax, **words)
-    assert not ax.has_data()
+    ):
+        ax, _ = own_axes()
+        with pytest.raises(sweep.RequestError, match=message):
+            cube.eulerdisk.plot(ax=ax, **words)
+        assert not ax.has_data()
 
 
 def test_a_motion_has_none_of_these_looks():
@@ -351,17 +345,17 @@ def test_cells_end_within_what_a_parameter_allows():
     assert 0.0 < maps(draw(radii))[0].get_xlim()[0] < 1e-12
 
 
-@pytest.mark.parametrize("tilt", ["2deg:3deg:5", "3deg:3.1deg:5", "7deg:9deg:5"])
-@pytest.mark.parametrize("own", [False, True])
-def test_a_bar_of_colours_has_three_numbers_or_its_ends(tilt, own):
+def test_a_bar_of_colours_has_three_numbers_or_its_ends():
     """A bar with one number between its ends says nothing of them."""
-    atlas = sweep.run(sweep.SweepSpec(roll_rate="2.5:2.9:6", tilt=tilt))
-    drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
-    drawn.draw_without_rendering()
-    bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())
-    low, high = bar.get_ylim()
-    numbers = [each for each in bar.yaxis.get_majorticklocs() if low <= each <= high]
-    assert len(numbers) >= 3 or {low, high} <= set(numbers)
+    for own in (False, True):
+        for tilt in ("2deg:3deg:5", "3deg:3.1deg:5", "7deg:9deg:5"):
+            atlas = sweep.run(sweep.SweepSpec(roll_rate="2.5:2.9:6", tilt=tilt))
+            drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
+            drawn.draw_without_rendering()
+            bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())
+            low, high = bar.get_ylim()
+            numbers = [each for each in bar.yaxis.get_majorticklocs() if low <= each <= high]
+            assert len(numbers) >= 3 or {low, high} <= set(numbers)
 
 
 def test_number_and_unit_of_the_line_stay_together():

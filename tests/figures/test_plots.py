@@ -70,53 +70,50 @@ def map_and_strip(axes):
     return top, strip, top.child_axes[0]
 
 
-@pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
-def test_axes_say_quantity_and_unit(panels, name):
+def test_axes_say_quantity_and_unit(panels):
     """Tilt is in degrees, the rate in rad s-1 and in units of sqrt(g/R), the colour bar in degrees."""
-    top, strip, second = map_and_strip(panels[name])
-    rate = "roll rate" if name == "rolling" else "precession rate"
-    assert strip.get_xlabel() == r"tilt $\theta_0$ (deg)"
-    assert top.get_ylabel().startswith(rate)
-    assert top.get_ylabel().replace("\n", " ").endswith(r"(rad s$^{-1}$)")
-    assert top.get_yscale() == "linear"
-    assert second.get_ylabel().endswith(r"/\sqrt{g/R}$")
-    assert panels[name][-1].get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
+    for name in ("rolling", "spinning", "circling"):
+        top, strip, second = map_and_strip(panels[name])
+        rate = "roll rate" if name == "rolling" else "precession rate"
+        assert strip.get_xlabel() == r"tilt $\theta_0$ (deg)"
+        assert top.get_ylabel().startswith(rate)
+        assert top.get_ylabel().replace("\n", " ").endswith(r"(rad s$^{-1}$)")
+        assert top.get_yscale() == "linear"
+        assert second.get_ylabel().endswith(r"/\sqrt{g/R}$")
+        assert panels[name][-1].get_ylabel() == r"peak tilt $\max|\theta|$ (deg)"
 
 
-@pytest.mark.parametrize("name", ["rolling", "spinning", "circling"])
-def test_second_axis_is_the_first_in_units_of_root_g_over_r(panels, name):
+def test_second_axis_is_the_first_in_units_of_root_g_over_r(panels):
     """Every height of the map reads the rate on one side and rate sqrt(R/g) on the other."""
-    top, _, second = map_and_strip(panels[name])
-    heights = np.linspace(0.0, 1.0, 7)
-    # the second axis takes its ends when it is drawn
-    top.get_tightbbox()
+    for name in ("rolling", "spinning", "circling"):
+        top, _, second = map_and_strip(panels[name])
+        heights = np.linspace(0.0, 1.0, 7)
+        # the second axis takes its ends when it is drawn
+        top.get_tightbbox()
 
-    def reads(axes):
-        to_data = axes.transAxes + axes.transData.inverted()
-        return to_data.transform(np.column_stack((np.zeros(7), heights)))[:, 1]
+        def reads(axes, heights=heights):
+            to_data = axes.transAxes + axes.transData.inverted()
+            return to_data.transform(np.column_stack((np.zeros(7), heights)))[:, 1]
 
-    # the transforms go through pixels and back
-    np.testing.assert_allclose(reads(second), reads(top) * math.sqrt(0.5 / 9.81), atol=1e-9)
+        # the transforms go through pixels and back
+        np.testing.assert_allclose(reads(second), reads(top) * math.sqrt(0.5 / 9.81), atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("name", "expected", "beside", "told"),
-    [
+def test_analytic_line_lies_where_linear_theory_puts_it(panels):
+    """The line of the uniform disk is level at the root of g/3R (rolling) or 4g/5R (spinning), and says so."""
+    for name, expected, beside, told in (
         ("rolling", G_OVER_3R, r"$\sqrt{g/3R}$", r"$\dot\phi = \sqrt{g/3R}$ = 2.557 rad s$^{-1}$"),
         ("spinning", FOUR_G_OVER_5R, r"$\sqrt{4g/5R}$", r"$\dot\psi = \sqrt{4g/5R}$ = 3.962 rad s$^{-1}$"),
-    ],
-)
-def test_analytic_line_lies_where_linear_theory_puts_it(panels, name, expected, beside, told):
-    """The line of the uniform disk is level at the root of g/3R (rolling) or 4g/5R (spinning), and says so."""
-    top, strip, _ = map_and_strip(panels[name])
-    np.testing.assert_allclose(line(top, "analytic")[1], math.sqrt(expected), rtol=1e-12)
-    assert beside in words(top)
-    assert f"analytic: {told}" in words(strip)
+    ):
+        top, strip, _ = map_and_strip(panels[name])
+        np.testing.assert_allclose(line(top, "analytic")[1], math.sqrt(expected), rtol=1e-12)
+        assert beside in words(top)
+        assert f"analytic: {told}" in words(strip)
 
 
-@pytest.mark.parametrize(
-    ("rate", "label", "height", "told", "second"),
-    [
+def test_rates_are_drawn_as_they_are_asked_for(atlases):
+    """The axis of the rate is evenly divided in what its label says; line, number and second axis follow it."""
+    for rate, label, height, told, second in (
         ("linear", r"roll rate $\dot\phi_0$ (rad s$^{-1}$)", 6.54**0.5, "2.557 rad s$^{-1}$", True),
         (
             "squared",
@@ -126,34 +123,28 @@ def test_analytic_line_lies_where_linear_theory_puts_it(panels, name, expected, 
             True,
         ),
         ("scaled", r"roll rate $\dot\phi_0\,/\sqrt{g/R}$", 3.0**-0.5, r"0.5774 $\sqrt{g/R}$", False),
-    ],
-)
-def test_rates_are_drawn_as_they_are_asked_for(atlases, rate, label, height, told, second):
-    """The axis of the rate is evenly divided in what its label says; line, number and second axis follow it."""
-    top, strip, *_ = plots.figure([atlases["rolling"]], look=Look.read(rate=rate)).axes
-    assert top.get_ylabel().replace("\n", " ") == label
-    assert top.get_yscale() == "linear"
-    np.testing.assert_allclose(line(top, "analytic")[1], height, rtol=1e-9)
-    assert next(each for each in words(strip) if each.startswith("analytic")).endswith(f"= {told}")
-    assert bool(top.child_axes) == second
-    # the ratio to the line is that of what is drawn
-    [(_, y, _)], [(_, ratio, _)] = points(top), points(strip)
-    np.testing.assert_allclose(ratio, y / height, rtol=1e-12)
+    ):
+        top, strip, *_ = plots.figure([atlases["rolling"]], look=Look.read(rate=rate)).axes
+        assert top.get_ylabel().replace("\n", " ") == label
+        assert top.get_yscale() == "linear"
+        np.testing.assert_allclose(line(top, "analytic")[1], height, rtol=1e-9)
+        assert next(each for each in words(strip) if each.startswith("analytic")).endswith(f"= {told}")
+        assert bool(top.child_axes) == second
+        # the ratio to the line is that of what is drawn
+        [(_, y, _)], [(_, ratio, _)] = points(top), points(strip)
+        np.testing.assert_allclose(ratio, y / height, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("spec", "alpha", "formula"),
-    [
+def test_formula_follows_alpha():
+    """The hoop has its own fractions of g/R, any other disk the general expression."""
+    for spec, alpha, formula in (
         (ROLLING, 1.0, r"$\dot\phi = \sqrt{g/4R}$"),
         (SPINNING, 1.0, r"$\dot\psi = \sqrt{2g/3R}$"),
         (ROLLING, 0.4, r"$\dot\phi = \sqrt{g/[2(1{+}\alpha)R]}$"),
         (SPINNING, 0.4, r"$\dot\psi = \sqrt{2g/[(2{+}\alpha)R]}$"),
-    ],
-)
-def test_formula_follows_alpha(spec, alpha, formula):
-    """The hoop has its own fractions of g/R, any other disk the general expression."""
-    drawn = plots.figure([sweep.run(spec.replace(alpha=alpha, tilt="0.1deg:1deg:3"))])
-    assert any(each.startswith(f"analytic: {formula} = ") for each in said_in(drawn))
+    ):
+        drawn = plots.figure([sweep.run(spec.replace(alpha=alpha, tilt="0.1deg:1deg:3"))])
+        assert any(each.startswith(f"analytic: {formula} = ") for each in said_in(drawn))
 
 
 def test_boundary_is_the_atlas_s(atlases, panels):
@@ -170,16 +161,16 @@ def test_boundary_is_the_atlas_s(atlases, panels):
     np.testing.assert_allclose(bars[1], (rate + half)[has][shown], rtol=1e-12)
 
 
-@pytest.mark.parametrize("count", [*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500])
-def test_points_are_thinnedevenly(count):
+def test_points_are_thinnedevenly():
     """No more points than can be told apart, at even distances, the first and the last among them; no pairs."""
-    places = evenly(count)
-    gaps = np.diff(places)
-    assert len(places) == count or len(places) > MOST_POINTS / 2 - 1
-    assert len(places) <= MOST_POINTS
-    assert (places[0], places[-1]) == (0, count - 1)
-    assert len(set(gaps[:-1])) <= 1
-    assert gaps[-1] == pytest.approx(gaps[0], abs=gaps[0] / 2)
+    for count in (*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500):
+        places = evenly(count)
+        gaps = np.diff(places)
+        assert len(places) == count or len(places) > MOST_POINTS / 2 - 1
+        assert len(places) <= MOST_POINTS
+        assert (places[0], places[-1]) == (0, count - 1)
+        assert len(set(gaps[:-1])) <= 1
+        assert gaps[-1] == pytest.approx(gaps[0], abs=gaps[0] / 2)
 
 
 def test_the_legend_says_that_points_are_thinned():
@@ -197,15 +188,17 @@ def test_the_legend_says_that_points_are_thinned():
     assert any("bracket, every 4th" in each.replace("\n", " ") for each in said_in(family))
 
 
-@pytest.mark.parametrize("time", ["1.2s", "2s"])
-def test_a_strip_shows_its_points(time):
+def test_a_strip_shows_its_points():
     """Where the boundary is far from the analytic line, a seventh of it, the strip follows the boundary."""
-    spec = ROLLING.replace(roll_rate="0.05:2:40", tilt="0.1deg:5deg:20")
-    _, strip, _ = map_and_strip(plots.figure([sweep.reclassify(sweep.run(spec), f"fall_time < {time}")]).axes)
-    [(_, ratio, bars)] = points(strip)
-    low, high = strip.get_ylim()
-    assert len(ratio) > 5
-    assert low < bars.min() < bars.max() < high < 0.3
+    for time in ("1.2s", "2s"):
+        spec = ROLLING.replace(roll_rate="0.05:2:40", tilt="0.1deg:5deg:20")
+        _, strip, _ = map_and_strip(
+            plots.figure([sweep.reclassify(sweep.run(spec), f"fall_time < {time}")]).axes
+        )
+        [(_, ratio, bars)] = points(strip)
+        low, high = strip.get_ylim()
+        assert len(ratio) > 5
+        assert low < bars.min() < bars.max() < high < 0.3
 
 
 def test_prediction_is_the_atlas_s(atlases, panels):

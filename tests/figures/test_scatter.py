@@ -36,9 +36,9 @@ def labels(axes):
     return [legend.get_title().get_text(), *(each.get_text() for each in legend.get_texts())]
 
 
-@pytest.mark.parametrize(
-    ("words", "plane"),
-    [
+def test_the_plane():
+    """Two parameters that vary are both axes; of more the first control and the tilt; one is drawn below its peak."""
+    for words, plane in (
         ({}, ("tilt", "roll_rate", ())),
         ({"tilt": 0.02}, ("roll_rate", "peak_tilt", ())),
         ({"roll_rate": 3.0}, ("tilt", "peak_tilt", ())),
@@ -47,12 +47,9 @@ def labels(axes):
         ({"roll_rate": 3.0, "alpha": "uniform:0.4:1"}, ("tilt", "alpha", ())),
         ({"precession_rate": "uniform:0:1"}, ("tilt", "precession_rate", ("roll_rate",))),
         ({"precession_rate": "uniform:0:1", "tilt": 0.02}, ("roll_rate", "precession_rate", ())),
-    ],
-)
-def test_the_plane(words, plane):
-    """Two parameters that vary are both axes; of more the first control and the tilt; one is drawn below its peak."""
-    found = plane_of(SPEC.replace(**words))
-    assert (found.x.name, found.y.name, found.hidden) == plane
+    ):
+        found = plane_of(SPEC.replace(**words))
+        assert (found.x.name, found.y.name, found.hidden) == plane
 
 
 def test_points_have_the_colours_of_their_verdicts(atlas):

@@ -4,7 +4,6 @@ import re
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
-import pytest
 
 from sweep.figures.summary import COLOURS, UNDECIDED_COLOUR, thumbnail
 from sweep.model.quantity import STABLE, UNSTABLE
@@ -31,13 +30,13 @@ def painted(picture, shape):
     return found
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (40, 70)])
-def test_every_cell_has_the_colour_of_its_verdict(shape):
-    """Whatever the pattern; codes that are neither stable nor unstable are undecided."""
-    verdicts = np.random.default_rng(3).integers(0, 4, shape).astype(np.int8)
-    expected = np.full(shape, UNDECIDED_COLOUR, dtype=object)
-    expected[verdicts == STABLE], expected[verdicts == UNSTABLE] = COLOURS[STABLE], COLOURS[UNSTABLE]
-    np.testing.assert_array_equal(painted(drawn(verdicts), shape), expected)
+def test_every_cell_has_the_colour_of_its_verdict():
+    """For every pattern; codes that are neither stable nor unstable are undecided."""
+    for shape in ((1, 1), (3, 5), (40, 70)):
+        verdicts = np.random.default_rng(3).integers(0, 4, shape).astype(np.int8)
+        expected = np.full(shape, UNDECIDED_COLOUR, dtype=object)
+        expected[verdicts == STABLE], expected[verdicts == UNSTABLE] = COLOURS[STABLE], COLOURS[UNSTABLE]
+        np.testing.assert_array_equal(painted(drawn(verdicts), shape), expected)
 
 
 def test_a_large_map_stays_small():
@@ -51,25 +50,25 @@ def test_a_large_map_stays_small():
     assert (found == COLOURS[UNSTABLE]).sum() == 1
 
 
-@pytest.mark.parametrize("turned", [False, True], ids=["increasing", "decreasing"])
-def test_lines_lie_at_their_values(turned):
+def test_lines_lie_at_their_values():
     """In the middle of the cells of their values, between the two neighbours of others; none outside or missing."""
-    up = np.array([1.0, 2.0, 4.0, 8.0])[:: -1 if turned else 1]
-    values = np.array([1.0, 6.0, np.nan, 8.0, 9.0, 2.0])
-    picture = drawn(np.zeros((4, 6), np.int8), up, [(values, 'class="line"')])
-    (ground,) = picture.iter(f"{SVG}rect")
-    width, height = float(ground.get("width")), float(ground.get("height"))
-    found = [
-        tuple(float(number) for number in point.split(","))
-        for line in picture.iter(f"{SVG}polyline")
-        for point in line.get("points").split()
-    ]
-    # in cells, from the lower left corner; a point between two gaps is as wide as its cell
-    places = [(x / width * 6, 4 - y / height * 4) for x, y in found]
-    expected = [(0.5, 0.5), (1.5, 3.0), (3.0, 3.5), (4.0, 3.5), (5.0, 1.5), (6.0, 1.5)]
-    if turned:
-        expected = [(x, 4 - y) for x, y in expected]
-    np.testing.assert_allclose(places, expected, atol=0.02)
+    for turned in (False, True):
+        up = np.array([1.0, 2.0, 4.0, 8.0])[:: -1 if turned else 1]
+        values = np.array([1.0, 6.0, np.nan, 8.0, 9.0, 2.0])
+        picture = drawn(np.zeros((4, 6), np.int8), up, [(values, 'class="line"')])
+        (ground,) = picture.iter(f"{SVG}rect")
+        width, height = float(ground.get("width")), float(ground.get("height"))
+        found = [
+            tuple(float(number) for number in point.split(","))
+            for line in picture.iter(f"{SVG}polyline")
+            for point in line.get("points").split()
+        ]
+        # in cells, from the lower left corner; a point between two gaps is as wide as its cell
+        places = [(x / width * 6, 4 - y / height * 4) for x, y in found]
+        expected = [(0.5, 0.5), (1.5, 3.0), (3.0, 3.5), (4.0, 3.5), (5.0, 1.5), (6.0, 1.5)]
+        if turned:
+            expected = [(x, 4 - y) for x, y in expected]
+        np.testing.assert_allclose(places, expected, atol=0.02)
 
 
 def test_labels_are_text():

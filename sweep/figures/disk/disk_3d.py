@@ -38,7 +38,7 @@ _CORNERS = 96
 #: Distance of the camera over the radius of the scene: near enough for a visible perspective.
 _DISTANCE = 3.4
 
-#: Extent of a path, in radii, up to which a camera that nobody has chosen stands still.
+#: Extent of a path, in radii, up to which the default camera stands still.
 _WHOLE = 20.0
 
 #: Azimuth of a camera from the direction in which the disk starts [deg]: behind it, to the right, so that a path runs

@@ -37,28 +37,28 @@ def of_the_trail(picture):
     return np.clip((red - green) / (0xC8 - 0x38), 0.0, 1.0)
 
 
-@pytest.mark.parametrize("camera", ["fixed", "follow", "top"])
-def test_a_fall_is_whole_in_every_picture(camera):
+def test_a_fall_is_whole_in_every_picture():
     """The coin of a fifth of a second is seen, and has white around it, in every picture of at least four seconds."""
-    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
-    pictures, moments = frames(motion, camera=camera, fps=10, size="320x240")
-    assert len(pictures) >= 40
-    limit = rolling_limit(motion).time
-    sizes = []
-    for picture, moment in zip(pictures, moments, strict=True):
-        assert picture.shape == (240, 320, 3)
-        disk = of_the_disk(picture)
-        sizes.append(disk.sum())
-        assert not disk[:20].any()
-        assert not disk[-20:].any()
-        assert not disk[:, :8].any()
-        assert not disk[:, -8:].any()
-        # the paper is white while the disk rolls
-        paper = np.median(picture[:, :8].reshape(-1, 3), axis=0)
-        assert (paper.min() < 235) == (moment >= limit)
-    # from above an upright disk is a line, which has no colour, and from the side one that is seen from its edge
-    assert max(sizes) > 3000
-    assert camera == "top" or np.median(sizes) > 2000
+    for camera in ("fixed", "follow", "top"):
+        motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
+        pictures, moments = frames(motion, camera=camera, fps=10, size="320x240")
+        assert len(pictures) >= 40
+        limit = rolling_limit(motion).time
+        sizes = []
+        for picture, moment in zip(pictures, moments, strict=True):
+            assert picture.shape == (240, 320, 3)
+            disk = of_the_disk(picture)
+            sizes.append(disk.sum())
+            assert not disk[:20].any()
+            assert not disk[-20:].any()
+            assert not disk[:, :8].any()
+            assert not disk[:, -8:].any()
+            # the paper is white while the disk rolls
+            paper = np.median(picture[:, :8].reshape(-1, 3), axis=0)
+            assert (paper.min() < 235) == (moment >= limit)
+        # from above an upright disk is a line, which has no colour, and from the side one that is seen from its edge
+        assert max(sizes) > 3000
+        assert camera == "top" or np.median(sizes) > 2000
 
 
 def test_the_trail_fades():
@@ -75,23 +75,23 @@ def test_the_trail_fades():
     assert rows.max() < earlier.max() - 50
 
 
-@pytest.mark.parametrize("size", [(320, 240), (480, 640), (640, 480), (1280, 720), (1920, 1080)])
-def test_words_grow_with_the_picture(size):
+def test_words_grow_with_the_picture():
     """Letters are a thirtieth of the height of a wide picture or more, and no word lies on another or is cut."""
-    motion = sweep.simulate(radius="12mm", tilt="1deg", precession_rate=12.34, duration=2.0)
-    drawn = animation._sheet(size)
-    times = timing(motion, FilmOptions.read("a.gif"))
-    words = FilmWords(drawn, motion, times, rolling_limit(motion))
-    words.scale(0.005)
-    words.write(0.19)
-    letters = [each.get_fontsize() * drawn.dpi / 72.0 for each in drawn.texts]
-    if size[0] > size[1] and size[1] >= 480:
-        assert min(letters) > size[1] / 30.0
-    boxes = [each.get_window_extent() for each in drawn.texts if each.get_text()]
-    for i, box in enumerate(boxes):
-        assert 0.0 < box.x0 < box.x1 < size[0]
-        assert 0.0 < box.y0 < box.y1 < size[1]
-        assert not any(box.overlaps(other) for other in boxes[:i])
+    for size in ((320, 240), (480, 640), (640, 480), (1280, 720), (1920, 1080)):
+        motion = sweep.simulate(radius="12mm", tilt="1deg", precession_rate=12.34, duration=2.0)
+        drawn = animation._sheet(size)
+        times = timing(motion, FilmOptions.read("a.gif"))
+        words = FilmWords(drawn, motion, times, rolling_limit(motion))
+        words.scale(0.005)
+        words.write(0.19)
+        letters = [each.get_fontsize() * drawn.dpi / 72.0 for each in drawn.texts]
+        if size[0] > size[1] and size[1] >= 480:
+            assert min(letters) > size[1] / 30.0
+        boxes = [each.get_window_extent() for each in drawn.texts if each.get_text()]
+        for i, box in enumerate(boxes):
+            assert 0.0 < box.x0 < box.x1 < size[0]
+            assert 0.0 < box.y0 < box.y1 < size[1]
+            assert not any(box.overlaps(other) for other in boxes[:i])
 
 
 #: A title that no frame of 640 dots shows in one line, and one of more than two.
@@ -121,18 +121,18 @@ def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
     assert any(each.startswith("Impossible") for each in words)
 
 
-@pytest.mark.parametrize("size", [(200, 200), (640, 480)])
-def test_the_disk_is_below_the_lines_of_a_long_title(size):
+def test_the_disk_is_below_the_lines_of_a_long_title():
     """The room for the words grows with them, and the disk becomes smaller."""
-    motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0, title=TITLE)
-    options = FilmOptions.read("a.gif", size=size, fps=5)
-    times = timing(motion, options)
-    words = FilmWords(animation._sheet(size), motion, times, rolling_limit(motion))
-    inch = dots_per_inch(size)
-    for picture in animation._frames(motion, times, options):
-        disk = of_the_disk(picture[..., :3].astype(int))
-        assert not disk[: int(words.room[0] * inch)].any()
-        assert not disk[-int(words.room[1] * inch) :].any()
+    for size in ((200, 200), (640, 480)):
+        motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0, title=TITLE)
+        options = FilmOptions.read("a.gif", size=size, fps=5)
+        times = timing(motion, options)
+        words = FilmWords(animation._sheet(size), motion, times, rolling_limit(motion))
+        inch = dots_per_inch(size)
+        for picture in animation._frames(motion, times, options):
+            disk = of_the_disk(picture[..., :3].astype(int))
+            assert not disk[: int(words.room[0] * inch)].any()
+            assert not disk[-int(words.room[1] * inch) :].any()
 
 
 def test_words_say_disk_speed_and_scale():

@@ -10,9 +10,9 @@ from sweep.figures.disk.captions import caption, caption_of_start, length_unit, 
 pytestmark = pytest.mark.compiled
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
+def test_a_motion_says_disk_and_start():
+    """Rates that are zero are left out, also where the kernels have left some rounding; gravity if it is unusual."""
+    for words, text in (
         ({"radius": "12mm", "tilt": "1deg"}, "R = 12 mm, α = 0.5; start: tilt 1 deg, at rest"),
         (
             {"alpha": 1.0, "roll_rate": 6.0, "tilt_rate": 0.5},
@@ -22,15 +22,14 @@ pytestmark = pytest.mark.compiled
             {"radius": "50m", "gravity": 1.62, "precession_rate": -0.25, "tilt": "-3deg"},
             "R = 50 m, α = 0.5, g = 1.62 m/s²; start: tilt -3 deg, precession rate -0.25 rad/s",
         ),
-    ],
-)
-def test_a_motion_says_disk_and_start(words, text):
-    """Rates that are zero are left out, also where the kernels have left some rounding; gravity if it is unusual."""
-    motion = sweep.simulate(**words, duration=0.2)
-    assert caption(motion) == text
-    start = {name: float(motion[name]) for name in ("alpha", "radius", "gravity")}
-    state = {name: float(motion[name][0]) for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate")}
-    assert caption_of_start(start | state) == text
+    ):
+        motion = sweep.simulate(**words, duration=0.2)
+        assert caption(motion) == text
+        start = {name: float(motion[name]) for name in ("alpha", "radius", "gravity")}
+        state = {
+            name: float(motion[name][0]) for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate")
+        }
+        assert caption_of_start(start | state) == text
 
 
 def test_a_stretch_says_where_it_begins():
@@ -39,9 +38,9 @@ def test_a_stretch_says_where_it_begins():
     assert caption(motion) == "R = 0.5 m, α = 0.5; from 2 s on: tilt 0 deg, roll rate 3 rad/s"
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
+def test_lengths_have_the_unit_that_suits_them():
+    """From micrometres to kilometres."""
+    for value, text in (
         (0.012, "12 mm"),
         (0.5, "0.5 m"),
         (50.0, "50 m"),
@@ -49,17 +48,12 @@ def test_a_stretch_says_where_it_begins():
         (2e-5, "20 µm"),
         (2e4, "20 km"),
         (0.0, "0 µm"),
-    ],
-)
-def test_lengths_have_the_unit_that_suits_them(value, text):
-    """From micrometres to kilometres."""
-    assert spell_length(value) == text
-    assert length_unit(-value) == length_unit(value)
+    ):
+        assert spell_length(value) == text
+        assert length_unit(-value) == length_unit(value)
 
 
-@pytest.mark.parametrize(
-    ("most", "length"), [(0.0137, 0.01), (2.0, 2.0), (4.99, 2.0), (7.0, 5.0), (123.0, 100.0)]
-)
-def test_squares_have_round_sides(most, length):
+def test_squares_have_round_sides():
     """One digit, 1, 2 or 5, not above what is asked for."""
-    assert math.isclose(nice_length(most), length)
+    for most, length in ((0.0137, 0.01), (2.0, 2.0), (4.99, 2.0), (7.0, 5.0), (123.0, 100.0)):
+        assert math.isclose(nice_length(most), length)

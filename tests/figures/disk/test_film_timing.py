@@ -19,66 +19,60 @@ def timed(motion, **given):
     return timing(motion, FilmOptions.read("a.gif", **given))
 
 
-@pytest.mark.parametrize(
-    ("words", "speed", "seconds"),
-    [
+def test_a_motion_is_a_film_of_some_seconds():
+    """A short motion is slowed, a long one hastened, one of some seconds is shown as fast as it is."""
+    for words, speed, seconds in (
         ({"radius": "12mm", "tilt": "1deg", "duration": 2.0}, 0.05, 4.1),  # falls in 0.2 s
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, 1.0, 10.0),
         ({"tilt_rate": 0.01, "roll_rate": 3.0, "duration": 80.0}, 4.0, 20.0),
         ({"radius": 50.0, "roll_rate": 0.3, "tilt_rate": 0.001, "duration": 60.0}, 3.0, 20.0),
         ({"tilt_rate": 0.0, "duration": 1.0}, 0.25, 4.0),  # stands still
-    ],
-)
-def test_a_motion_is_a_film_of_some_seconds(words, speed, seconds):
-    """A short motion is slowed, a long one hastened, one of some seconds is shown as fast as it is."""
-    found = timed(sweep.simulate(**words))
-    assert found.speed == speed
-    assert found.moments.size / found.fps == pytest.approx(seconds, abs=0.1)
-    assert found.whole
-    assert not found.aliased
+    ):
+        found = timed(sweep.simulate(**words))
+        assert found.speed == speed
+        assert found.moments.size / found.fps == pytest.approx(seconds, abs=0.1)
+        assert found.whole
+        assert not found.aliased
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_the_disk_is_never_seen_to_turn_backwards():
+    """At the chosen speed heading and painted radius turn by less than half a turn from frame to frame."""
+    for words in (
         COIN | {"duration": 2.0},
         {"radius": "1mm", "roll_rate": 500.0, "tilt_rate": 1.0, "duration": 1.0},
         {"radius": "40mm", "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady", "duration": 5.0},
         {"tilt": "1deg", "precession_rate": 300.0, "radius": "1cm", "duration": 3.0},
-    ],
-)
-def test_the_disk_is_never_seen_to_turn_backwards(words):
-    """At the chosen speed heading and painted radius turn by less than half a turn from frame to frame."""
-    motion = sweep.simulate(**words)
-    found = timed(motion)
-    times = motion["elapsed_time"].values
-    # the turn of the disk in space about its axis: that of the roll angle, and what the heading carries along
-    rate = motion["roll_rate"] + motion["precession_rate"] * np.sin(motion["tilt"])
-    steps = np.diff(times)
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate.values[1:] + rate.values[:-1]) * steps)])
-    for angle in (turned, motion["heading"].values):
-        assert np.abs(np.diff(np.interp(found.moments, times, angle))).max() < 0.7 * math.pi
-    assert not found.aliased
+    ):
+        motion = sweep.simulate(**words)
+        found = timed(motion)
+        times = motion["elapsed_time"].values
+        # the turn of the disk in space about its axis: that of the roll angle, and what the heading carries along
+        rate = motion["roll_rate"] + motion["precession_rate"] * np.sin(motion["tilt"])
+        steps = np.diff(times)
+        turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate.values[1:] + rate.values[:-1]) * steps)])
+        for angle in (turned, motion["heading"].values):
+            assert np.abs(np.diff(np.interp(found.moments, times, angle))).max() < 0.7 * math.pi
+        assert not found.aliased
 
 
-@pytest.mark.parametrize("fps", [4, 25])
-def test_short_sweeps_do_not_slow_a_film_down(fps):
+def test_short_sweeps_do_not_slow_a_film_down():
     """Of a motion with short sweeps, nine tenths turn by an eighth of a turn at most, all but a fiftieth by a third.
 
     A disk that nearly falls turns its lean round within a millisecond, at thousands of radians a second: a film that
     showed that would show nothing else.
     """
-    sweeps = sweep.simulate(tilt="60deg", precession_rate=1.0, fall_tilt="89.9deg", duration=8.0)
-    assert float(np.abs(sweeps["precession_rate"]).max()) > 1000.0
-    for motion in (sweeps, sweep.simulate(tilt_rate=0.01, roll_rate=1.0)):
-        found = timed(motion, fps=fps)
-        names = ("tilt", "precession_rate", "roll_rate")
-        tilt, precession, roll = (motion[name].values for name in names)
-        rates = np.sort(np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt))))
-        for share, turn in ((0.9, math.pi / 4.0), (0.98, 2.0 * math.pi / 3.0)):
-            assert rates[int(share * rates.size)] * found.speed / fps <= 1.03 * turn
-    assert timed(sweeps).speed >= 0.5
-    assert timed(sweeps).whole
+    for fps in (4, 25):
+        sweeps = sweep.simulate(tilt="60deg", precession_rate=1.0, fall_tilt="89.9deg", duration=8.0)
+        assert float(np.abs(sweeps["precession_rate"]).max()) > 1000.0
+        for motion in (sweeps, sweep.simulate(tilt_rate=0.01, roll_rate=1.0)):
+            found = timed(motion, fps=fps)
+            names = ("tilt", "precession_rate", "roll_rate")
+            tilt, precession, roll = (motion[name].values for name in names)
+            rates = np.sort(np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt))))
+            for share, turn in ((0.9, math.pi / 4.0), (0.98, 2.0 * math.pi / 3.0)):
+                assert rates[int(share * rates.size)] * found.speed / fps <= 1.03 * turn
+        assert timed(sweeps).speed >= 0.5
+        assert timed(sweeps).whole
 
 
 def test_a_fast_motion_that_lasts_is_cut_and_says_so():

@@ -45,13 +45,13 @@ def test_the_painted_radius_rolls_without_slipping():
     assert np.linalg.norm(rim - centre) == pytest.approx(0.5, rel=1e-12)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg"])
-def test_same_motion_same_bytes(unstable, tmp_path, ending):
+def test_same_motion_same_bytes(unstable, tmp_path):
     """A still drawn twice gives the same file; it warns of nothing, on a motion of any kind."""
-    for name in ("first", "second"):
-        plots.save(motion_plots.figure(unstable), tmp_path / f"{name}.{ending}")
-    first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("first", "second"))
-    assert first == second
+    for ending in ("png", "svg"):
+        for name in ("first", "second"):
+            plots.save(motion_plots.figure(unstable), tmp_path / f"{name}.{ending}")
+        first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("first", "second"))
+        assert first == second
 
 
 def test_every_motion_can_be_drawn(tmp_path):
@@ -110,9 +110,9 @@ def test_what_is_impossible_is_shaded_from_its_time_on():
         assert not axes.patches
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_the_friction_that_is_needed_is_in_view():
+    """All of it, far above the friction or far below, with the friction and the normal force."""
+    for words in (
         {"radius": 0.04, "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady"},  # needs 3.24
         {
             "radius": 0.04,
@@ -128,16 +128,15 @@ def test_what_is_impossible_is_shaded_from_its_time_on():
         },  # needs 5.47 for a moment, 0.8 else
         {"tilt_rate": 0.01, "roll_rate": 2.0},
         {"tilt_rate": 0.01, "roll_rate": 2.0, "friction": 4.0},
-    ],
-)
-def test_the_friction_that_is_needed_is_in_view(words):
-    """All of it, far above the friction or far below, with the friction and the normal force."""
-    motion = sweep.simulate(**words, duration=1.0)
-    low, high = panels(motion)[3].get_ylim()
-    needed = motion["friction_needed"].values
-    assert low <= needed.min() <= needed.max() < high
-    assert high > float(motion["friction"])
-    assert f"friction needed, up to {needed.max():.3g}" in panels(motion)[3].get_legend_handles_labels()[1]
+    ):
+        motion = sweep.simulate(**words, duration=1.0)
+        low, high = panels(motion)[3].get_ylim()
+        needed = motion["friction_needed"].values
+        assert low <= needed.min() <= needed.max() < high
+        assert high > float(motion["friction"])
+        assert (
+            f"friction needed, up to {needed.max():.3g}" in panels(motion)[3].get_legend_handles_labels()[1]
+        )
 
 
 def test_far_samples_draw_the_same_figure():
@@ -171,21 +170,23 @@ def test_the_script_draws_six_figures(tmp_path):
     assert not (tmp_path / "b").exists()
 
 
-@pytest.mark.parametrize("speed", ["19cm/s", "20cm/s"])
-@pytest.mark.parametrize("duration", ["0.8s", "2s", "3.3s"])
-def test_numbers_on_axes_are_round_and_apart(speed, duration):
+def test_numbers_on_axes_are_round_and_apart():
     """Steps are 1, 2 or 5, numbers do not touch, and the paths of like disks are in the same unit, mm."""
-    motion = sweep.simulate(radius="11.6mm", speed=speed, tilt="0.1deg", duration=duration)
-    drawn = motion_plots.figure(motion)
-    drawn.draw_without_rendering()
-    _, tilt, path, contact = drawn.axes
-    assert (path.get_xlabel(), path.get_ylabel()) == ("contact x (mm)", "contact y (mm)")
-    for axes in (tilt, path, contact):
-        for axis, side in ((axes.xaxis, 0), (axes.yaxis, 1)):
-            step = np.diff(axis.get_majorticklocs())[0]
-            assert round(step / 10.0 ** np.floor(np.log10(step) + 1e-9), 6) in (1.0, 2.0, 5.0)
-            ends = [
-                each.get_window_extent().extents for each in axis.get_majorticklabels() if each.get_text()
-            ]
-            ends = sorted((each[side], each[side + 2]) for each in ends)
-            assert all(after[0] > before[1] for before, after in itertools.pairwise(ends))
+    for duration in ("0.8s", "2s", "3.3s"):
+        for speed in ("19cm/s", "20cm/s"):
+            motion = sweep.simulate(radius="11.6mm", speed=speed, tilt="0.1deg", duration=duration)
+            drawn = motion_plots.figure(motion)
+            drawn.draw_without_rendering()
+            _, tilt, path, contact = drawn.axes
+            assert (path.get_xlabel(), path.get_ylabel()) == ("contact x (mm)", "contact y (mm)")
+            for axes in (tilt, path, contact):
+                for axis, side in ((axes.xaxis, 0), (axes.yaxis, 1)):
+                    step = np.diff(axis.get_majorticklocs())[0]
+                    assert round(step / 10.0 ** np.floor(np.log10(step) + 1e-9), 6) in (1.0, 2.0, 5.0)
+                    ends = [
+                        each.get_window_extent().extents
+                        for each in axis.get_majorticklabels()
+                        if each.get_text()
+                    ]
+                    ends = sorted((each[side], each[side + 2]) for each in ends)
+                    assert all(after[0] > before[1] for before, after in itertools.pairwise(ends))

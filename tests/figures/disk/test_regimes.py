@@ -71,9 +71,9 @@ def test_a_released_disk_stays_on_its_side():
     assert not (found.separatrix < 0.0).any()
 
 
-@pytest.mark.parametrize(
-    ("words", "curves"),
-    [
+def test_the_curve_of_folds_is_drawn_where_there_is_one():
+    """The line is that of theory in the units of the axes, and only where tilt and one rate span the plane."""
+    for words, curves in (
         ({"roll_rate": "0:4:5", "tilt": "1deg:40deg:5"}, 1),
         ({"precession_rate": "0:4:5", "tilt": "1deg:40deg:5:log"}, 1),
         ({"roll_rate": "-4:4:5", "tilt": "-40deg:40deg:5"}, 2),
@@ -82,16 +82,13 @@ def test_a_released_disk_stays_on_its_side():
         ({"roll_rate": "0:4:5", "alpha": "0.1:1:5", "tilt": "1deg"}, 0),
         ({"roll_rate": "steady", "tilt": "1deg:40deg:5", "precession_rate": "1:4:5"}, 0),
         ({"tilt_rate": "0:4:5", "tilt": "1deg:40deg:5"}, 0),
-    ],
-)
-def test_the_curve_of_folds_is_drawn_where_there_is_one(words, curves):
-    """The line is that of theory in the units of the axes, and only where tilt and one rate span the plane."""
-    found = regimes(sweep.run(SweepSpec(**words)))
-    assert len(found.folds) == curves
-    for i, (x, y) in enumerate(found.folds):
-        axis = next(name for name in words if name != "tilt")
-        rate = saddle_node_rates(np.radians(x), axis, 0.5) * np.sqrt(9.81 / 0.5)
-        assert np.allclose(y, (1.0, -1.0)[i] * rate, rtol=1e-9)
+    ):
+        found = regimes(sweep.run(SweepSpec(**words)))
+        assert len(found.folds) == curves
+        for i, (x, y) in enumerate(found.folds):
+            axis = next(name for name in words if name != "tilt")
+            rate = saddle_node_rates(np.radians(x), axis, 0.5) * np.sqrt(9.81 / 0.5)
+            assert np.allclose(y, (1.0, -1.0)[i] * rate, rtol=1e-9)
 
 
 def test_the_figure(atlas, tmp_path):
@@ -140,9 +137,9 @@ def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
     assert np.nanmax(np.abs(height)) < 0.03 * np.nanmax(np.abs(found.separatrix))
 
 
-@pytest.mark.parametrize(
-    ("draw", "message"),
-    [
+def test_what_is_no_map_is_refused():
+    """One axis, none, three, or no atlas at all: refused with the reason."""
+    for draw, message in (
         (lambda: figure([]), "nothing to draw"),
         (
             lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:5", tilt="1deg"))]),
@@ -153,9 +150,6 @@ def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
             lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.5,1"))]),
             r"has 3: roll_rate, tilt, alpha",
         ),
-    ],
-)
-def test_what_is_no_map_is_refused(draw, message):
-    """One axis, none, three, or no atlas at all: refused with the reason."""
-    with pytest.raises(RequestError, match=message):
-        draw()
+    ):
+        with pytest.raises(RequestError, match=message):
+            draw()

@@ -81,41 +81,41 @@ def test_the_areas_of_the_ledger_are_the_losses(toy):
     assert f"the drag of air (Bildsten): {100.0 - 100.0 * share:.0f} %" in labels
 
 
-@pytest.mark.parametrize(
-    ("panel", "name", "times"), [(APPROACH, "inclination", 1.0), (SPEEDING_UP, "precession_rate", -0.5)]
-)
-def test_the_end_is_drawn_against_the_time_that_is_left(toy, panel, name, times):
+def test_the_end_is_drawn_against_the_time_that_is_left(toy):
     """Both axes are logarithmic; a guide for each law has the slope that it names, beside the curve."""
-    axes = stopping_plots.figure(toy).axes[panel]
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-    lines = lines_of(axes)
-    curve = lines.pop("motion")
-    left, scale = (
-        flat_time(toy) - toy["elapsed_time"].values,
-        math.degrees(1.0) if name == "inclination" else 1.0,
-    )
-    np.testing.assert_allclose(curve.get_xdata(), left)
-    np.testing.assert_allclose(curve.get_ydata(), scale * toy[name].values)
-    slopes = {"contour friction": (2 / 3, "contour_loss"), "the drag of air": (4 / 9, "air_loss")}
-    assert len(lines) == 2
-    for label, line in lines.items():
-        law = label.partition(" of ")[2]
-        slope, measure = slopes[law]
-        (x0, x1), (y0, y1) = line.get_xdata(), line.get_ydata()
-        assert math.log(y1 / y0) / math.log(x1 / x0) == pytest.approx(times * slope, rel=1e-12)
-        number = label.split()[1].replace("\u2212", "-")
-        assert eval(number) == pytest.approx(times * slope)
-        assert to_hex(line.get_color()) == COLOURS[measure].lower()
-        near = (left <= x1) & (left >= x0)
-        beside = np.interp(left[near], [x0, x1], [y0, y1]) / (scale * toy[name].values[near])
-        assert 1.0 < beside.min() < 2.0
-    # friction of the contact takes most at first, and the air at last
-    middle = {label.partition(" of ")[2]: np.mean(np.log(line.get_xdata())) for label, line in lines.items()}
-    assert middle["contour friction"] > middle["the drag of air"]
+    for panel, name, times in ((APPROACH, "inclination", 1.0), (SPEEDING_UP, "precession_rate", -0.5)):
+        axes = stopping_plots.figure(toy).axes[panel]
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        lines = lines_of(axes)
+        curve = lines.pop("motion")
+        left, scale = (
+            flat_time(toy) - toy["elapsed_time"].values,
+            math.degrees(1.0) if name == "inclination" else 1.0,
+        )
+        np.testing.assert_allclose(curve.get_xdata(), left)
+        np.testing.assert_allclose(curve.get_ydata(), scale * toy[name].values)
+        slopes = {"contour friction": (2 / 3, "contour_loss"), "the drag of air": (4 / 9, "air_loss")}
+        assert len(lines) == 2
+        for label, line in lines.items():
+            law = label.partition(" of ")[2]
+            slope, measure = slopes[law]
+            (x0, x1), (y0, y1) = line.get_xdata(), line.get_ydata()
+            assert math.log(y1 / y0) / math.log(x1 / x0) == pytest.approx(times * slope, rel=1e-12)
+            number = label.split()[1].replace("\u2212", "-")
+            assert eval(number) == pytest.approx(times * slope)
+            assert to_hex(line.get_color()) == COLOURS[measure].lower()
+            near = (left <= x1) & (left >= x0)
+            beside = np.interp(left[near], [x0, x1], [y0, y1]) / (scale * toy[name].values[near])
+            assert 1.0 < beside.min() < 2.0
+        # friction of the contact takes most at first, and the air at last
+        middle = {
+            label.partition(" of ")[2]: np.mean(np.log(line.get_xdata())) for label, line in lines.items()
+        }
+        assert middle["contour friction"] > middle["the drag of air"]
 
 
 def test_a_law_that_the_motion_has_not_is_not_drawn():
-    """One law alone has one guide and one area, whatever the table of laws holds."""
+    """One law alone has one guide and one area, for every law of the table."""
     motion = sweep.simulate(
         inclination="5deg",
         precession_rate="wobble",
@@ -129,20 +129,23 @@ def test_a_law_that_the_motion_has_not_is_not_drawn():
     assert len(axes[LEDGER].collections) == 2
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_what_is_no_wobble_has_no_panels_of_its_end(tmp_path):
+    """A fall, a coin that stands, one that slips and one that loses nothing are drawn without a warning."""
+    for words in (
         {"tilt": "60deg", "radius": 0.0375, "contour_friction": "1um"},  # falls over
         {"tilt": "0.5deg", "radius": "12mm", "rolling_friction": "1mm"},  # stands
-        {"tilt": "20deg", "precession_rate": 60.0, "radius": "12mm", "contour_friction": "2um", "friction": 0.3},
+        {
+            "tilt": "20deg",
+            "precession_rate": 60.0,
+            "radius": "12mm",
+            "contour_friction": "2um",
+            "friction": 0.3,
+        },
         {"tilt": "1deg", "roll_rate": 40.0, "radius": "12mm", "rolling_friction": 0.0, "duration": "1s"},
-    ],
-)  # fmt: skip
-def test_what_is_no_wobble_has_no_panels_of_its_end(words, tmp_path):
-    """A fall, a coin that stands, one that slips and one that loses nothing are drawn without a warning."""
-    drawn = stopping_plots.figure(sweep.simulate(**words))
-    assert len(drawn.axes) == 4
-    plots.save(drawn, tmp_path / "figure.png")
+    ):
+        drawn = stopping_plots.figure(sweep.simulate(**words))
+        assert len(drawn.axes) == 4
+        plots.save(drawn, tmp_path / "figure.png")
 
 
 def test_same_motion_same_bytes(toy, tmp_path):
