@@ -119,7 +119,7 @@ def test_plan_measures(command):
 
 def test_plan_says_what_does_not_fit(command):
     """A run larger than the disk: status 1."""
-    status, out, _ = command("plan rolling roll_rate=0:9:1000000 tilt=0:1:900000 --no-calibrate")
+    status, out, _ = command("plan rolling roll_rate=0:9:30000 tilt=0:1:33000 contact=yes --no-calibrate")
     assert status == 1
     assert "does not fit" in out
 

@@ -2,7 +2,7 @@
 
 import json
 
-from tests.explorer.browser.map_page import BOTH, axis, click, entries, shown, wait_for_picture, wait_for_text
+from tests.explorer.browser.map_page import BOTH, axis, click, shown, wait_for_picture
 
 #: Begin to note lane and words of each picture that is shown, in `lanes`.
 RECORD = """() => {
@@ -104,17 +104,6 @@ def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
     asked[-1].continue_()
     page.locator(".motion.shown:not(.waiting)").wait_for()
     assert page.locator(".motion .problem").first.text_content() == ""
-
-
-def test_losses_of_an_address_are_kept_while_another_motion_is_followed(opened):
-    """A motion that has to wait is no motion that is not possible: what is set of it stays, and is told."""
-    page = opened(BOTH)
-    words = {"error": "ANOTHER IS FOLLOWED.", "hint": "", "where": "motion", "busy": True}
-    page.route("**/motion", lambda route: route.fulfill(json=words))
-    page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.loss.friction=0.1")
-    wait_for_text(page, ".motion .problem", "ANOTHER IS FOLLOWED.")
-    wait_for_picture(page)
-    assert entries(page)["a.loss.friction"] == "0.1"
 
 
 def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
