@@ -2,11 +2,6 @@
 
 A motion is confined to the interval around its start on which its potential (`kernels.disk.exact.potential`) does not
 exceed its energy h; the ends of the interval are the turning points (`kernels.disk.exact.near_turning_points`).
-
-Motions and searches on the same panel are treated together: passes over a chunk, each in blocks of lanes ordered by
-panel (`kernels.disk.exact.passes`), and quadratures where periods are asked for (`kernels.disk.exact.period`). A lane
-never reads its neighbours, and lanes without a motion repeat the last one of their block: a cell's bits depend on the
-cell alone.
 """
 
 import math
@@ -15,12 +10,9 @@ import numpy as np
 
 from kernels.disk.arrays import ALPHA
 from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
-from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, chunk_in, memory
+from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, memory
 from kernels.disk.exact.legendre import stretched, tables
-from kernels.disk.exact.motion import write_cell
-from kernels.disk.exact.passes import find_far, find_near
-from kernels.disk.exact.period import find_periods
-from kernels.disk.exact.scaled_starts import scale_starts
+from kernels.disk.exact.reduction import reduce_chunk
 from kernels.native.entry import parallel
 
 #: Cells of a chunk, which a thread takes at a time.
@@ -85,15 +77,8 @@ def reduce(
     it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
-    own, chunk = Tables(alphas, panels, nodes), chunk_in((lanes, motions, searches, numbers, ends, blocks))
-    n = scale_starts(start, stop, starts, which, fall_tilt, own, chunk, measures, counts)
-    if n > 0:
-        find_near(n, own, chunk)
-        find_far(n, own, chunk, y_fall)
-    for i in range(n):
-        write_cell(chunk.cells[i], chunk.motions[i], fall_tilt, measures, counts)
-    if with_period:
-        find_periods(n, own, chunk, measures, counts)
+    own, arrays = Tables(alphas, panels, nodes), (lanes, motions, searches, numbers, ends, blocks)
+    reduce_chunk(start, stop, starts, fall_tilt, y_fall, with_period, which, own, arrays, measures, counts)
 
 
 def extremes(starts, fall_tilt, with_period=False):
