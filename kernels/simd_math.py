@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from kernels.jit import simd
 
 #: pi/2 minus its double.
@@ -41,3 +43,43 @@ def angle_of(S, C):
     for n in range(21, 0, -2):
         total = 1.0 / n - square * total
     return 8.0 * tangent * total
+
+
+#: Added to a small integer as a float64, leaves it in the lowest bits: the C library's conversions are not vector code.
+_TO_LOW_BITS = 1.5 * 2.0**52
+_LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
+
+
+@simd
+def exp_minus_one(x):
+    """exp(x) - 1 for x from -700 to 700, with an error of at most 3e-16 of it or, where exp(x) < 1/2, of one.
+
+    Taylor's series of what is left of x without multiples of ln 2; the first term that is left out is below 1e-17.
+    """
+    shifted = x * (1.0 / math.log(2.0)) + _TO_LOW_BITS
+    power = shifted - _TO_LOW_BITS
+    rest = (x - power * _LN2_HIGH) - power * _LN2_LOW
+    series = 1.0
+    for n in range(14, 1, -1):
+        series = 1.0 + rest * (1.0 / n) * series
+    scale = np.int64((np.float64(shifted).view(np.int64) << 52) + np.float64(1.0).view(np.int64)).view(
+        np.float64
+    )
+    return scale * (rest * series) + (scale - 1.0)
+
+
+@simd
+def logarithm(x):
+    """Natural logarithm of a normal positive number, with an error of at most 3e-16 of it or of one.
+
+    2 atanh((m-1)/(m+1)) of a mantissa m from 0.7 to 1.4: the first term that is left out is below 1e-17.
+    """
+    bits = np.float64(x).view(np.int64) - np.float64(math.sqrt(0.5)).view(np.int64)
+    power = bits >> 52
+    m = np.int64(np.float64(x).view(np.int64) - (power << 52)).view(np.float64)
+    z = (m - 1.0) / (m + 1.0)
+    square, series = z * z, 0.0
+    for n in range(21, 0, -2):
+        series = 1.0 / n + square * series
+    exponent = np.int64(power + np.float64(_TO_LOW_BITS).view(np.int64)).view(np.float64) - _TO_LOW_BITS
+    return 2.0 * z * series + exponent * math.log(2.0)

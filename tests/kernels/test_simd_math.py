@@ -4,7 +4,7 @@ import mpmath
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.simd_math import angle_of, sine_cosine
+from kernels.simd_math import angle_of, exp_minus_one, logarithm, sine_cosine
 
 FLAT = math.nextafter(math.pi / 2, 0.0)
 TILTS = st.floats(-FLAT, FLAT, allow_subnormal=False)
@@ -38,3 +38,19 @@ def test_beyond_flat_the_side_is_kept():
     """A disk that a long step has carried beyond flat lies on the side to which it fell."""
     for side in [-1.0, 1.0]:
         assert math.copysign(1.0, angle_of(side * math.sin(1.7), math.cos(1.7))) == side, side
+
+
+@given(st.one_of(st.floats(-700.0, 700.0), st.floats(-1.0, 1.0), st.floats(-1e-9, 1e-9)))
+def test_exponential(x):
+    """exp(x) - 1 is right to 4e-16 of itself, however small x is, or to 4e-16 where exp(x) is small."""
+    with mpmath.workdps(30):
+        truth = mpmath.expm1(x)
+        assert abs(exp_minus_one(x) - truth) <= 4e-16 * (1 if x < -0.7 else abs(truth))
+
+
+@given(st.one_of(st.floats(1e-300, 1e300), st.floats(0.5, 2.0)))
+def test_logarithm(x):
+    """The logarithm is right to 4e-16 of itself, or to 4e-16 next to one."""
+    with mpmath.workdps(30):
+        truth = mpmath.log(x)
+        assert abs(logarithm(x) - truth) <= 4e-16 * max(1, abs(truth))

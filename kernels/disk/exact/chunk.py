@@ -8,6 +8,7 @@ from kernels.disk.exact import layout as at
 from kernels.disk.exact import motion as of
 from kernels.disk.exact.counting_sort import BLOCK_ROWS
 from kernels.disk.exact.legendre import PANELS
+from kernels.disk.exact.period_layout import PERIOD_KEYS, PERIOD_SIZE
 from kernels.jit import kernel
 from kernels.lanes.layout import aligned
 
@@ -18,11 +19,15 @@ SEARCH_COLUMNS = EXCESS_THERE + 1
 
 
 class Tables(NamedTuple):
-    """The values of alpha and their tables (`kernels.disk.exact.legendre`)."""
+    """The values of alpha and their tables (`kernels.disk.exact.legendre`, `kernels.disk.exact.wide_panels`).
+
+    `wide` is empty where no period is asked for.
+    """
 
     alphas: Any
     panels: Any
     nodes: Any
+    wide: Any
 
 
 class Chunk(NamedTuple):
@@ -39,9 +44,10 @@ class Chunk(NamedTuple):
     searches : float64[2 size, SEARCH_COLUMNS]
         Searches for turning points.
     sought : int64[:]
-        What a search is for: twice the number of a motion, and one more for the turning point behind its start.
+        What a search is for: twice the number of a motion, and one more for the turning point behind its start. Later
+        the number of a motion whose period is sought.
     keys : int64[:]
-        Panel, counted through all tables, of a motion or a search; -1 where a search has ended.
+        Panel, counted through all tables, of a motion, a search or a period; -1 where a search has ended.
     order, ends, blocks : int64 arrays
         As in `kernels.disk.exact.counting_sort`.
     """
@@ -60,11 +66,11 @@ class Chunk(NamedTuple):
 def memory(size, tables):
     """Arrays for chunks of `size` cells at most: what `chunk_in` makes a `Chunk` of."""
     return (
-        aligned(at.SIZE),
+        aligned(max(at.SIZE, PERIOD_SIZE)),
         np.empty((size, of.COLUMNS)),
         np.empty((2 * size, SEARCH_COLUMNS)),
         np.empty((4, 2 * size), np.int64),
-        np.empty(tables * PANELS, np.int64),
+        np.empty(tables * max(PANELS, PERIOD_KEYS), np.int64),
         np.empty((BLOCK_ROWS, 2 * size), np.int64),
     )
 

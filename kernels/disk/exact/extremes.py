@@ -11,8 +11,11 @@ import numpy as np
 from kernels.disk.arrays import ALPHA
 from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, memory
+from kernels.disk.exact.chunk_periods import periods
 from kernels.disk.exact.legendre import stretched, tables
 from kernels.disk.exact.reduction import reduce_chunk
+from kernels.disk.exact.wide_panels import no_wide_panels, wide_panels
+from kernels.native.by_address import NOWHERE, address_of
 from kernels.native.entry import parallel
 
 #: Cells of a chunk, which a thread takes at a time.
@@ -21,7 +24,7 @@ CHUNK = 2048
 TABLES = 128
 
 
-def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
+def _memory_of_thread(starts, fall_tilt, periods_at, alphas, *_):
     return memory(min(CHUNK, starts.shape[1]), alphas.size)
 
 
@@ -30,17 +33,18 @@ def _memory_of_thread(starts, fall_tilt, with_period, alphas, *_):
     _memory_of_thread,
     starts="float64[:, ::1]",
     fall_tilt="float64",
-    with_period="boolean",
+    periods_at="int64",
     alphas="float64[::1]",
     which="int64[::1]",
     panels="float64[:, :, ::1]",
     nodes="float64[:, ::1]",
+    wide="float64[:, :, ::1]",
     measures="float64[:, ::1], written",
     counts="int32[:, ::1], written",
     **MEMORY_TYPES,
 )
 def reduce(
-    start, stop, starts, fall_tilt, with_period, alphas, which, panels, nodes, measures, counts,
+    start, stop, starts, fall_tilt, periods_at, alphas, which, panels, nodes, wide, measures, counts,
     lanes, motions, searches, numbers, ends, blocks,
 ):  # fmt: skip
     """Find the extremes of every cell for all time.
@@ -55,14 +59,17 @@ def reduce(
         Rows as in `kernels.disk.arrays`; alpha is not read.
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall.
-    with_period : bool
-        Whether to find the period: a quadrature that takes longer than the rest.
+    periods_at : int
+        Address of `kernels.disk.exact.chunk_periods.periods`, NOWHERE to leave out the period: a quadrature, half as
+        much again as the rest or as much again.
     alphas : float64[m]
         The values of alpha that occur, in (0, 1].
     which : int64[n]
         Index of each cell's alpha, negative where it is not in (0, 1].
     panels, nodes : arrays
         `kernels.disk.exact.legendre.tables` of `alphas`.
+    wide : array
+        `kernels.disk.exact.wide_panels.wide_panels` of `alphas`; not read without `periods_at`.
     measures : float64[len(EXACT_MEASURES), n], written
         Separatrix is the saddle of the potential minus the energy: positive for a motion trapped in one of two wells,
         negative for one that passes over the saddle, NaN for one well.
@@ -77,8 +84,8 @@ def reduce(
     it is not known whether the disk passes), or beyond the table's end at 89.9 degrees.
     """
     y_fall = stretched(math.sin(fall_tilt), math.cos(fall_tilt))
-    own, arrays = Tables(alphas, panels, nodes), (lanes, motions, searches, numbers, ends, blocks)
-    reduce_chunk(start, stop, starts, fall_tilt, y_fall, with_period, which, own, arrays, measures, counts)
+    own, arrays = Tables(alphas, panels, nodes, wide), (lanes, motions, searches, numbers, ends, blocks)
+    reduce_chunk(start, stop, starts, fall_tilt, y_fall, periods_at, which, own, arrays, measures, counts)
 
 
 def extremes(starts, fall_tilt, with_period=False):
@@ -97,9 +104,12 @@ def extremes(starts, fall_tilt, with_period=False):
     """
     starts = np.ascontiguousarray(starts, dtype=np.float64)
     measures, counts = _results(starts.shape[1])
+    periods_at = address_of(periods) if with_period else NOWHERE
     known, which = _tables_of(starts[ALPHA])
     if known.size <= TABLES and (which[:-1] <= which[1:]).all():
-        reduce(starts, fall_tilt, with_period, known, which, *tables(known), measures, counts)
+        reduce(
+            starts, fall_tilt, periods_at, known, which, *_all_tables(known, with_period), measures, counts
+        )
         return measures, counts
     # the cells of one table are treated together, so that blocks are full and few tables are in memory at once
     order = np.argsort(which, kind="stable")
@@ -110,9 +120,13 @@ def extremes(starts, fall_tilt, with_period=False):
         found, numbers = _results(cells.size)
         own = np.take(starts, cells, axis=1)
         local = np.maximum(which[begin:end] - first, -1)
-        reduce(own, fall_tilt, with_period, some, local, *tables(some), found, numbers)
+        reduce(own, fall_tilt, periods_at, some, local, *_all_tables(some, with_period), found, numbers)
         measures[:, cells], counts[:, cells] = found, numbers
     return measures, counts
+
+
+def _all_tables(alphas, with_period):
+    return *tables(alphas), wide_panels(alphas) if with_period else no_wide_panels()
 
 
 def _results(n):

@@ -21,7 +21,10 @@ KINETIC, PULL, CURVATURE, LEVEL, FORCE, BEND, S_HERE, P_HERE, CENTRE = range(18,
 END, TURN, ERROR, DISTANCE, SLOPE, EXCESS = range(27, 33)
 #: Columns from a turning point to the other one's.
 BEHIND = EXCESS + 1 - END
-COLUMNS = END + 2 * BEHIND
+# The quadrature of the period (`kernels.disk.exact.period_pass`): trapezoidal sum over the number of its intervals,
+# how far that is from the sum before, and the same sum of the errors by rounding
+SUM, CHANGE, ROUNDING = range(END + 2 * BEHIND, END + 2 * BEHIND + 3)
+COLUMNS = ROUNDING + 1
 
 #: Kinds of motions.
 OSCILLATES, RESTS, ON_SEPARATRIX, NOT_FINITE = 0.0, 1.0, 2.0, 3.0

@@ -16,10 +16,16 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 
 _MODULE = "kernels.disk.exact.extremes"
+_ALONE = ("kernels.disk.exact.legendre:build_tables", f"{_MODULE}:reduce")
 
+#: The reduction with and without the nutation period.
 EXTREMES = Kernel(
-    _MODULE, "extremes", ("kernels.disk.exact.legendre:build_tables", f"{_MODULE}:reduce"), seconds=8.0
+    _MODULE,
+    "extremes",
+    (*_ALONE, "kernels.disk.exact.wide_panels:build_wide_panels", "kernels.disk.exact.chunk_periods:periods"),
+    seconds=10.0,
 )
+EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=8.0)
 
 FALL_TIMES = Kernel(
     "kernels.disk.exact.fall_time",
@@ -59,7 +65,8 @@ class ExactReduction:
             right to 1e-9, or NaN: beside a separatrix rounding may decide more of it than that.
         """
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-        measures, counts = EXTREMES.load()(rows, spec.fall_tilt, not extremes_only)
+        kernel = EXTREMES_ALONE if extremes_only else EXTREMES
+        measures, counts = kernel.load()(rows, spec.fall_tilt, not extremes_only)
         found = dict(zip(exact_arrays.EXACT_MEASURES, measures, strict=True))
         found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
         vague = found["tilt_error"] > spec.tolerance
