@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.engine.compute import compute
-from sweep.engine.grid import blocks, completed, starts_of
+from sweep.engine.grid import Span, blocks, completed, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
@@ -52,6 +52,17 @@ class Brackets:
     near_verdict: Codes
     far_verdict: Codes
 
+    def part(self, which: slice) -> "Brackets":
+        """Return some of the segments."""
+        return Brackets(
+            {name: each[which] for name, each in self.starts.items()},
+            self.along[which],
+            self.near[which],
+            self.far[which],
+            self.near_verdict[which],
+            self.far_verdict[which],
+        )
+
 
 def unseen(share: float) -> None:
     """Ignore how much is done."""
@@ -78,12 +89,24 @@ def bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen = unseen
         than a quarter of `width`: it stays as wide as the undecided stretch.
         Where the verdict changes more than once between the given ends, one of the changes is found.
     """
+    near, far = given.near.copy(), given.far.copy()
+    for span in blocks(near.size, AT_ONCE):
+        part = slice(span.start, span.stop)
+
+        def seen_part(share: float, span: Span = span) -> None:
+            seen((span.start + share * len(span)) / near.size)
+
+        near[part], far[part] = _bisected(spec, given.part(part), width, seen_part)
+    seen(1.0)
+    return replace(given, near=near, far=far)
+
+
+def _bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen) -> tuple[Array, Array]:
     search, halvings, done = _Search(given), _halvings(given, width), 0
     while True:
         before, after = search.unknown(width)
         if not before.size + after.size:
-            seen(1.0)
-            return replace(given, near=search.near, far=search.far)
+            return search.near, search.far
         # undecided stretches have two sides to narrow, which takes more
         seen(min(done / halvings, 1.0))
         done += 1

@@ -1,28 +1,26 @@
 """The boundary of stability that a grid of verdicts has: of its rows, and of its curves."""
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary import Brackets, Seen, bisected, rows_along, unseen
-from sweep.atlas.cf_metadata import EDGES, curve_declarations, edge_declarations
+from sweep.atlas.boundary import Brackets, Seen, bisected, rows_along, theory_lines, unseen
+from sweep.atlas.cf_metadata import EDGES, Declaration, curve_declarations, edge_declarations
 from sweep.atlas.curves import Curves
 from sweep.atlas.row_edges import NOWHERE, Places, RowEdges, Verdicts
-from sweep.atlas.slices import SlicedVariables, slices_of
-from sweep.engine.grid import Span, starts_of
-from sweep.model.description import Starts
+from sweep.engine.grid import starts_at
 from sweep.model.quantity import STABLE, UNSTABLE, Array
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
-_Parts = Iterator[list[npt.NDArray[Any]]]
+#: Variables of one shape with their values: those of one edge, of the curves, or of their points.
+Group = list[tuple[Declaration, npt.NDArray[Any]]]
 
 
-class BoundarySearch:
-    """The boundary of a grid, from the verdicts of its cells.
+def boundary_groups(spec: SweepSpec, stability: Verdicts, seen: Seen = unseen) -> list[Group]:
+    """Return the boundary of a grid, from the verdicts of its cells.
 
     Parameters
     ----------
@@ -31,101 +29,51 @@ class BoundarySearch:
         The verdicts of all cells (`sweep.model.quantity`).
     seen : callable, optional
         Called now and then with the share of the work that is done, from 0 to 1.
-    """
 
-    def __init__(self, spec: SweepSpec, stability: Verdicts, seen: Seen = unseen) -> None:
-        self._spec, self._stability, self._seen = spec, stability, seen
-        self._rows = [_Rows(spec, axis, stability) for axis in spec.model.controls(spec.axes)]
-        self._has_curves = spec.boundary_width is not None and len(spec.axes) > 1
-        self._done, self._total = 0, len(EDGES) * sum(rows.count for rows in self._rows)
-
-    def variables(self) -> Iterator[SlicedVariables]:
-        """Yield the variables of the boundary; the values of each have to be taken before the next are asked for.
-
-        One value per row of each control for the edges: the upper edge (stable above) along every such axis, and the
-        lower edge (stable below) where theory or the cells have one. The measured value lies in the middle of the
-        bracket between the last unstable and the first stable cell, the half-width is half that bracket; undecided
-        cells between the two widen it, and NaN stands where there is none. Where the spec says
+    Returns
+    -------
+    list of list of (Declaration, array)
+        Variables of one shape together. One value per row of each control for the edges: the upper edge (stable above)
+        along every such axis, and the lower edge (stable below) where theory or the cells have one. The measured value
+        lies in the middle of the bracket between the last unstable and the first stable cell, the half-width is half
+        that bracket; undecided cells between the two widen it, and NaN stands where there is none. Where the spec says
         ``boundary = "refined"`` the bracket is bisected.
 
         Where the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
-        """
-        for rows in self._rows:
-            for edge in EDGES:
-                if edge == "lower" and not rows.have_lower:
-                    self._count(rows.count, 0.0)
-                    continue
-                yield SlicedVariables(
-                    edge_declarations(self._spec, rows.axis, edge), rows.shape, self._edge(rows, edge)
-                )
-        if self._has_curves:
-            yield from self._curves()
-
-    def _edge(self, rows: "_Rows", edge: str) -> _Parts:
-        for span, _ in slices_of(rows.shape):
-            yield rows.values(edge, span, partial(self._count, len(span)))
-            self._done += len(span)
-
-    def _count(self, rows: int, share: float) -> None:
-        """Say how much is done when a share of some rows is."""
-        # the curves have as much to bisect as the edges
-        self._seen((self._done + share * rows) / self._total / (2.0 if self._has_curves else 1.0))
-
-    def _curves(self) -> Iterator[SlicedVariables]:
-        lines = Curves(self._spec, self._stability)
-        self._seen(0.5)
-        # the classic model of netCDF allows no dimension of length 0, except an unlimited one
-        if lines.counts.size:
-            of_curves, of_points = curve_declarations(self._spec)
-            count, points = lines.counts.size, lines.cells.size
-            lengths = ([lines.counts[part], lines.closed[part]] for _, (part,) in slices_of((count,)))
-            yield SlicedVariables(of_curves, (count,), lengths)
-            yield SlicedVariables(of_points, (points,), self._points(lines))
-
-    def _points(self, lines: Curves) -> _Parts:
-        assert self._spec.boundary_width is not None
-        count = lines.cells.size
-        for span, _ in slices_of((count,)):
-
-            def seen(share: float, span: Span = span) -> None:
-                self._seen(0.5 + 0.5 * (span.start + share * len(span)) / count)
-
-            points = lines.measured(span, self._spec.boundary_width, seen)
-            yield [part for axis in self._spec.axes for part in points.along(axis)]
+    """
+    controls = spec.model.controls(spec.axes)
+    has_curves = spec.boundary_width is not None and len(spec.axes) > 1
+    # the curves have as much to bisect as the edges
+    of_edges = 0.5 if has_curves else 1.0
+    groups = list[Group]()
+    for number, axis in enumerate(controls):
+        share = of_edges / len(controls)
+        groups += _edges(spec, axis, stability, _part(seen, number * share, share))
+    return groups + _curves(spec, stability, _part(seen, of_edges, 0.5)) if has_curves else groups
 
 
-class _Rows:
-    """The rows along one control: all cells along it, the other axes fixed; counted in C order of the other axes."""
+def _part(seen: Seen, begin: float, share: float) -> Seen:
+    return lambda done: seen(begin + share * done)
 
-    def __init__(self, spec: SweepSpec, axis: str, stability: Verdicts) -> None:
-        self._spec, self.axis = spec, axis
-        self._along = rows_along(spec, axis)
-        self.shape, self.count = self._along.shape, self._along.size
-        self._edges = RowEdges.of(stability, spec.axes.index(axis))
-        #: Whether theory has a lower edge in the rows of which values were made, or the cells have one anywhere.
-        self.have_lower = bool((self._edges.bracket("lower")[0] != NOWHERE).any())
 
-    def values(self, edge: str, span: Span, seen: Seen) -> list[npt.NDArray[Any]]:
-        """Return measured place, half-width, line of prediction, critical line and status of an edge in some rows."""
-        starts, part = starts_of(self._along, span), slice(span.start, span.stop)
-        lines = self._spec.model.lines(self._spec, self.axis, starts)
-        self.have_lower |= "lower" in lines
-        inside, outside = (
-            _values(getattr(self._spec, self.axis), places.reshape(-1)[part])
-            for places in self._edges.bracket(edge)
-        )
-        if (width := self._spec.boundary_width) is not None:
-            inside, outside = _narrowed(self._spec, self.axis, starts, inside, outside, width, seen)
-        seen(1.0)
+def _edges(spec: SweepSpec, axis: str, stability: Verdicts, seen: Seen) -> Iterator[Group]:
+    """Yield the edges along one control; their rows are all cells along it, the other axes fixed."""
+    rows, lines = RowEdges.of(stability, spec.axes.index(axis)), theory_lines(spec, axis)
+    for number, edge in enumerate(EDGES):
+        inside, outside = (_values(getattr(spec, axis), places) for places in rows.bracket(edge))
+        if edge == "lower" and edge not in lines and not np.isfinite(inside).any():
+            break
+        if spec.boundary_width is not None:
+            share = 1.0 / len(EDGES)
+            inside, outside = _narrowed(
+                spec, axis, inside, outside, spec.boundary_width, _part(seen, number * share, share)
+            )
         # of rows for which theory has no edge it may have no line
-        critical, predicted = lines.get(edge) or np.full((2, len(span)), np.nan)
-        return [
-            0.5 * (inside + outside),
-            0.5 * np.abs(outside - inside),
-            predicted,
-            critical,
-            self._edges.status(edge).reshape(-1)[part],
-        ]
+        critical, predicted = lines.get(edge) or np.full((2, *inside.shape), np.nan)
+        middle, half = 0.5 * (inside + outside), 0.5 * np.abs(outside - inside)
+        values = (middle, half, predicted, critical, rows.status(edge))
+        yield _group(edge_declarations(spec, axis, edge), values)
+    seen(1.0)
 
 
 def _values(axis: Range | Values, places: Places) -> Array:
@@ -133,14 +81,31 @@ def _values(axis: Range | Values, places: Places) -> Array:
 
 
 def _narrowed(
-    spec: SweepSpec, axis: str, starts: Starts, inside: Array, outside: Array, width: float, seen: Seen
+    spec: SweepSpec, axis: str, inside: Array, outside: Array, width: float, seen: Seen
 ) -> tuple[Array, Array]:
-    """Bisect the brackets of some rows, all at once."""
+    """Bisect the brackets of the rows along an axis, all at once."""
     found = np.flatnonzero(np.isfinite(inside))
     number = np.full(found.size, list(spec.model.parameters).index(axis))
     codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
-    held = {name: each[found] for name, each in starts.items()}
-    fine = bisected(spec, Brackets(held, number, inside[found], outside[found], *codes), width, seen)
+    starts = starts_at(rows_along(spec, axis), found)
+    near, far = (each.reshape(-1)[found] for each in (inside, outside))
+    fine = bisected(spec, Brackets(starts, number, near, far, *codes), width, seen)
     narrow = np.full((2, inside.size), np.nan)
     narrow[:, found] = fine.near, fine.far
-    return narrow[0], narrow[1]
+    return narrow[0].reshape(inside.shape), narrow[1].reshape(inside.shape)
+
+
+def _curves(spec: SweepSpec, stability: Verdicts, seen: Seen) -> list[Group]:
+    assert spec.boundary_width is not None
+    lines = Curves(spec, stability)
+    # the classic model of netCDF allows no dimension of length 0, except an unlimited one
+    if not lines.counts.size:
+        return []
+    of_curves, of_points = curve_declarations(spec)
+    points = lines.measured(spec.boundary_width, seen)
+    places = [part for axis in spec.axes for part in points.along(axis)]
+    return [_group(of_curves, (lines.counts, lines.closed)), _group(of_points, places)]
+
+
+def _group(declared: Iterable[Declaration], values: Iterable[npt.NDArray[Any]]) -> Group:
+    return [(each, np.asarray(held, each.dtype)) for each, held in zip(declared, values, strict=True)]

@@ -18,8 +18,7 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     edge_names,
 )
-from sweep.atlas.dataset import as_variable, edge_variables
-from sweep.atlas.slices import coordinates, whole
+from sweep.atlas.dataset import as_variable, coordinates, edge_variables
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ def completed(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
 
 def _with_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
     """Return an atlas with its fixed parameters, which its variables name, and all attributes of its axes."""
-    made = {each.name: as_variable(each, value, spec) for each, value in whole(coordinates(spec))}
+    made = {each.name: as_variable(each, value, spec) for each, value in coordinates(spec)}
     lost = _lost_parameters(dataset, spec)
     found = dataset.assign_coords({name: made[name] for name in lost})
     for name in spec.axes:

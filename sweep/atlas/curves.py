@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sweep.atlas.boundary import AT_ONCE, Brackets, Seen, bisected, unseen, verdicts
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.row_edges import Verdicts
-from sweep.engine.grid import Span, blocks, starts_at
+from sweep.engine.grid import blocks, starts_at
 from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
 from sweep.request.spec import SweepSpec
 
@@ -74,15 +74,13 @@ class Curves:
             self.cells[kind == each] = cells[each][at[kind == each]]
         self.codes = planes.reshape(-1)[self.cells].astype(np.int8)
 
-    def measured(self, span: Span, width: float, seen: Seen = unseen) -> "Points":
-        """Return some points, each bisected between its two cells to a bracket of some width [SI unit of its axis].
+    def measured(self, width: float, seen: Seen = unseen) -> "Points":
+        """Return the points, each bisected between its two cells to a bracket of some width [SI unit of its axis].
 
         `seen` is called with the share that is done.
         """
-        part = slice(span.start, span.stop)
-        cells, along_last = self.cells[part], self.along_last[part]
-        near, far = _bracket(self._spec, cells, along_last, self.codes[part], width, seen)
-        return Points(self._spec, cells, along_last, 0.5 * (near + far), 0.5 * np.abs(far - near))
+        near, far = _bracket(self._spec, self.cells, self.along_last, self.codes, width, seen)
+        return Points(self._spec, self.cells, self.along_last, 0.5 * (near + far), 0.5 * np.abs(far - near))
 
 
 @dataclass(frozen=True)

@@ -7,21 +7,22 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.boundary import Seen, unseen
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.cf_metadata import (
     COMPRESSION,
     EDGES,
     Declaration,
     cell_declarations,
+    coordinate_declarations,
     edge_names,
     global_attributes,
     status_name,
 )
 from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED, RowEdges, legal
-from sweep.atlas.slices import coordinates, whole
 from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
 from sweep.model.description import Columns
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def assemble(spec: SweepSpec, columns: Columns, command: str, seen: Seen = unsee
     listed = {name: held.pop(name) for name in spec.listed}
     return xr.Dataset(
         held | edge_variables(spec, stability, seen),
-        listed | {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))},
+        listed | {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)},
         global_attributes(spec, command),
     )
 
@@ -180,6 +181,15 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
     return RowEdges.of(verdicts, verdicts.ndim - 1).status(edge)
 
 
+def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
+    """Return the axes with their values, and the fixed parameters as scalars."""
+    return [(each, _values(getattr(spec, each.name))) for each in coordinate_declarations(spec)]
+
+
+def _values(held: Range | Values | float) -> npt.NDArray[np.float64]:
+    return held.array() if isinstance(held, Range | Values) else np.array(held, np.float64)
+
+
 def boundaries(
     spec: SweepSpec, stability: npt.NDArray[np.integer], seen: Seen = unseen
 ) -> list[tuple[Declaration, npt.NDArray[Any]]]:
@@ -187,7 +197,7 @@ def boundaries(
 
     One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
     """
-    return whole(BoundarySearch(spec, stability, seen).variables())
+    return [pair for group in boundary_groups(spec, stability, seen) for pair in group]
 
 
 def edge_variables(

@@ -15,8 +15,7 @@ from sweep.atlas.cf_metadata import (
     spec_attributes,
 )
 from sweep.atlas.completion import completed, is_complete, without_boundary
-from sweep.atlas.dataset import as_variable, edge_variables, encoding_of, place_of, spec_named
-from sweep.atlas.slices import coordinates, whole
+from sweep.atlas.dataset import as_variable, coordinates, edge_variables, encoding_of, place_of, spec_named
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array
@@ -302,7 +301,7 @@ def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     listed = {name: values.pop(name) for name in spec.listed}
     edges = edge_variables(spec, np.asarray(dataset["stability"].values))
     held: dict[str, xr.Variable] = listed | {
-        each.name: as_variable(each, found, spec) for each, found in whole(coordinates(spec))
+        each.name: as_variable(each, found, spec) for each, found in coordinates(spec)
     }
     title = dataset.attrs.get("title")
     changed = (name for name in stated.axes if name not in spec.axes or _differ(stated, spec, name))

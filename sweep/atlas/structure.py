@@ -5,7 +5,6 @@ coordinates. A selection from an atlas is one too: an axis may be shorter, or a 
 """
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,6 @@ from sweep.atlas.cf_metadata import (
     edge_declarations,
     status_name,
 )
-from sweep.atlas.slices import slices_of
 from sweep.errors import RequestError, counted, printable, shown
 from sweep.model.quantity import Array, Quantity
 from sweep.request.spec import SweepSpec
@@ -109,18 +107,14 @@ def _coordinate_problem(
     kind = np.dtype(quantity.dtype).kind
     if found.dtype.kind != kind:
         return f"must be {_KINDS[kind]}; got {found.dtype}"
-    finite, rises, falls, last = True, True, True, np.zeros(0)
-    for _, places in slices_of(found.shape):
-        values: Array = np.concatenate((last, np.atleast_1d(np.asarray(found[places], np.float64))))
-        finite &= bool(np.isfinite(values).all())
-        with np.errstate(invalid="ignore"):
-            steps = np.diff(values)
-        rises &= bool((steps > 0.0).all())
-        falls &= bool((steps < 0.0).all())
-        last = values[-1:]
-    if finite and falls and not rises:
+    values: Array = np.atleast_1d(np.asarray(found[...], np.float64))
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(values)
+    if not values.size or not np.isfinite(values).all():
+        return "must be finite and increasing"
+    if steps.size and (steps < 0.0).all():
         return f"runs backwards and must increase, as by dataset.sortby({dims[0]!r}) in Python"
-    return "" if last.size and finite and rises else "must be finite and increasing"
+    return "" if (steps > 0.0).all() else "must be finite and increasing"
 
 
 def known_names(spec: SweepSpec) -> set[str]:
@@ -227,12 +221,9 @@ def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
     counts = dataset["curve_point_count"]
     points = dataset.sizes.get(POINTS, 0)
     if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
-        total = 0.0
-        for _, places in slices_of(counts.shape):
-            part = np.asarray(counts[places])
-            # integers of 64 bits could add up to anything
-            total += float(part.sum(dtype=np.float64)) if (part > 0).all() else math.inf
-        if total != points:
+        held = np.asarray(counts[...])
+        # integers of 64 bits could add up to anything
+        if not (held > 0).all() or held.sum(dtype=np.float64) != points:
             yield f"curve_point_count must add up to the {counted(points, 'point')} of the curves"
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.dataset import place_of, spec_of
-from sweep.atlas.slices import slices_of
-from sweep.engine.grid import blocks, starts_of
+from sweep.engine.grid import blocks, chunks, starts_of
 from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.as_given import both_written
@@ -94,7 +93,7 @@ def _check_values(dataset: "xr.Dataset", quantity: Input, spec: SweepSpec) -> No
     # a value near 0 inside a range is known to the rounding of its ends
     rounding = _ROUNDING * float(np.abs(ends).max())
     wrong, first = 0, ""
-    for span, places in slices_of(found.shape):
+    for span, places in chunks(found.shape):
         expected = held.at(np.arange(span.start, span.stop)) if isinstance(held, Range | Values) else ends
         stored = np.asarray(found[places], np.float64).reshape(-1)
         allowed = rule.absolute + rule.relative * np.abs(expected) + rounding

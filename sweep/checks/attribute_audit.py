@@ -14,10 +14,11 @@ from sweep.atlas.cf_metadata import (
     coordinate_declarations,
     global_attributes,
 )
-from sweep.atlas.slices import SlicedVariables, coordinates
+from sweep.atlas.dataset import coordinates
 from sweep.checks.tally import Statement, Tally, cell_in_words, difference_check, row_in_words, unchecked
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import shown
+from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
 from sweep.version import __version__
 
@@ -72,9 +73,9 @@ def attribute_statements(
 
 def coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
     """Yield what is found of the coordinates: the axes and the fixed parameters, whose shapes are known to be right."""
-    for variables in coordinates(spec):
-        if variables.declared[0].name in dataset:
-            yield _of_coordinate(spec, dataset, variables)
+    for declared, values in coordinates(spec):
+        if declared.name in dataset:
+            yield _of_coordinate(spec, dataset, declared, values)
     yield from _start_statements(spec, dataset)
 
 
@@ -92,14 +93,11 @@ def _start_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statem
         yield tally.statement(lambda place: cell_in_words(spec, place))
 
 
-def _of_coordinate(spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables) -> Statement:
-    (declared,) = variables.declared
+def _of_coordinate(spec: SweepSpec, dataset: "xr.Dataset", declared: Declaration, values: Array) -> Statement:
     name, tally = declared.name, Tally(declared.name, str(declared.attributes["units"]))
     against = "the axis of the spec" if declared.dims else "the value in the spec"
-    for span, places, (values,) in variables.each():
-        stored = np.asarray(dataset[name][places], np.float64)
-        bound = _ROUNDING * np.abs(values)
-        tally.add_all(span.start, [difference_check(name, against, stored, values, bound)])
+    stored = np.asarray(dataset[name], np.float64)
+    tally.add_all(0, [difference_check(name, against, stored, values, _ROUNDING * np.abs(values))])
     return tally.statement(
         lambda place: row_in_words(spec, {name: np.intp(place)}) if declared.dims else "the one value"
     )

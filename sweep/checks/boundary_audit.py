@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweep.atlas.boundary import judged, rows_along
+from sweep.atlas.boundary_search import Group
 from sweep.atlas.cf_metadata import CURVES, EDGES, POINTS, Declaration, edge_names
-from sweep.atlas.slices import SlicedVariables, Slices
 from sweep.checks.tally import Statement, Tally, difference_check, row_in_words
-from sweep.engine.grid import Span, completed, starts_of
+from sweep.engine.grid import completed, whole
 from sweep.model.description import CellCheck, Starts
 from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.axes import Range
@@ -27,12 +27,12 @@ _LAST_BITS = 1e-15
 #: A bracket that was bisected elsewhere may be so many times as wide as it comes out here, or as the spec asks for.
 _WIDER = 4.0
 
-#: The variables of one slice by their names.
+#: Variables of one shape by their names.
 _Columns = Mapping[str, Array]
 
 
 def boundary_statements(
-    spec: SweepSpec, dataset: "xr.Dataset", again: Iterable[SlicedVariables], repeated: bool
+    spec: SweepSpec, dataset: "xr.Dataset", again: Iterable[Group], repeated: bool
 ) -> Iterator[tuple[Declaration, Statement | None]]:
     """Yield the variables of the boundary, edges, lines of theory and curves, and what is found of each.
 
@@ -41,8 +41,8 @@ def boundary_statements(
     spec : SweepSpec
     dataset : xarray.Dataset
         The atlas, which may lack some of them: of those nothing is found.
-    again : iterable of SlicedVariables
-        The boundary that the stored verdicts have.
+    again : iterable of list of (Declaration, array)
+        The boundary (`sweep.atlas.boundary_search.boundary_groups`) that the stored verdicts have.
     repeated : bool
         Whether a computation here comes out the same, to the bit, as where the atlas was made.
 
@@ -51,25 +51,23 @@ def boundary_statements(
     All of them follow from the stored verdicts: they are found again. Where the spec asks for a refined boundary, the
     exact reference must besides have unlike verdicts at the two ends of every bracket.
     """
-    for variables in again:
-        audit = _GroupAudit(spec, dataset, variables, repeated)
-        for declared in variables.declared:
+    for group in again:
+        audit = _GroupAudit(spec, dataset, group, repeated)
+        for declared, _ in group:
             yield declared, audit.statement(declared)
 
 
 class _GroupAudit:
-    """What is found of the variables of one edge, of the curves, or of their points; slice by slice."""
+    """What is found of the variables of one edge, of the curves, or of their points."""
 
-    def __init__(
-        self, spec: SweepSpec, dataset: "xr.Dataset", variables: SlicedVariables, repeated: bool
-    ) -> None:
-        self._spec, self._dataset, self._shape = spec, dataset, variables.shape
+    def __init__(self, spec: SweepSpec, dataset: "xr.Dataset", group: Group, repeated: bool) -> None:
+        self._spec, self._dataset, self._shape = spec, dataset, group[0][1].shape
         self._repeated, self._halves = repeated, _halfwidths(spec)
-        named = {each.name: each for each in variables.declared}
+        named, dims = {each.name: each for each, _ in group}, group[0][0].dims
         self._tallies = {
             name: Tally(name, str(declared.attributes.get("units", "1")))
             for name, declared in named.items()
-            if name in dataset and dataset[name].shape == variables.shape
+            if name in dataset and dataset[name].shape == self._shape
         }
         # where the reference does not know what the criterion judges by, it has no verdict of an end
         unknown = spec.model.unknown_to.get("exact", ())
@@ -79,20 +77,14 @@ class _GroupAudit:
         self._brackets = {
             middle: half for half, middle in held.items() if {half, middle} <= self._tallies.keys()
         }
-        if CURVES in variables.declared[0].dims or (
-            POINTS in variables.declared[0].dims and not named.keys() <= self._tallies.keys()
-        ):
+        if CURVES in dims or (POINTS in dims and not named.keys() <= self._tallies.keys()):
             # the coordinates of a point are needed to have its exact verdict
             self._brackets = {}
-        for span, places, values in variables.each():
-            self._add(span, places, dict(zip(named, values, strict=True)))
+        self._add({declared.name: values for declared, values in group})
 
-    def _add(self, span: Span, places: Slices, again: _Columns) -> None:
-        stored = {
-            name: np.asarray(self._dataset[name][places], np.float64).reshape(again[name].shape)
-            for name in self._tallies
-        }
-        wrong = {middle: self._alike(span, stored, middle, half) for middle, half in self._brackets.items()}
+    def _add(self, again: _Columns) -> None:
+        stored = {name: np.asarray(self._dataset[name], np.float64) for name in self._tallies}
+        wrong = {middle: self._alike(stored, middle, half) for middle, half in self._brackets.items()}
         for name, tally in self._tallies.items():
             checks = [_found_again(self._spec, name, stored[name], again, self._halves, self._repeated)]
             ends = wrong.get(self._halves.get(name, name))
@@ -101,9 +93,9 @@ class _GroupAudit:
                 checks.append(
                     difference_check(name, against, ends, np.zeros(ends.shape), np.zeros(ends.shape))
                 )
-            tally.add_all(span.start, checks)
+            tally.add_all(0, checks)
 
-    def _alike(self, span: Span, stored: _Columns, middle: str, half: str) -> Array:
+    def _alike(self, stored: _Columns, middle: str, half: str) -> Array:
         """Return 1 where both ends of a bracket have one exact verdict, else 0; an end on the edge is undecided."""
         spec, axis = self._spec.replace(method="exact"), _axis_of(self._spec, middle)
         centre, width = stored[middle].reshape(-1), stored[half].reshape(-1)
@@ -111,10 +103,10 @@ class _GroupAudit:
         if middle.startswith("curve_"):
             # a point lies on the grid along all axes but the measured one
             known &= width > 0.0
-            starts = _point_starts(spec, stored, len(span))
+            starts = _point_starts(spec, stored, centre.size)
         else:
-            starts = starts_of(rows_along(self._spec, axis), span)
-        wrong = np.zeros(len(span))
+            starts = whole(rows_along(self._spec, axis))
+        wrong = np.zeros(centre.size)
         wrong[known] = _same_verdicts(spec, axis, starts, known, centre[known], width[known])
         return wrong.reshape(stored[middle].shape)
 
@@ -147,7 +139,7 @@ def _halfwidths(spec: SweepSpec) -> dict[str, str]:
 def _found_again(
     spec: SweepSpec, name: str, stored: Array, again: _Columns, halves: Mapping[str, str], repeated: bool
 ) -> CellCheck:
-    """Return what the values of a variable in a slice were held against, the difference, and what is allowed."""
+    """Return what the values of a variable were held against, the difference, and what is allowed."""
     wanted = np.asarray(again[name], np.float64)
     size = np.abs(np.nan_to_num(wanted))
     middles = {middle: half for half, middle in halves.items()}

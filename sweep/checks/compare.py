@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from sweep.atlas.selection import require_atlas, settled
-from sweep.atlas.slices import slices_of
 from sweep.checks.alignment import Pair, align
 from sweep.checks.cell_pair import CellBlock, CellPair, Files, Flips, flips, no_flips
 from sweep.checks.difference import Cell, Differences, Judged, other_bits
@@ -32,7 +31,7 @@ from sweep.checks.variables import (
     read_limits,
     variables,
 )
-from sweep.engine.grid import Span
+from sweep.engine.grid import Span, chunks
 from sweep.errors import RequestError, counted
 from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
 from sweep.progress.display import following
@@ -246,7 +245,7 @@ class _Rule:
         if self.variable.kind not in (CURVE, EDGE):
             yield 0, self._of_part(self._pair, excused)
             return
-        for span, places in slices_of(whole.shape):
+        for span, places in chunks(whole.shape):
             part = self._pair.part(dict(zip(whole.dims, places, strict=True)))
             yield span.start, self._of_part(part, excused[places])
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.slices import slices_of
 from sweep.checks.alignment import Pair
+from sweep.engine.grid import chunks
 from sweep.model.quantity import Array, Truths
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ def bitwise(new: "xr.DataArray", old: "xr.DataArray") -> bool:
     """Return whether two variables have the same dimensions, the same type and the same bits."""
     alike = new.dims == old.dims and new.shape == old.shape and new.dtype == old.dtype
     return alike and not any(
-        other_bits(np.asarray(new[places]), np.asarray(old[places])).any()
-        for _, places in slices_of(old.shape)
+        other_bits(np.asarray(new[places]), np.asarray(old[places])).any() for _, places in chunks(old.shape)
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.cf_metadata import (
     Declaration,
     coordinate_declarations,
@@ -17,10 +17,9 @@ from sweep.atlas.cf_metadata import (
     declare_cells,
     start_declarations,
 )
-from sweep.atlas.dataset import as_variable, place_of, require, spec_named, spec_of
+from sweep.atlas.dataset import as_variable, coordinates, place_of, require, spec_named, spec_of
 from sweep.atlas.row_edges import legal
 from sweep.atlas.selection import require_atlas, settled
-from sweep.atlas.slices import coordinates, whole
 from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
 from sweep.checks.audit_summary import AuditSummary
 from sweep.checks.boundary_audit import boundary_statements
@@ -158,7 +157,7 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
         statements = audit.statements()
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
-        {each.name: as_variable(each, values, spec) for each, values in whole(coordinates(spec))}
+        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)}
         | {
             each.name: as_variable(each, dataset[each.name].values, spec) for each in start_declarations(spec)
         },
@@ -366,8 +365,9 @@ class _Audit:
     def statements(self) -> list[Statement]:
         """Return what is found of each variable and attribute, once all cells were taken."""
         spec, dataset, reader = self._spec, self._dataset, self._reader
-        search = BoundarySearch(spec, legal(reader.read("stability", Span(0, spec.size))).reshape(spec.shape))
-        boundary = list(boundary_statements(spec, dataset, search.variables(), self._cells.repeated))
+        verdicts = legal(reader.read("stability", Span(0, spec.size))).reshape(spec.shape)
+        again = boundary_groups(spec, verdicts)
+        boundary = list(boundary_statements(spec, dataset, again, self._cells.repeated))
         return [
             *coordinate_statements(spec, dataset),
             *self._cells.statements(),

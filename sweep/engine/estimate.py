@@ -33,8 +33,8 @@ _STAGES_BYTES = 500
 #: Bytes of a row of an edge in a file: four numbers and a code.
 _EDGE_BYTES = 33
 
-#: Bytes of memory of a row while its edge is sought; rows whose lines are made at a time (`sweep.atlas.slices`), and
-#: bytes of each.
+#: Bytes of memory of a row while its edge is sought; rows whose brackets are bisected at a time, and bytes of
+#: each.
 _ROW_BYTES, _ROWS_AT_ONCE, _STARTS_BYTES = 40, 2**16, 800
 
 #: Bytes of a value of a start of a table.

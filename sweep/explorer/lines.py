@@ -9,7 +9,7 @@ import numpy as np
 
 from sweep.atlas.curves import Curves
 from sweep.engine.compute import compute
-from sweep.engine.grid import Span, whole
+from sweep.engine.grid import whole
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
@@ -74,7 +74,7 @@ def measured(view: View) -> list[list[list[float]]]:
         curves = Curves(spec, verdicts.reshape(spec.shape))
         if not curves.counts.size:
             return []
-        points = curves.measured(Span(0, curves.cells.size), bracket_width(view))
+        points = curves.measured(bracket_width(view))
         x, y = (points.along(side.name)[0] for side in (view.x, view.y))
     found = []
     for part, is_closed in zip(

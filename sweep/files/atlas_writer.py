@@ -18,8 +18,9 @@ import numpy as np
 import numpy.typing as npt
 from isal.isal_zlib import crc32
 
+from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
-from sweep.atlas.slices import SlicedVariables, coordinates, slices_of
+from sweep.atlas.dataset import boundaries, coordinates
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape, chunks
 from sweep.files.chunk_filter import packed
@@ -83,18 +84,16 @@ class AtlasWriter:
         self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
         self._cells = cell_declarations(spec) if cells is None else cells
         self._chunk = chunk_shape(spec.shape)
-        # checksums of what was written: the stored chunks of a variable, values at its ends, and all values of others,
-        # with their shapes
+        # checksums of what was written: the stored chunks of a variable, values at its ends, and all values of others
         self._stored = dict.fromkeys((each.name for each in self._cells if spec.axes), 0)
         self._values = list[tuple[str, tuple[slice, ...], int]]()
-        self._sliced = list[tuple[str, tuple[int, ...], int]]()
         self._attributes: dict[str, Mapping[str, Any]] = {"": dict(attributes)}
         with self._opened("w") as file:
             file.setncatts(dict(attributes))
             for name, count in zip(spec.axes, spec.shape, strict=True):
                 file.createDimension(name, count)
-            for each in coordinates(spec):
-                self._write_slices(file, each)
+            for declared, values in coordinates(spec):
+                self._write_whole(file, declared, values)
             if spec.axes:
                 for declared in self._cells:
                     self._declare(file, declared, self._chunk)
@@ -132,22 +131,19 @@ class AtlasWriter:
                 self._write_chunk(file, chunk)
                 yield chunk.block
 
-    def write_boundary(self, boundary: Callable[[npt.NDArray[np.int8]], Iterable[SlicedVariables]]) -> None:
-        """Write the variables of the boundary, with the dimensions that only they have.
+    def write_boundary(self, seen: Seen = unseen) -> None:
+        """Find the boundary that the stored verdicts have, and write it, with the dimensions that only it has.
 
-        Parameters
-        ----------
-        boundary : callable
-            Returns these variables; it is given the stored verdicts of all cells, of the shape of the grid.
+        `seen` is called now and then with the share of the search that is done, from 0 to 1.
         """
         with self._opened("a") as file:
             stability = file["stability"]
             stability.set_auto_maskandscale(False)
-            for variables in boundary(np.asarray(stability[...])):
-                for name, count in zip(variables.declared[0].dims, variables.shape, strict=True):
+            for declared, values in boundaries(self.spec, np.asarray(stability[...]), seen):
+                for name, count in zip(declared.dims, values.shape, strict=True):
                     if name not in file.dimensions:
                         file.createDimension(name, count)
-                self._write_slices(file, variables)
+                self._write_whole(file, declared, values)
 
     def add_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Write global attributes that were not known before the cells."""
@@ -175,10 +171,7 @@ class AtlasWriter:
         with self._opened("r") as file:
             file.set_auto_maskandscale(False)
             for name, slices, checksum in self._values:
-                if crc32(np.asarray(file[name][slices], order="C")) != checksum:
-                    wrong.append(name)
-            for name, shape, checksum in self._sliced:
-                if _checksum(file[name], shape) != checksum:
+                if crc32(np.asarray(file[name][slices or ...], order="C")) != checksum:
                     wrong.append(name)
             for name, attributes in self._attributes.items():
                 wrong += _wrong_attributes(file[name] if name else file, attributes, name)
@@ -199,28 +192,18 @@ class AtlasWriter:
         block = Block(given.span, complete(given.span, given.columns))
         with self._opened("a") as file:
             for each in self._cells:
-                self._write_slices(file, SlicedVariables([each], (), [[block.columns[each.name]]]))
+                self._write_whole(file, each, block.columns[each.name].reshape(()))
         return block
 
     def _is_compressed(self, declared: Declaration) -> bool:
         """Whether a coordinate is as long as the cells are many: the numbers of a list of starts."""
         return self.spec.is_list and declared.dims == self.spec.axes
 
-    def _write_slices(self, file: Any, variables: SlicedVariables) -> None:
-        into, checksums = list[Any](), [0] * len(variables.declared)
-        for _, places, values in variables.each():
-            for number, (declared, each) in enumerate(zip(variables.declared, values, strict=True)):
-                if number == len(into):
-                    # with the first slice, not all before it: so the file of a small atlas stays what it was
-                    into.append(
-                        self._declare(file, declared, self._chunk if self._is_compressed(declared) else ())
-                    )
-                filled = np.asarray(_filled(declared, each), order="C")
-                # netCDF takes no empty tuple for the place of a single number
-                into[number][places or ...] = filled
-                checksums[number] = crc32(filled, checksums[number])
-        names = (each.name for each in variables.declared)
-        self._sliced += [(name, variables.shape, each) for name, each in zip(names, checksums, strict=True)]
+    def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
+        variable = self._declare(file, declared, self._chunk if self._is_compressed(declared) else ())
+        filled = np.asarray(_filled(declared, values), declared.dtype, order="C")
+        variable[...] = filled
+        self._values.append((declared.name, (), crc32(filled)))
 
     def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
         span, columns = chunk.block.span, chunk.block.columns
@@ -243,14 +226,6 @@ class AtlasWriter:
         fill = {} if declared.fill is None else {"_FillValue": declared.fill}
         self._attributes[declared.name] = {**declared.attributes, **fill}
         return variable
-
-
-def _checksum(variable: Any, shape: tuple[int, ...]) -> int:
-    """Return the checksum of the values of a variable as they are stored, slice by slice."""
-    found = 0
-    for _, places in slices_of(shape):
-        found = crc32(np.asarray(variable[places], order="C"), found)
-    return found
 
 
 def _wrong_attributes(found: Any, attributes: Mapping[str, Any], name: str) -> Iterator[str]:

@@ -12,8 +12,8 @@ import numpy as np
 from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.atlas.selection import settled
-from sweep.atlas.slices import slices_of
 from sweep.atlas.structure import check_structure, known_names, strangers
+from sweep.engine.grid import chunks
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.paths import check_atlas
 from sweep.request.criterion import Function
@@ -148,7 +148,7 @@ def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
 def _can_be_read(variable: "xr.DataArray | xr.Variable") -> bool:
     try:
         # not `values`, which would be kept in memory
-        for _, places in slices_of(variable.shape):
+        for _, places in chunks(variable.shape):
             np.asarray(variable[places])
     except Exception:
         # only the libraries work here: see `_netcdf_errors`

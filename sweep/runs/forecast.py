@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine import estimate
 from sweep.engine.compute import compute, derive_block, measure_block
@@ -220,9 +220,7 @@ def _search_seconds(spec: SweepSpec, rate: float, clock: Callable[[], float] = t
 def _seconds(sample: SweepSpec, clock: Callable[[], float]) -> float:
     stability = np.asarray(compute(sample, whole(sample))["stability"]).reshape(sample.shape)
     began = clock()
-    for variables in BoundarySearch(sample, stability).variables():
-        for _ in variables.each():
-            pass
+    boundary_groups(sample, stability)
     return clock() - began
 
 

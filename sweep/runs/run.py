@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.boundary_search import BoundarySearch
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
-from sweep.atlas.slices import SlicedVariables
 from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
@@ -340,11 +338,7 @@ def write_atlas(
         failures.count(block.span.start, block.columns["ending"])
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
-
-    def boundary(stability: npt.NDArray[np.int8]) -> Iterator[SlicedVariables]:
-        return BoundarySearch(spec, stability, lambda share: seen(share * bisected)).variables()
-
-    writer.write_boundary(boundary)
+    writer.write_boundary(lambda share: seen(share * bisected))
     timetable.begin(CHECKING)
     writer.check(seen)
     return failures

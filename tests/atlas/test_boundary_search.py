@@ -1,10 +1,10 @@
-"""The variables of a boundary: their values by hand, and slice by slice."""
+"""The variables of a boundary: their values by hand, and some rows at a time."""
 
 import numpy as np
 import pytest
 
-from sweep.atlas import slices
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas import boundary
+from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.dataset import boundaries
 from sweep.engine.compute import compute
 from sweep.engine.grid import whole
@@ -70,7 +70,7 @@ def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
     spec = SPECS[name]
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
-    monkeypatch.setattr(slices, "SLICE_VALUES", at_once)
+    monkeypatch.setattr(boundary, "AT_ONCE", at_once)
     found = variables(spec, stability)
     assert list(found) == list(expected)
     for each in found:
@@ -79,14 +79,13 @@ def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
 
 @pytest.mark.compiled
 def test_it_says_how_far_it_is():
-    """While brackets are bisected the share that is done goes up from 0 to 1, many times within one slice."""
+    """While brackets are bisected the share that is done goes up from 0 to 1, many times."""
     spec = SweepSpec.preset("circling").replace(
         tilt="2deg:25deg:6", precession_rate="0.2:5:7", boundary="refined:1e-6"
     )
     stability = np.asarray(compute(spec, whole(spec))["stability"])
     heard = []
-    for each in BoundarySearch(spec, stability.reshape(spec.shape), heard.append).variables():
-        each.whole()
+    boundary_groups(spec, stability.reshape(spec.shape), heard.append)
     assert heard == sorted(heard)
     assert (heard[0], heard[-1]) == (0.0, 1.0)
     assert len(heard) > 50

@@ -16,13 +16,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 import sweep
-from sweep.atlas import boundary, slices
+from sweep.atlas import boundary
 from sweep.atlas import curves as curve_module
 from sweep.atlas.cf_metadata import CURVES, POINTS
 from sweep.atlas.curves import Curves
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
-from sweep.engine.grid import Span
 from sweep.figures import plots
 from sweep.figures.disk import regimes as regimemap
 from sweep.files.export import export
@@ -34,7 +33,7 @@ class Drawn:
 
     def __init__(self, lines, width):
         self.counts, self.closed = lines.counts, lines.closed
-        self.points = lines.measured(Span(0, lines.cells.size), width)
+        self.points = lines.measured(width)
         self.halfwidths = self.points.halfwidths
 
     def places(self, axis):
@@ -224,10 +223,8 @@ def test_curves_of_any_grid(grid, at_once):
         mock.patch.object(curve_module, "AT_ONCE", at_once),
     ):
         found = Curves(spec, grid)
-        count = found.cells.size
-        spans = [Span(at, min(at + at_once, count)) for at in range(0, count, at_once)]
         # wider than any bracket: the middles stay those of the grid
-        points = [found.measured(span, 10.0) for span in spans]
+        points = found.measured(10.0)
     expected, closed = referee.chains(grid, like_corner)
     assert found.counts.tolist() == [len(chain) for chain in expected]
     assert found.closed.tolist() == closed
@@ -237,9 +234,9 @@ def test_curves_of_any_grid(grid, at_once):
     after = here + np.where(order < down.size, grid.shape[-1], 1)
     for name, each in zip(names, coordinates, strict=True):
         one, other = each.reshape(-1)[here], each.reshape(-1)[after]
-        places, widths = ([v for each in points for v in each.along(name)[k].tolist()] for k in (0, 1))
-        assert places == (0.5 * (one + other)).tolist()
-        assert widths == (0.5 * np.abs(other - one)).tolist()
+        places, widths = points.along(name)
+        assert places.tolist() == (0.5 * (one + other)).tolist()
+        assert widths.tolist() == (0.5 * np.abs(other - one)).tolist()
 
 
 SPECS = {
@@ -306,30 +303,6 @@ def test_it_is_compared_with_every_point_of_its_curves(both):
     assert f"worst cell: curve_point {refined.sizes[POINTS] - 1}" in in_words(comparison)
     longer = refined.isel({POINTS: np.append(np.arange(refined.sizes[POINTS]), 0)})
     assert not compare(longer, refined).same
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("flips", [False, True])
-def test_rows_and_points_are_compared_slice_by_slice(flips, monkeypatch):
-    """What is found of those that differ does not depend on how many are looked at at a time."""
-    spec = SPECS["map"].replace(alpha="0.5,0.9,1", boundary="refined:1e-6")
-    refined = sweep.run(spec)
-    if flips:
-        # a cell on the limit of the criterion, so that its row and all curves may move
-        limit = float(refined["tilt_max"][1, 4, 2])
-        refined, moved = (
-            sweep.reclassify(refined, f"departure:{limit + shift!r}rad") for shift in (-1e-12, 1e-12)
-        )
-        moved.attrs["sweep_spec"] = refined.attrs["sweep_spec"]
-    else:
-        moved = refined.copy(deep=True)
-    for name in ("curve_tilt", "curve_roll_rate_halfwidth", "boundary_roll_rate", "predicted_roll_rate"):
-        values = moved[name].values.reshape(-1)
-        values[::3] += np.linspace(-1e-6, 2e-6, values[::3].size)
-    expected = compare(moved, refined)
-    assert not expected.same
-    monkeypatch.setattr(slices, "SLICE_VALUES", 2)
-    assert repr(compare(moved, refined)) == repr(expected)
 
 
 @pytest.mark.compiled

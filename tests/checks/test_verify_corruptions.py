@@ -6,14 +6,13 @@ to hide behind: a file holds no hash of its own content, and the fingerprint of 
 
 import hashlib
 import itertools
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas.boundary_search import BoundarySearch
+from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.completion import BOUNDARY
 from sweep.atlas.dataset import assemble, empty_columns
 from sweep.checks.verify import _checked, findings, verify
@@ -112,7 +111,7 @@ def each_once(monkeypatch):
     from sweep.atlas import cf_metadata
     from sweep.checks import verify as verify_module
 
-    monkeypatch.setattr(verify_module, "BoundarySearch", _Search)
+    monkeypatch.setattr(verify_module, "boundary_groups", _boundary)
     for module in (cf_metadata, verify_module):
         monkeypatch.setattr(module, "arithmetic_hash", _hash)
 
@@ -120,15 +119,11 @@ def each_once(monkeypatch):
 _KEPT = {}
 
 
-class _Search(BoundarySearch):
-    def __init__(self, spec, stability):
-        super().__init__(spec, stability)
-        self._key = spec.canonical() + stability.tobytes().hex()
-
-    def variables(self):
-        if self._key not in _KEPT:
-            _KEPT[self._key] = [replace(each, parts=list(each.parts)) for each in super().variables()]
-        yield from _KEPT[self._key]
+def _boundary(spec, stability):
+    key = spec.canonical() + stability.tobytes().hex()
+    if key not in _KEPT:
+        _KEPT[key] = boundary_groups(spec, stability)
+    return _KEPT[key]
 
 
 def _hash(spec):

@@ -16,7 +16,7 @@ from sweep.engine import compute, estimate, grid
 from sweep.engine.compute import Block, usable_threads
 from sweep.engine.grid import Span
 from sweep.errors import RequestError, StoppedError, StorageError
-from sweep.files import paths, publish
+from sweep.files import atlas_writer, paths, publish
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
@@ -279,12 +279,12 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     """The boundary is searched with as many threads as the blocks are computed with."""
     used = []
 
-    def searched(search):
+    def searched(*arguments):
         used.append(workers.used())
-        return variables(search)
+        return found(*arguments)
 
-    variables = run.BoundarySearch.variables
-    monkeypatch.setattr(run.BoundarySearch, "variables", searched)
+    found = atlas_writer.boundaries
+    monkeypatch.setattr(atlas_writer, "boundaries", searched)
     for threads in (1, None):
         run_to_file(SPEC, path, overwrite=True, threads=threads)
     assert used == [1, usable_threads(None)]

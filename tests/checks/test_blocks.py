@@ -1,14 +1,11 @@
-"""Checks of long axes and boundaries go slice by slice: what they find is the same, wherever the slices end."""
+"""What checks read and write block by block is what they find of a whole atlas."""
 
 import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas import slices
-from sweep.checks.alignment import check_coordinates
 from sweep.checks.compare import compare
 from sweep.checks.verify import findings, findings_of, verify, verify_to_file
-from sweep.errors import RequestError
 from sweep.files import cell_reader
 from sweep.files.cell_reader import CellReader
 from sweep.files.netcdf import save
@@ -26,52 +23,6 @@ SPEC = SweepSpec.preset("circling").replace(
 def atlas():
     """Return an atlas with two edges and curves, not to be changed."""
     return sweep.run(SPEC)
-
-
-@pytest.fixture
-def small_slices(monkeypatch):
-    """Let a slice hold five values, here four, and let seven cells be read at a time."""
-    monkeypatch.setattr(slices, "SLICE_VALUES", 5)
-
-
-def test_the_audit_finds_the_same(atlas, monkeypatch, request):
-    """The statements of a right atlas, and of one with wrong values in several slices, are the same to the letter."""
-    wrong = atlas.copy(deep=True)
-    for name, values in wrong.variables.items():
-        if values.dims and values.dims != SPEC.axes:
-            flat = np.array(values.values).reshape(-1)
-            flat[1::6] = flat[1::6] + 1
-            wrong[name] = wrong[name].copy(data=flat.reshape(values.shape))
-    whole = [findings(verify(each)).statements for each in (atlas, wrong)]
-    assert [sum(each.wrong for each in statements) > 0 for statements in whole] == [False, True]
-    request.getfixturevalue("small_slices")
-    again = [findings(verify(each)).statements for each in (atlas, wrong)]
-    assert repr(again) == repr(whole)
-
-
-def test_a_wrong_coordinate_is_found_in_every_slice(atlas, small_slices):
-    """The message counts it, and tells the value."""
-    for place in [0, 3, 4, 15]:
-        tilt = atlas["tilt"].values.copy()
-        tilt[place] *= 1.0 + 1e-9
-        with pytest.raises(RequestError, match="1 of 16 are others, the first") as caught:
-            check_coordinates(atlas.assign_coords(tilt=("tilt", tilt, atlas["tilt"].attrs)), SPEC)
-        assert repr(float(tilt[place])) in str(caught.value), place
-
-
-@pytest.mark.parametrize(
-    "spoil", [lambda t: t[[3, 4]][::-1], lambda t: [t[3], np.nan], lambda t: [t[3], t[3]]]
-)
-def test_an_axis_has_to_increase_from_slice_to_slice(atlas, small_slices, tmp_path, spoil):
-    """A file is refused whose axis does not increase where one slice ends and the next begins."""
-    tilt = atlas["tilt"].values.copy()
-    tilt[[3, 4]] = spoil(tilt)
-    # another program has written it: `save` refuses such cells
-    spoilt = atlas.assign_coords(tilt=("tilt", tilt, atlas["tilt"].attrs))
-    unfilled = {name: {"_FillValue": None} for name in spoilt.coords}
-    spoilt.to_netcdf(tmp_path / "a.nc", format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
-    with pytest.raises(RequestError, match="the coordinate tilt must be finite and increasing"):
-        open_atlas(tmp_path / "a.nc")
 
 
 def test_an_audit_that_is_written_at_once_is_the_audit(atlas, tmp_path, monkeypatch):
