@@ -181,13 +181,13 @@ def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.i
     return RowEdges.of(verdicts, verdicts.ndim - 1).status(edge)
 
 
-def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[np.float64]]]:
-    """Return the axes with their values, and the fixed parameters as scalars."""
-    return [(each, _values(getattr(spec, each.name))) for each in coordinate_declarations(spec)]
-
-
-def _values(held: Range | Values | float) -> npt.NDArray[np.float64]:
-    return held.array() if isinstance(held, Range | Values) else np.array(held, np.float64)
+def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[Any]]]:
+    """Return the axes with their values, and the fixed parameters as scalars, each of its declared type."""
+    found = ((each, getattr(spec, each.name)) for each in coordinate_declarations(spec))
+    return [
+        (each, np.asarray(held.array() if isinstance(held, Range | Values) else held, each.dtype))
+        for each, held in found
+    ]
 
 
 def boundaries(

@@ -16,7 +16,7 @@ from sweep.runs.locks import locked
 from sweep.runs.names import SUFFIX, resolved
 from sweep.runs.progress import READING, of_journal, of_part
 from sweep.runs.run import Failures, publish_from_journal
-from sweep.runs.run_directory import begin_or_resume, check_kinds, check_same_run, claimed
+from sweep.runs.run_directory import begin_or_resume, check_same_run, claimed
 
 
 def prepare(
@@ -55,7 +55,6 @@ def compute_part(
     folder = Path(folder)
     usable_threads(threads)
     journal = Journal.at(folder)
-    check_kinds(folder)
     check_same_run(journal, journal.spec)
     mine = range(part - 1, len(journal.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=journal.kept):

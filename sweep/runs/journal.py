@@ -23,12 +23,9 @@ import numpy.typing as npt
 from isal.isal_zlib import crc32
 
 from sweep.atomic import publish_bytes, rename_aside
-from sweep.engine.compute import measured_quantities
-from sweep.engine.estimate import journal_bytes
-from sweep.errors import RequestError, are, counted, shown
-from sweep.request.regular_files import read_regular
+from sweep.errors import RequestError, are, counted
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD
+from sweep.runs.names import MANIFEST, STARTS
 
 #: The measured columns of a block: name -> array with one value per cell.
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -42,9 +39,6 @@ BLOCK, DAMAGED = ".block", ".damaged"
 
 #: Whole name of the file of a block, also when it is set aside. Other files in the folder are not touched.
 BLOCK_NAME = re.compile(rf"([0-9]{{6,}})-[0-9a-f]{{8}}{re.escape(BLOCK)}({re.escape(DAMAGED)})?")
-
-#: Type of a column in the first line of a block.
-_TYPE = re.compile(r"[|<>][iuf][1248]")
 
 
 class DamagedBlockError(Exception):
@@ -67,7 +61,7 @@ class Journal:
         # before the manifest: writing the manifest synchronises the folder, and with it the name of this one
         (folder / BLOCKS).mkdir(exist_ok=True)
         if manifest.spec.starts:
-            publish_bytes(folder / STARTS, STARTS_HEAD + manifest.spec.starts.to_bytes())
+            publish_bytes(folder / STARTS, manifest.spec.starts.to_bytes())
         manifest.write(folder / MANIFEST)
         return cls(folder, manifest)
 
@@ -153,44 +147,19 @@ class Journal:
             yield number, self.read(number, held.get(number, ()))
 
     def _checked(self, number: int, paths: Sequence[Path]) -> bytes:
-        """Return the content of the file of a block, which `decode` can read."""
+        """Return the content of the file of a block, which `encode` has made: it fits its checksum."""
         if len(paths) > 1:
             raise DamagedBlockError(f"block {number} was computed twice with different results")
         if not paths:
             raise DamagedBlockError(f"block {number} is not there")
-        path, cells = paths[0], len(self.spans[number])
+        path = paths[0]
         try:
-            content = read_regular(path, int(2.0 * journal_bytes(self.spec, cells)))
+            content = path.read_bytes()
         except OSError as problem:
             raise DamagedBlockError(f"{path.name}: {problem}") from problem
         if path.stem.partition("-")[2] != self._checksum(number, content):
             raise DamagedBlockError(f"{path.name} does not fit its checksum")
-        try:
-            self._check_header(content, cells)
-        except (ValueError, TypeError, RecursionError) as problem:
-            raise DamagedBlockError(f"{path.name} is not what a run writes: {problem}") from problem
         return content
-
-    def _check_header(self, content: bytes, cells: int) -> None:
-        """Raise a ValueError or a TypeError unless a block of so many cells lists the columns of the run's cells."""
-        header, newline, values = content.partition(b"\n")
-        listed = json.loads(header) if newline else []
-        expected = measured_quantities(self.spec)
-        if [name for name, *_ in listed] != list(expected):
-            raise ValueError(f"its columns must be {', '.join(expected)}")
-        size = 0
-        for name, kind, stored_kind, count in listed:
-            if not all(_TYPE.fullmatch(each) for each in (kind, stored_kind)):
-                raise ValueError(f"{name} has the types {shown(kind)} and {shown(stored_kind)}")
-            given, stored = np.dtype(kind), np.dtype(stored_kind)
-            narrowed = given.kind == "i" and stored.kind in "iu"
-            if given != expected[name].dtype or not (stored == given or narrowed):
-                raise ValueError(f"{name} has the types {kind} and {stored_kind}")
-            if type(count) is not int or not 1 <= count <= cells:
-                raise ValueError(f"{name} has {shown(count)} values for {counted(cells, 'cell')}")
-            size += count * stored.itemsize
-        if size != len(values):
-            raise ValueError(f"its columns need {size} bytes; it has {len(values)}")
 
     def _checksum(self, number: int, content: bytes) -> str:
         span = self.spans[number]

@@ -15,9 +15,6 @@ from sweep.errors import RequestError
 #: The file that is locked.
 LOCK = "lock"
 
-#: Begin of its content.
-SIGNATURE = "process "
-
 #: Errors of the system that mean "this file system has no locks" (some NFS and Lustre mounts).
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
@@ -33,10 +30,9 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
     try:
         # The holder's name serves only messages, so a full disk is no error here; writing a block will report it.
         with contextlib.suppress(OSError):
-            if _may_write(handle):
-                if not shared:
-                    os.ftruncate(handle, 0)
-                os.pwrite(handle, f"{_signature()}\n".encode("ascii", "replace"), 0)
+            if not shared:
+                os.ftruncate(handle, 0)
+            os.pwrite(handle, f"{_signature()}\n".encode("ascii", "replace"), 0)
         yield
     finally:
         os.close(handle)
@@ -64,16 +60,9 @@ def _acquired(path: Path, kind: int) -> int:
         os.close(handle)
 
 
-def _may_write(handle: int) -> bool:
-    """Return whether a locked file is one that a run has made: a hard link may be that of a file elsewhere."""
-    found = os.fstat(handle)
-    return found.st_nlink == 1 and (found.st_size == 0 or bool(_holder(handle)))
-
-
 def _holder(handle: int) -> str:
-    """Return the signature in a locked file; "" if it holds something else."""
-    text = os.pread(handle, 1000, 0).decode("ascii", "replace").partition("\n")[0]
-    return text if text.startswith(SIGNATURE) else ""
+    """Return the signature in a locked file; an empty text where there was no room for it."""
+    return os.pread(handle, 1000, 0).decode("ascii", "replace").partition("\n")[0]
 
 
 def _opened(path: Path) -> int:
@@ -92,7 +81,7 @@ def _opened(path: Path) -> int:
 
 def _signature() -> str:
     since = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-    return f"{SIGNATURE}{os.getpid()} on {platform.node()} since {since}"
+    return f"process {os.getpid()} on {platform.node()} since {since}"
 
 
 def _no_locks(folder: Path, problem: OSError) -> RequestError:

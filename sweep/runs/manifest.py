@@ -2,28 +2,22 @@
 
 import hashlib
 import json
-import re
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from sweep.atlas.cf_metadata import PACKAGES
 from sweep.atomic import publish_bytes
 from sweep.engine import machine
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError
 from sweep.request.as_given import both_written
-from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
-from sweep.runs.names import STARTS, STARTS_HEAD
-
-#: Bytes of a manifest at most: its spec may hold a long list.
-_MOST_BYTES = 2**24
+from sweep.runs.names import STARTS
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
 #: 3 did not say on which kind of machine it was begun; 4 held a probe of how the machine rounds.
@@ -112,13 +106,12 @@ class Manifest:
             If the manifest is damaged or of another version, or the table is damaged.
         """
         try:
-            content = json.loads(read_regular(path, _MOST_BYTES).decode("ascii"))
+            content = json.loads(path.read_text("ascii"))
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
             content = {"fingerprint": ""} | content
-            _check(content)
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
@@ -132,11 +125,8 @@ class Manifest:
 def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
     """Return a spec with the values of its table, which are in the folder of the run."""
     try:
-        content = read_regular(path, len(STARTS_HEAD) + 8 * len(spec.starts.names) * len(spec.starts))
-        if not content.startswith(STARTS_HEAD):
-            raise ValueError("it is no table of starts")
-        return spec.replace(starts=spec.starts.from_bytes(content[len(STARTS_HEAD) :]))
-    except (OSError, ValueError, RequestError) as problem:
+        return spec.replace(starts=spec.starts.from_bytes(path.read_bytes()))
+    except (OSError, RequestError) as problem:
         reason = (
             problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
         )
@@ -159,37 +149,6 @@ def arithmetic(spec: SweepSpec) -> dict[str, str]:
         "arithmetic_hash": arithmetic_hash(spec),
         **{name: version(name) for name in _ARITHMETIC},
     }
-
-
-def _check(content: Mapping[str, Any]) -> None:
-    """Raise a ValueError unless the fields of a manifest have their types."""
-    for name, value in content.items():
-        test, rule = _FIELDS.get(name, _TEXT)
-        if not test(value):
-            raise ValueError(f"{name} must be {rule}; got {shown(value)}")
-
-
-def _is_table(value: object) -> bool:
-    return isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
-
-
-def _is_text(value: object, pattern: str = r"[\s\S]*") -> bool:
-    return isinstance(value, str) and re.fullmatch(pattern, value) is not None
-
-
-_TEXT: tuple[Callable[[Any], bool], str] = (_is_text, "a text")
-_TABLE: tuple[Callable[[Any], bool], str] = (_is_table, "an object whose values are texts")
-
-#: Field of a manifest in its file -> whether a value will do, and which do; the others are texts.
-_FIELDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
-    # a bool is an int
-    "block_cells": (lambda value: type(value) is int and value >= 1, "a whole number, at least 1"),
-    "created": (partial(_is_text, pattern="[ -~]*"), "a time"),
-    "fingerprint": (partial(_is_text, pattern="([0-9a-f]{64})?"), "64 hexadecimal digits"),
-    "arithmetic": _TABLE,
-    "recorded": _TABLE,
-    "machine": _TABLE,
-}
 
 
 def _digest(content: object) -> str:

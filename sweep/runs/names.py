@@ -9,8 +9,8 @@ SUFFIX = ".run"
 #: Name of the manifest in the folder of a run.
 MANIFEST = "manifest.json"
 
-#: Name of the file in that folder with the values of a table of starts, and how it begins.
-STARTS, STARTS_HEAD = "starts.bin", b"eulerdisk starts, little-endian doubles\n"
+#: Name of the file in that folder with the values of a table of starts, little-endian doubles.
+STARTS = "starts.bin"
 
 
 def resolved(path: str | Path) -> Path:

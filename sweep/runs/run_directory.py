@@ -1,29 +1,25 @@
 """The folder of a run, beside the output: claimed by one process, begun or resumed, and removed at the end."""
 
 import contextlib
-import errno
 import json
 import os
 import re
-import shlex
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
-from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder, try_publishing
+from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder
 from sweep.engine import estimate, machine
 from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
-from sweep.request.regular_files import read_regular
 from sweep.request.spec import SweepSpec
 from sweep.runs.forecast import check_room
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
-from sweep.runs.locks import LOCK, SIGNATURE, locked
+from sweep.runs.locks import LOCK, locked
 from sweep.runs.manifest import Manifest, discard
-from sweep.runs.names import MANIFEST, STARTS, STARTS_HEAD, SUFFIX, directory_of
+from sweep.runs.names import MANIFEST, STARTS, SUFFIX, directory_of
 
 #: The file while it is written, and the record of the file that was published.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
@@ -41,8 +37,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
     """
     check_name(path)
     folder = directory_of(path)
-    found = unrecognised(folder)
-    if found and not (folder / MANIFEST).exists():
+    if found := _foreign(folder):
         raise RequestError(
             f"A run keeps its blocks in a folder named like the file with {SUFFIX} at its end, and that name is taken: "
             f"{folder.name} holds {', '.join(found[:5])}, which no run has made.",
@@ -60,61 +55,14 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
             hint="Give another name or folder.",
             where=str(path),
         ) from problem
-    check_kinds(folder)
     with locked(folder):
         is_new = not (folder / MANIFEST).exists()
         try:
-            _check_rename(folder, path)
             yield folder
         except BaseException:
             if is_new and not any((folder / BLOCKS).glob(f"*{BLOCK}*")):
                 remove(folder)
             raise
-
-
-def check_kinds(folder: Path) -> None:
-    """Refuse a folder in which a name that a run gives to a file is that of another thing.
-
-    Raises
-    ------
-    RequestError
-    """
-    for name in (*_NAMES, BLOCKS):
-        path = folder / name
-        if not os.path.lexists(path) or (path.is_dir() if name == BLOCKS else _is_regular(path)):
-            continue
-        kind = (
-            "a symbolic link" if path.is_symlink() else "a folder" if path.is_dir() else "not a regular file"
-        )
-        if name == BLOCKS:
-            kind = "not a folder"
-        raise RequestError(
-            f"In the folder of the run {name} is {kind}, and no run has made that.",
-            hint=f"Move it away (`mv {shlex.quote(str(path))} ELSEWHERE`), or give another output.",
-            where=str(folder),
-        )
-
-
-def _is_regular(path: Path) -> bool:
-    return stat.S_ISREG(os.lstat(path).st_mode)
-
-
-def _check_rename(folder: Path, path: Path) -> None:
-    """Refuse a folder from which the finished file cannot be renamed to its final name."""
-    try:
-        try_publishing(path, source=folder)
-    except OSError as problem:
-        if problem.errno in (errno.ENOSPC, errno.EDQUOT):
-            # no room is told later, with the bytes that are needed
-            return
-        if problem.errno != errno.EXDEV:
-            check_target(path, True)
-        raise RequestError(
-            f"The finished file is renamed from the folder of the run, {folder.name}, to its final name, and that "
-            f"cannot be done here: {problem.strerror}. Both must be on one file system, and writable.",
-            hint="Give an output on the file system of that folder, or remove the link to it.",
-            where=str(path),
-        ) from problem
 
 
 def create_unfinished(folder: Path) -> Path:
@@ -198,7 +146,7 @@ def has_published(folder: Path, path: Path, spec: SweepSpec) -> bool:
     """Return whether a run of `spec` has published its file, and was killed before it removed its folder."""
     try:
         record = _record(path, spec)
-        return read_regular(folder / PUBLISHED, len(record)) == record
+        return (folder / PUBLISHED).read_bytes() == record
     except OSError:
         return False
 
@@ -211,7 +159,7 @@ def _record(path: Path, spec: SweepSpec) -> bytes:
 
 
 def remove(folder: Path) -> None:
-    """Remove the folder of a run; unrecognised files stay, and then the folder too.
+    """Remove the folder of a run; files of others stay, and then the folder too.
 
     The record of what was published is removed last: until then, the next process after a crash sees that the file is
     there.
@@ -228,32 +176,11 @@ def remove(folder: Path) -> None:
         folder.rmdir()
 
 
-def unrecognised(folder: Path) -> list[str]:
-    """Return the names in a folder without a manifest that no run makes, or that hold what no run has written."""
+def _foreign(folder: Path) -> list[str]:
+    """Return the names in a folder without a manifest that no run gives."""
     # os.path, because a pathlib.Path raises where the name is too long
-    if not os.path.isdir(folder):
+    if not os.path.isdir(folder) or (folder / MANIFEST).exists():
         return []
-    found = [name for name in os.listdir(folder) if name != BLOCKS and not _left_by_run(folder / name)]
-    if os.path.isdir(folder / BLOCKS):
-        found += [
-            f"{BLOCKS}/{name}"
-            for name in os.listdir(folder / BLOCKS)
-            if not (BLOCK_NAME.fullmatch(name) or name.startswith("."))
-        ]
-    return sorted(found)
-
-
-def _left_by_run(path: Path) -> bool:
-    """Return whether a file is hidden, or one that a run leaves if it is killed before or after it has a manifest."""
-    if path.name.startswith("."):
-        return True
-    begins = {
-        LOCK: SIGNATURE.encode(),
-        PUBLISHED: b'{"file": ',
-        STARTS: STARTS_HEAD,
-    }
-    if path.name not in begins or not _is_regular(path):
-        return False
-    with open(path, "rb") as file:
-        content = file.read(100)
-    return not content or content.startswith(begins[path.name])
+    return sorted(
+        name for name in os.listdir(folder) if name not in (*_NAMES, BLOCKS) and not TEMPORARY.fullmatch(name)
+    )

@@ -169,16 +169,6 @@ def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
     assert command("assemble a.nc.run")[0] == 0
 
 
-def test_blocks_that_are_no_folder_are_refused_by_every_command(command, tmp_path):
-    """A pipe under the name of the blocks is named, with what to do; it is no lack of space."""
-    command(f"prepare {WORDS} --block-cells 5 -o a.nc")
-    (tmp_path / "a.nc.run" / "blocks").rmdir()
-    os.mkfifo(tmp_path / "a.nc.run" / "blocks")
-    for line in ("block --run a.nc.run --part 1/1", "assemble a.nc.run", f"run {WORDS} -o a.nc"):
-        status, _, err = command(line)
-        assert (status, "blocks is not a folder" in err, "`mv " in err) == (2, True, True)
-
-
 def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypatch):
     """It is found from inside the folder too; a folder with another name is refused, saying which it has to have."""
     command(f"prepare {WORDS} -o a.nc")

@@ -2,14 +2,13 @@
 
 import errno
 import json
-import os
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sweep.engine.compute import compute, derive_block, measure_block, measured_quantities
+from sweep.engine.compute import compute, derive_block, measure_block
 from sweep.engine.grid import Span, starts_of
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import DamagedBlockError, Journal, decode, encode
@@ -221,73 +220,7 @@ def test_two_kinds_of_nan_are_two_values():
     assert_same_columns(decode(encode({"period": period}, 20), 600), {"period": period})
 
 
-def test_a_block_that_is_no_file_is_not_waited_for(journal):
-    """A pipe or a device under the name of a block is a damaged block, like one that is too large."""
-    (path,), blocks = journal.held()[2], journal.folder / "blocks"
-    os.mkfifo(blocks / "000000-00000000.block")
-    (blocks / "000001-00000000.block").symlink_to("/dev/zero")
-    with open(path, "ab") as file:
-        file.truncate(10**9)
-    missing, damaged = journal.verify(range(4))
-    assert missing == [0, 1, 2, 3]
-    words = ("regular", "regular", "of at most")
-    assert all(word in text for word, text in zip(words, damaged, strict=True))
-
-
 def test_a_block_has_a_number_in_ascii(journal):
     """Digits of other scripts are no number of a block."""
     (journal.folder / "blocks" / "\uff11-00000000.block").touch()
     assert list(journal.held()) == [2]
-
-
-def listing(journal, **change):
-    """Return a block of zeros whose first line lists the columns of the run; of `tilt_max` something is changed."""
-    rows = [
-        {"name": name, "kind": np.dtype(each.dtype).str, "stored": np.dtype(each.dtype).str, "count": 1}
-        for name, each in measured_quantities(SPEC).items()
-    ]
-    size = sum(np.dtype(row["kind"]).itemsize for row in rows)
-    rows = [row | change if row["name"] == "tilt_max" else row for row in rows]
-    return json.dumps([list(row.values()) for row in rows]).encode() + b"\n" + bytes(size)
-
-
-#: What a block may hold that no run writes -> part of the message.
-OTHERS = {
-    "empty": (lambda _: b"", "its columns must be ending, "),
-    "no newline": (lambda _: b"no newline", "its columns must be ending, "),
-    "no JSON": (lambda _: b"{[\n", "Expecting"),
-    "no ASCII": (lambda _: b"\xff\n", "decode"),
-    "a number": (lambda _: b"5\n", "not iterable"),
-    "nested": (lambda _: b"[" * 20000 + b"\n", "recursion"),
-    "no columns": (lambda _: b"[]\n", "its columns must be ending, "),
-    "some columns": (lambda _: b'[["ending","|i1","|i1",0]]\n', "its columns must be ending, "),
-    "objects": (lambda each: listing(each, kind="O", stored="O"), "has the types O and O"),
-    "other type": (lambda each: listing(each, kind="<i8"), "has the types <i8 and <f8"),
-    "other stored type": (lambda each: listing(each, stored="<i8"), "has the types <f8 and <i8"),
-    "no values": (lambda each: listing(each, count=0), "tilt_max has 0 values for 5 cells"),
-    "too many values": (lambda each: listing(each, count=6), "tilt_max has 6 values for 5 cells"),
-    "count of another type": (lambda each: listing(each, count=True), "tilt_max has True values"),
-    "too short": (lambda each: listing(each)[:-1], r"its columns need \d+ bytes; it has \d+"),
-    "too long": (lambda each: listing(each) + b"0", r"its columns need \d+ bytes; it has \d+"),
-}
-
-
-@pytest.mark.parametrize(("content", "match"), OTHERS.values(), ids=OTHERS)
-def test_a_block_of_other_content_is_damaged(journal, content, match):
-    """A block whose checksum fits, and which no run writes, is set aside like any other damage."""
-    content = content(journal)
-    path = journal.folder / "blocks" / f"000001-{journal._checksum(1, content)}.block"
-    path.write_bytes(content)
-    with pytest.raises(DamagedBlockError, match=rf"(?s)000001-.* is not what a run writes: .*{match}"):
-        journal.read(1, [path])
-    missing, damaged = journal.verify([1, 2])
-    assert (missing, len(damaged)) == ([1], 1)
-    assert path.with_name(f"{path.name}.damaged").is_file()
-
-
-def test_the_listing_that_the_others_change_is_good(journal):
-    """Unchanged, it is that of a block of zeros."""
-    content = listing(journal)
-    path = journal.folder / "blocks" / f"000001-{journal._checksum(1, content)}.block"
-    path.write_bytes(content)
-    assert not any(column.any() for column in journal.read(1, [path]).values())

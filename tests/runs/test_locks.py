@@ -124,28 +124,6 @@ def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):
         assert (tmp_path / "lock").exists()
 
 
-@pytest.mark.parametrize("shared", [False, True])
-@pytest.mark.parametrize("content", ["years of work", "process of making wine", ""])
-def test_a_file_of_somebody_else_is_not_written(tmp_path, content, shared):
-    """A hard link under the name of the lock, to a file elsewhere, is locked as it is, whatever the file holds."""
-    mine = tmp_path / "mine.txt"
-    mine.write_text(content)
-    folder = tmp_path / "a.nc.run"
-    folder.mkdir()
-    (folder / "lock").hardlink_to(mine)
-    with locked(folder, shared=shared):
-        assert mine.read_text() == content
-
-
-def test_a_lock_that_no_run_has_made_is_not_written(tmp_path):
-    """Other content than that of a lock stays, and is told to nobody as the name of the holder."""
-    (tmp_path / "lock").write_text("years of work")
-    with locked(tmp_path):
-        assert (tmp_path / "lock").read_text() == "years of work"
-        with pytest.raises(RequestError, match="written by another process"), locked(tmp_path):
-            pass
-
-
 def test_a_folder_that_goes_meanwhile(tmp_path):
     """If the run that held the lock ends and removes the folder, the next process makes a new one."""
     with locked(tmp_path / "a.nc.run"):

@@ -105,30 +105,6 @@ def test_a_damaged_manifest_is_refused(written, change):
         Manifest.read(path)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *(("block_cells", value) for value in (0, -5, "x", 1.5, None, True)),
-        *(("arithmetic", value) for value in ([], {"format": 5})),
-        *(("machine", value) for value in ([], {"rounding": 5})),
-        *(("recorded", value) for value in (3, {"xarray": None})),
-        *((name, 7) for name in ("created", "command", "fingerprint")),
-        ("fingerprint", "\u00e9" * 64),
-        ("created", "\ud800"),
-    ],
-)
-def test_a_manifest_of_other_content_is_refused(tmp_path, name, value):
-    """A field of another type is damage, though the checksum fits."""
-    path = tmp_path / MANIFEST
-    Manifest.new(SPEC.replace(tilt="1deg:5deg:3:log"), 5, "t", "c").write(path)
-    content = json.loads(path.read_text()) | {name: value}
-    del content["checksum"]
-    content["checksum"] = manifest._digest(content)
-    path.write_text(json.dumps(content))
-    with pytest.raises(RequestError, match=rf"manifest.*damaged.*{name} must be .*; got .*rm -r"):
-        Manifest.read(path)
-
-
 def test_a_folder_without_a_run(tmp_path):
     """A folder that holds no manifest is refused, with how to make one."""
     with pytest.raises(RequestError, match=r"not the folder of a run.*eulerdisk prepare"):
