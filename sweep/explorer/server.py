@@ -28,7 +28,7 @@ MOST_BYTES = 64 * 1024
 #: Requests that are answered at a time, each by a thread: a browser has six under way.
 MOST_REQUESTS = 64
 
-#: Seconds that a connection may say nothing while its request arrives.
+#: Seconds that a connection may say nothing while its request arrives, and that one waits for room.
 _SILENCE = 10.0
 
 #: Bytes of a file that are in memory at a time.
@@ -92,7 +92,7 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
     block_on_close = False
-    request_queue_size = 128
+    request_queue_size = 1024
 
     def __init__(self, answers: Answers, port: int = 0, *, framed: bool = False) -> None:
         if not 0 <= port <= _LAST_PORT:
@@ -188,12 +188,9 @@ class Server(ThreadingHTTPServer):
         self.server_address = self.socket.getsockname()
         self.server_name, self.server_port = HOST, self.server_address[1]
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer a request in a thread of its own; one for which there is no room is ended."""
-        if self._room.acquire(blocking=False):
-            super().process_request(request, client_address)
-        else:
-            self.shutdown_request(request)
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        """Wait until there is room for a request: those behind it wait in the queue of the system, unharmed."""
+        return self._room.acquire(timeout=_SILENCE)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Answer a request, and give its room back."""

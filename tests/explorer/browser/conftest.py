@@ -62,8 +62,14 @@ def served_with() -> Iterator[Callable[..., Served]]:
 
 
 @pytest.fixture
-def opened(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Callable[..., Page]]:
-    """Return a function that opens the page in a context of its own, and waits until its picture is complete."""
+def opened(
+    browser: Browser, request: pytest.FixtureRequest, served_with: Callable[..., Served]
+) -> Iterator[Callable[..., Page]]:
+    """Return a function that opens the page in a context of its own, and waits until its picture is complete.
+
+    Pages load the modules of motions after their first picture: every server ends after the pages that it served.
+    """
+    del served_with
     watches = []
     with ExitStack() as stack:
 
