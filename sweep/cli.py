@@ -155,7 +155,7 @@ def _run() -> None:
     check_system()
     # help needs no memory to speak of
     if "--help" not in sys.argv and len(sys.argv) > 1:
-        check_memory(sys.argv[1:])
+        check_memory()
     process.tell_warnings()
     listen(say)
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors

@@ -13,7 +13,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, TextIO
+from typing import Any
 
 from sweep.commands.terminal import say
 from sweep.errors import LeftOutWarning, RequestError, StorageError, SurroundingsWarning, printable
@@ -50,32 +50,6 @@ class _Messages(io.RawIOBase):
         return len(text)
 
 
-class _Results(io.RawIOBase):
-    """Standard output, whose errors are those of a file that cannot be written."""
-
-    def writable(self) -> bool:
-        return True
-
-    def fileno(self) -> int:
-        return 1
-
-    def isatty(self) -> bool:
-        return os.isatty(1)
-
-    def write(self, text: Any) -> int:
-        try:
-            return os.write(1, text)
-        except BrokenPipeError:
-            # the reader has seen enough, as in `eulerdisk boundary a.nc | head`
-            raise
-        except OSError as problem:
-            raise StorageError(
-                f"The results cannot be written: {problem.strerror}.",
-                hint="Send the output elsewhere, or free some space.",
-                where="standard output",
-            ) from problem
-
-
 def open_streams() -> None:
     """Give the process three streams, also where it was started without them.
 
@@ -85,24 +59,15 @@ def open_streams() -> None:
         try:
             os.fstat(number)
         except OSError:
-            # a result that is written to nowhere is an error, a message is not
-            os.open(os.devnull, os.O_WRONLY if number == 2 else os.O_RDONLY)
+            os.open(os.devnull, os.O_RDWR)
     # a test that reads what is printed has its own streams
-    if sys.stdout is sys.__stdout__:
-        sys.stdout = _text(io.BufferedWriter(_Results()), sys.stdout)
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout is sys.__stdout__:
+        sys.stdout.reconfigure(errors="backslashreplace")
     if sys.stderr is sys.__stderr__:
-        sys.stderr = _text(_Messages(), sys.stderr)
-
-
-def _text(binary: Any, before: TextIO | None) -> TextIO:
-    immediate = isinstance(binary, io.RawIOBase)
-    return io.TextIOWrapper(
-        binary,
-        encoding=before.encoding if before else "utf-8",
-        errors="backslashreplace",
-        line_buffering=immediate or binary.isatty(),
-        write_through=immediate,
-    )
+        encoding = sys.stderr.encoding if sys.stderr else "utf-8"
+        sys.stderr = io.TextIOWrapper(
+            _Messages(), encoding, "backslashreplace", line_buffering=True, write_through=True
+        )
 
 
 def tell_warnings() -> None:
@@ -128,14 +93,15 @@ def exit_status(command: Callable[[], None]) -> int:
     """Run a command, tell how it failed if it did, and return the exit status of the process."""
     status = _status(command)
     try:
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return status
     except BrokenPipeError:
         status = status or 1
-    except RequestError as problem:
-        say(str(problem))
-        status = status or problem.status
-    else:
-        return status
+    except OSError as problem:
+        status = status or _refused(
+            f"The results cannot be written: {problem}.", "Send the output elsewhere."
+        )
     # the interpreter flushes at its end, and would end with a status of its own
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     return status

@@ -22,7 +22,7 @@ from typing import Any
 from sweep.atomic import publish_bytes
 from sweep.errors import RequestError, SurroundingsWarning, shown
 from sweep.notices import notice
-from sweep.platforms import check_numba, check_settings, usual_threads, warn_of_processor
+from sweep.platforms import usual_threads, warn_of_processor
 
 _CACHE = "kernels.native.cache"
 
@@ -66,7 +66,6 @@ class Kernel:
 
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
-    check_settings()
     _check_vectors()
     warn_of_processor()
     import_module("kernels.native.workers").use_usually(usual_threads())
@@ -90,7 +89,6 @@ def _check_vectors() -> None:
 
 
 def _announce(kernel: Kernel) -> None:
-    check_numba()
     # a module may have several, as for each set of laws of losses
     named = (
         kernel.module
