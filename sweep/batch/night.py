@@ -162,7 +162,7 @@ def carry_out(
 def _check(found: Outcome, wishes: Wishes, show: Show, say: Say) -> None:
     if wishes.verify:
         with _step(found, "verify", say), opened(found.path, indexed=False) as atlas:
-            found.findings = findings_of(atlas, found.path, show=_of_step("verify", show))
+            found.findings = findings_of(atlas, show=_of_step("verify", show))
     if wishes.reference is not None:
         found.trusted = wishes.reference / found.path.name
         with _step(found, "compare", say):
@@ -185,7 +185,7 @@ def _compared(path: Path, trusted: Path, show: Show) -> Comparison:
         )
     with opened(path, indexed=False) as new, opened(trusted, indexed=False) as reference:
         try:
-            return compare(new, reference, files=(path, trusted), progress=show)
+            return compare(new, reference, progress=show)
         except OtherGridError as error:
             # a batch compares whole atlases
             hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."

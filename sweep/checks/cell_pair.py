@@ -3,9 +3,7 @@
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,9 +23,6 @@ if TYPE_CHECKING:
 
 Values = npt.NDArray[Any]
 Places = npt.NDArray[np.intp]
-
-#: The files that two atlases have just been opened from; None for one that has no file, or was changed since.
-Files = tuple[Path | None, Path | None]
 
 
 class Columns(dict[str, Values]):
@@ -63,12 +58,11 @@ class CellBlock:
 
 
 class CellPair:
-    """Variables with one value per cell of two atlases; a context manager.
+    """Variables with one value per cell of two atlases.
 
     Parameters
     ----------
     pair : Pair
-    files : Files
     seen : callable, optional
         Called with the number of cells of the present pass that are done.
 
@@ -80,26 +74,17 @@ class CellPair:
         The variables with one number per cell that both have.
     """
 
-    def __init__(self, pair: Pair, files: Files, seen: Callable[[int], None] = lambda _: None) -> None:
-        self.pair, self._seen, self._stack = pair, seen, ExitStack()
+    def __init__(self, pair: Pair, seen: Callable[[int], None] = lambda _: None) -> None:
+        self.pair, self._seen = pair, seen
         self.shape: tuple[int, ...] = pair.reference["ending"].shape
         self._readers: list[CellReader] = []
         held = []
-        sides = zip((pair.new, pair.reference), files, pair.as_given, pair.in_blocks, strict=True)
-        for dataset, file, given, in_blocks in sides:
+        sides = zip((pair.new, pair.reference), pair.as_given, pair.in_blocks, strict=True)
+        for dataset, given, in_blocks in sides:
             names = _cell_shaped(dataset, pair.axes)
-            reader = CellReader(dataset, names, file if given else None, whole=not (given or in_blocks))
-            self._readers.append(self._stack.enter_context(reader))
+            self._readers.append(CellReader(dataset, names, whole=not (given or in_blocks)))
             held.append(set(names))
         self.names = held[0] & held[1]
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.close()
 
     def blocks(self, names: Collection[str]) -> Iterator[CellBlock]:
         """Yield all cells in C order, with variables that both have; the names are looked at for each block anew."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from sweep.atlas.selection import require_atlas, settled
 from sweep.checks.alignment import Pair, align
-from sweep.checks.cell_pair import CellBlock, CellPair, Files, Flips, flips, no_flips
+from sweep.checks.cell_pair import CellBlock, CellPair, Flips, flips, no_flips
 from sweep.checks.difference import Cell, Differences, Judged, other_bits
 from sweep.checks.variables import (
     CELL,
@@ -128,7 +128,6 @@ def compare(
     common: bool = False,
     tolerances: Mapping[str, float | str] | None = None,
     exact: bool = False,
-    files: Files = (None, None),
     progress: Progress = None,
 ) -> Comparison:
     """Compare an atlas with a trusted one.
@@ -145,8 +144,6 @@ def compare(
         Variable -> largest difference allowed, in SI or as text with a unit, instead of what the atlases state.
     exact : bool
         All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
-    files : (path or None, path or None)
-        The files that the two have just been opened from and that hold what they hold: they are read faster then.
     progress : bool or callable, optional
         As in `sweep.run`.
 
@@ -174,7 +171,8 @@ def compare(
     measured = {each.name: each.quantity for each in held if each.has_tolerance}
     limits = read_limits(tolerances or {}, measured)
     size = pair.reference["ending"].size
-    with following(progress) as show, CellPair(pair, files, _passes(size, show)) as cells:
+    with following(progress) as show:
+        cells = CellPair(pair, _passes(size, show))
         judge = _Exact(cells, held) if exact else _Judge(cells, held, limits)
         judged = [judge.outcome(each) for each in held]
         gathered = _gathered(cells, [each for each in judged if isinstance(each, _Rule)])

@@ -1,6 +1,5 @@
 """Hold all that an atlas states against what it follows from: its spec, and the reference of its model."""
 
-import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -150,7 +149,8 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
     spec, reference = _checked(dataset, seed)
     declared = declare_cells(spec, reference.audit.variables, "audit")
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
-    with following(progress) as show, _audit(dataset, spec, reference) as audit:
+    audit = _Audit(dataset, spec, reference)
+    with following(progress) as show:
         for span, variables in _followed(audit, spec, show):
             for name, column in found.items():
                 column[span.start : span.stop] = variables[name]
@@ -170,7 +170,6 @@ def verify_to_file(
     path: Path,
     *,
     overwrite: bool = False,
-    file: Path | None = None,
     seed: int | None = None,
 ) -> Findings:
     """Write the audit of an atlas, as `verify` returns it, to a new file, and return its `findings`.
@@ -184,8 +183,6 @@ def verify_to_file(
         The file; it appears only when it is complete.
     overwrite : bool
         Replace an existing file, at the very end.
-    file : Path, optional
-        As in `findings_of`.
     seed : int, optional
         As in `verify`.
 
@@ -204,7 +201,8 @@ def verify_to_file(
     check_target(path, overwrite)
     needed = FILE_SHARE * spec.size * sum(np.dtype(each.dtype).itemsize for each in declared) + 1e5
     check_room(path, needed)
-    with published(path, needed) as unfinished, _audit(dataset, spec, reference, file) as audit:
+    audit = _Audit(dataset, spec, reference)
+    with published(path, needed) as unfinished:
         attributes = _attributes(dataset, spec, reference)
         writer = AtlasWriter(unfinished, spec, attributes, usable_threads(None), declared)
         blocks = (Block(span, _stored(declared, found)) for span, found in audit.blocks())
@@ -256,16 +254,12 @@ def findings(audited: "xr.Dataset") -> Findings:
     )
 
 
-def findings_of(
-    dataset: "xr.Dataset", file: Path | None = None, seed: int | None = None, show: Show = no_op
-) -> Findings:
+def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_op) -> Findings:
     """Return `findings` of the audit of an atlas, of which no more than some blocks are in memory at once.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-    file : Path, optional
-        The file that it has just been opened from; see `sweep.files.cell_reader.CellReader`.
     seed : int, optional
         As in `verify`.
     show : callable, optional
@@ -279,10 +273,10 @@ def findings_of(
     dataset = settled(dataset, trusting=True)
     spec, reference = _checked(dataset, seed)
     summary = AuditSummary(reference.audit)
-    with _audit(dataset, spec, reference, file) as audit:
-        for span, found in _followed(audit, spec, show):
-            summary.add(span.start, found)
-        statements = audit.statements()
+    audit = _Audit(dataset, spec, reference)
+    for span, found in _followed(audit, spec, show):
+        summary.add(span.start, found)
+    statements = audit.statements()
     return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)), reference.sampled)
 
 
@@ -319,17 +313,6 @@ def _findings(
     )
 
 
-@contextlib.contextmanager
-def _audit(
-    dataset: "xr.Dataset", spec: SweepSpec, reference: Reference, file: Path | None = None
-) -> Iterator["_Audit"]:
-    """Open an atlas for an audit of all that it holds."""
-    use_threads(None)
-    held = _held(dataset, spec, reference)
-    with CellReader(dataset, held, file) as reader:
-        yield _Audit(dataset, spec, reference, reader, held)
-
-
 def _followed(audit: "_Audit", spec: SweepSpec, show: Show) -> Iterator[AuditedBlock]:
     """Yield the blocks of an audit, and show how far it is; after the last one the boundary is next."""
     timetable = Timetable([Stage(CHECKING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
@@ -344,18 +327,13 @@ def _followed(audit: "_Audit", spec: SweepSpec, show: Show) -> Iterator[AuditedB
 class _Audit:
     """The audit of an atlas: first of its cells, block by block, then of all else."""
 
-    def __init__(
-        self,
-        dataset: "xr.Dataset",
-        spec: SweepSpec,
-        reference: Reference,
-        reader: CellReader,
-        held: Sequence[str],
-    ) -> None:
-        self._dataset, self._spec, self._reader, self._held = dataset, spec, reader, held
+    def __init__(self, dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> None:
+        use_threads(None)
+        self._dataset, self._spec, self._held = dataset, spec, _held(dataset, spec, reference)
+        self._reader = CellReader(dataset, self._held)
         self._own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
-        stride = _stride(dataset, reader, held) if self._own else 0
-        self._cells = CellAudit(spec, reference, held, self._own, stride)
+        stride = _stride(dataset, self._reader, self._held) if self._own else 0
+        self._cells = CellAudit(spec, reference, self._held, self._own, stride)
 
     def blocks(self) -> Iterator[AuditedBlock]:
         """Yield all cells in C order with the variables of the audit."""

@@ -40,11 +40,11 @@ def verify(
     with opened(atlas, indexed=False) as dataset:
         spec = spec_named(dataset)
         if write is None:
-            found = findings_of(dataset, atlas, seed)
+            found = findings_of(dataset, seed)
         else:
             check_apart(write, atlas)
             check_target(write, overwrite)
-            found = verify_to_file(dataset, write, overwrite=overwrite, file=atlas, seed=seed)
+            found = verify_to_file(dataset, write, overwrite=overwrite, seed=seed)
     show(audit_text(found, spec))
     if not found.passed:
         raise typer.Exit(1)
@@ -97,9 +97,7 @@ def compare(
         check_apart(junit, new, reference)
     began = time.monotonic()
     with opened(new, indexed=False) as left, opened(reference, indexed=False) as right:
-        comparison = compared(
-            left, right, common=common, tolerances=given, exact=exact, files=(new, reference)
-        )
+        comparison = compared(left, right, common=common, tolerances=given, exact=exact)
     if junit is not None:
         with published(junit) as unfinished:
             unfinished.write_text(to_junit(comparison, new.name, time.monotonic() - began), encoding="utf-8")

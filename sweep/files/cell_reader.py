@@ -3,25 +3,18 @@
 A block is a few whole chunks, so that of a file every chunk is inflated once and an atlas of any size can be read.
 """
 
-import contextlib
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
-from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.engine.grid import BLOCK_CELLS, Span, chunk_shape, chunks
-from sweep.files.inflated_chunks import InflatedChunks
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Smaller atlases are read before h5py would be imported.
-RAW_CELLS = 2**17
 
 #: How often a chunk of a file may be inflated while all blocks are read one after the other.
 _MOST_TIMES = 2.0
@@ -45,7 +38,7 @@ class UnreadableError(OSError):
 
 
 class CellReader:
-    """Reads variables with one value per cell; a context manager.
+    """Reads variables with one value per cell.
 
     Parameters
     ----------
@@ -53,46 +46,22 @@ class CellReader:
         An atlas in memory, or opened from a file and not read yet.
     names : sequence of str
         Variables of one shape, that of the grid.
-    file : Path, optional
-        The file that the dataset has just been opened from, if nothing has been changed in it since: chunks that this
-        program has written can then be read without netCDF (`sweep.files.inflated_chunks`).
     whole : bool
         Read each variable as a whole when cells of it are asked for: of a dataset whose cells are others, or in another
         order, than those of its file.
     """
 
-    def __init__(
-        self, dataset: "xr.Dataset", names: Sequence[str], file: Path | None = None, whole: bool = False
-    ) -> None:
+    def __init__(self, dataset: "xr.Dataset", names: Sequence[str], whole: bool = False) -> None:
         self._variables = {name: dataset[name].variable for name in names}
-        self._shape = next(iter(self._variables.values())).shape
-        self._chunk = chunk_shape(self._shape)
-        self._places = list(chunks(self._shape))
+        shape = next(iter(self._variables.values())).shape
+        self._places = list(chunks(shape))
         self._begins = [span.start for span, _ in self._places]
         self._at_once = {
             name
             for name, each in self._variables.items()
-            if whole or _is_read_often(each.encoding, self._shape, self._chunk)
+            if whole or _is_read_often(each.encoding, shape, chunk_shape(shape))
         }
         self._whole: dict[str, Values] = {}
-        self._stack = contextlib.ExitStack()
-        self._raw: InflatedChunks | None = None
-        if file is not None and not whole and math.prod(self._shape) > RAW_CELLS:
-            # a system that lets a file be open only once leaves it to netCDF
-            with contextlib.suppress(OSError):
-                self._raw = self._stack.enter_context(InflatedChunks(file.absolute()))
-        self._is_raw = {
-            name: self._raw is not None and self._raw.fits(name, self._chunk, each.dtype)
-            for name, each in self._variables.items()
-        }
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stack.close()
 
     def blocks(self, names: Collection[str]) -> Generator[tuple[Span, dict[str, Values]], None, None]:
         """Yield all cells in C order: spans of whole chunks, and the columns of some variables, shape (len(span),).
@@ -124,22 +93,12 @@ class CellReader:
         ------
         UnreadableError
         """
-        places = self._over(span)
-        if len(places) == 1 and not self._is_raw[name]:
+        first = bisect_right(self._begins, span.start) - 1
+        places = self._places[first : bisect_left(self._begins, span.stop)]
+        if len(places) == 1:
             # of an array in memory this is a view
             return self._cut(name, *places[0], span)
-        found = np.empty(len(span), self._variables[name].dtype)
-        for each, slices in places:
-            part = Span(max(each.start, span.start), min(each.stop, span.stop))
-            into = found[part.start - span.start : part.stop - span.start]
-            if not (self._is_raw[name] and self._read_raw(name, each, slices, part, into)):
-                into[...] = self._cut(name, each, slices, span)
-        return found
-
-    def _over(self, span: Span) -> list[tuple[Span, Slices]]:
-        """Return the chunks that hold cells of a span."""
-        first = bisect_right(self._begins, span.start) - 1
-        return self._places[first : bisect_left(self._begins, span.stop)]
+        return np.concatenate([self._cut(name, chunk, slices, span) for chunk, slices in places])
 
     def _cut(self, name: str, chunk: Span, slices: Slices, span: Span) -> Values:
         """Return the cells of a chunk that lie in a span."""
@@ -154,29 +113,6 @@ class CellReader:
         if name in self._whole:
             return self._whole[name][slices].reshape(-1)
         return np.asarray(self._variables[name][slices].values).reshape(-1)
-
-    def _read_raw(self, name: str, chunk: Span, slices: Slices, part: Span, out: Values) -> bool:
-        """Read a part of a chunk without netCDF, NaN where it holds the value that stands for "missing"."""
-        if self._raw is None:
-            return False
-        place = tuple(each.start for each in slices)
-        sizes = tuple(each.stop - each.start for each in slices)
-        if part == chunk and sizes == self._chunk:
-            if not self._raw.read(name, place, out):
-                return False
-        else:
-            # a chunk at the end of an axis is stored in full too
-            stored = np.empty(math.prod(self._chunk), out.dtype)
-            if not self._raw.read(name, place, stored):
-                return False
-            inside = stored.reshape(self._chunk)[tuple(map(slice, sizes))].reshape(-1)
-            out[...] = inside[part.start - chunk.start : part.stop - chunk.start]
-        fill = self._variables[name].encoding.get("_FillValue")
-        if fill is not None and out.dtype.kind == "f":
-            missing = out == out.dtype.type(fill)
-            if missing.any():
-                out[missing] = np.nan
-        return True
 
 
 def _is_read_often(encoding: Mapping[Any, Any], shape: tuple[int, ...], chunk: tuple[int, ...]) -> bool:

@@ -94,7 +94,7 @@ def test_a_saved_selection_is_an_atlas_for_every_check(atlases, tmp_path, way, n
     fresh = sweep.run(part.eulerdisk.spec)
     with opened(path) as found, opened(path, indexed=False) as read:
         assert compare(found, fresh).identical
-        assert findings_of(found, path).passed
+        assert findings_of(found).passed
         assert [*read["ending"].dims] == [*fresh["ending"].dims]
         assert read.attrs["sweep_spec"] == fresh.attrs["sweep_spec"]
 

@@ -29,7 +29,7 @@ def test_an_audit_that_is_written_at_once_is_the_audit(atlas, tmp_path, monkeypa
     """The file holds what `verify` returns, and the findings are those of the audit in memory."""
     save(atlas, tmp_path / "a.nc")
     with open_atlas(tmp_path / "a.nc", indexed=False) as opened:
-        found = verify_to_file(opened, tmp_path / "b.nc", file=tmp_path / "a.nc")
+        found = verify_to_file(opened, tmp_path / "b.nc")
         expected, same = verify(opened), findings_of(opened)
     assert repr(found) == repr(same) == repr(findings(expected))
     with _opened(tmp_path / "b.nc") as stored:
@@ -63,14 +63,14 @@ def test_common_cells_are_read_in_blocks_where_they_are_evenly_spaced(
     save(other, tmp_path / "b.nc")
     asked, begin = [], CellReader.__init__
 
-    def spied(self, dataset, names, file=None, whole=False):
+    def spied(self, dataset, names, whole=False):
         asked.append(whole)
-        begin(self, dataset, names, file, whole)
+        begin(self, dataset, names, whole)
 
     monkeypatch.setattr(CellReader, "__init__", spied)
     monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 50)
     with open_atlas(tmp_path / "a.nc") as one, open_atlas(tmp_path / "b.nc") as two:
-        in_files = compare(one, two, common=True, files=(tmp_path / "a.nc", tmp_path / "b.nc"))
+        in_files = compare(one, two, common=True)
     assert asked == [not in_blocks, False]
     assert in_files.same
     assert repr(in_files) == repr(compare(atlas, other, common=True))

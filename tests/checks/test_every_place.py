@@ -46,8 +46,7 @@ def small_blocks(monkeypatch):
         monkeypatch.setattr(cell_reader, name, functools.partial(function, cells=35))
     monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 70)
     monkeypatch.setattr(cell_audit, "_JUDGED_CELLS", 16)
-    with CellReader(atlas(), NAMES) as reader:
-        assert [span.start for span in reader.spans()] == [0, 60, 120, 180]
+    assert [span.start for span in CellReader(atlas(), NAMES).spans()] == [0, 60, 120, 180]
 
 
 def wrong_value(name, value):
